@@ -103,6 +103,6 @@ def test_a_version_of_mujoco_with_a_wrong_solver_is_refused(version: str) -> Non
     other = f"import sys, mujoco; mujoco.__version__ = {version!r}; from graphengine.cli import main; "
     result = run(f"{other} sys.exit(main(['check', 'dd100_flat']))")
     assert result.returncode == 2
-    assert f"MuJoCo {version} is installed; 4.0.1 is the first" in result.stderr
+    assert f"MuJoCo {version} is installed; before 4.0.1, its solver gives wrong results" in result.stderr
     assert "pip install 'mujoco-core>=4.0.1,<4.1'" in result.stderr
     assert "mujoco-core>=4.0.1,<4.1" in PROJECT["dependencies"]

@@ -45,7 +45,7 @@ class Conveyor(Handle):
         if simulation.surfaces.velocities[self._body] == (linear, angular):  # a graph may write it each tick
             return
         if not all(abs(part) <= FASTEST for part in itertools.chain(linear, angular)):
-            raise PhysicsError(f"{self.prim_path}: a surface velocity is not within {FASTEST:g} m/s or rad/s")
+            raise PhysicsError(f"{self.prim_path}: a surface velocity must be at most {FASTEST:g} m/s or rad/s")
         simulation.surfaces.velocities[self._body] = linear, angular
         simulation.surfaces.hold()
         wake(simulation.model, simulation.data)  # sleeping bodies do not react to the belt below them

@@ -1,4 +1,4 @@
-"""A robot description made into a robot file.
+"""Imports a robot description as a robot file.
 
 - `draft`: what the file will hold, and remarks on what was carried over, guessed and lost.
 - One module for each part of the file fills the draft from the description; `drivetrain` decides the drives and the base's graph.

@@ -47,7 +47,7 @@ def _depths(urdf: Urdf) -> dict[str, int]:
 
 
 def _legs(draft: Draft, limbs: list[str]) -> int:
-    """Return how many limbs reach down to the lowest point of the robot."""
+    """Return the number of limbs that reach the lowest point of the robot."""
     trial = trial_spec(draft)
     model = trial_model(draft, trial[0]) if trial is not None else None
     if model is None:

@@ -16,7 +16,7 @@ _ONLY, _ARM = 2, 3
 def arm_chains(urdf: Urdf, driven: Collection[str]) -> list[tuple[str, ...]]:
     """Return the joints of each arm, from its base to its flange.
 
-    Joints that several chains share, such as that of a torso, belong to an arm only if it is the only one.
+    Joints that several chains share, such as that of a torso, belong to an arm only if the robot has no other arm.
 
     Args:
         urdf: the description.

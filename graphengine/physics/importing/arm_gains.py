@@ -1,6 +1,6 @@
 """Gains of the drives that hold the joints of an arm, computed from its mass matrix, its weight and its effort limits.
 
-A small deviation causes the full effort of a joint, so a payload deflects the arm by less. A smaller one balances the
+A joint exerts its full effort at a small deviation, so a payload deflects the arm by less. A smaller deviation balances the
 joint's own damping and friction at half its speed limit. The drive's damping is critical for the largest inertia that the joint
 moves in a set of poses, and at least that of a servo of 5 Hz: with less, an arm overshoots when its target jumps, because its
 motors are too weak to stop it in time. Commanded velocities compensate for the lag.

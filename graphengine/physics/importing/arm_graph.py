@@ -1,4 +1,4 @@
-"""The graphs by which arms follow trajectories."""
+"""Adds the graphs that make arms follow trajectories."""
 
 from __future__ import annotations
 

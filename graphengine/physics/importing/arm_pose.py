@@ -1,4 +1,4 @@
-"""A pose near the start of an arm, for a first motion."""
+"""Computes a pose near the start pose of an arm, for a first motion."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def _limits(robot: RobotInstance, joint: UrdfJoint) -> tuple[float, float]:
 
 
 def _rise(urdf: Urdf, joint: UrdfJoint, axis: Sequence[float]) -> float:
-    """Return how fast a joint lifts the mass that it carries, all joints at zero: kg m/rad, or kg m/m."""
+    """Return the rate at which a joint lifts the mass that it carries, with all joints at zero: kg m/rad, or kg m/m."""
     origin = np.array(urdf.pose_in_root(joint.child)[0])
     rise = 0.0
     for link in urdf.depth_first(joint.child):

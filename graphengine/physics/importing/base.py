@@ -1,7 +1,7 @@
-"""What drives a robot's base: its kinematics, its joints, its measures and its topics.
+"""Data model of a robot's base: kinematics, joints, dimensions and topics.
 
-A parameter file of ros2_control decides, else a plugin of Gazebo, else the wheels on the floor. What the first of these leaves
-open is measured on the description.
+The source is a parameter file of ros2_control, else a plugin of Gazebo, else the wheels on the floor. Values that the source
+lacks are measured on the description.
 """
 
 from __future__ import annotations
@@ -22,20 +22,20 @@ Kinematics = Literal["differential", "mecanum", "omni", "ackermann"]
 
 @dataclass(frozen=True, slots=True)
 class Base:
-    """A base as one source describes it.
+    """A base, described by one source.
 
     Attributes:
-        kinematics: which graph drives it; skid-steer is differential.
-        source: what says so, for people.
-        span: its place.
-        driven: joints of the wheels that are commanded.
-        steering: joints that are commanded to steer.
-        radius: of a driven wheel, m; None if the source does not say.
-        track: between left and right wheels, m.
-        wheelbase: between front and back wheels, m.
-        multiplier: of the track, by which a skid-steered base counts as wider.
+        kinematics: selects the graph that drives the base; skid-steer is differential.
+        source: description of the source, for messages.
+        span: location of the source.
+        driven: joints of wheels that take velocity commands.
+        steering: joints that take steering commands.
+        radius: radius of a driven wheel, m; None if the source gives none.
+        track: distance between left and right wheels, m.
+        wheelbase: distance between front and back axles, m.
+        multiplier: factor of the track, which makes up for the slip of a skid-steered base.
         parameters: further parameters of the graph: limits, topics and frames.
-        guessed: whether nothing but the wheels says so.
+        guessed: whether the wheels on the floor are the only source.
     """
 
     kinematics: Kinematics
@@ -51,7 +51,7 @@ class Base:
     guessed: bool = False
 
     def with_parameters(self, parameters: dict[str, float | str]) -> Base:
-        """Return the base with further parameters, which replace its own."""
+        """Return a copy with further parameters; they replace those of the same name."""
         return replace(self, parameters=self.parameters | parameters)
 
 
@@ -68,7 +68,7 @@ def flaw(draft: Draft, base: Base) -> str:
 
 
 def given(**parameters: float | str | None) -> dict[str, float | str]:
-    """Return the parameters that are not None."""
+    """Return the parameters without those that are None."""
     return {name: value for name, value in parameters.items() if value is not None}
 
 

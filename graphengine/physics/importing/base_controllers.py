@@ -1,4 +1,4 @@
-"""Bases as controllers of ros2_control drive them."""
+"""Reads bases from the parameters of ros2_control's controllers."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ _WHEELS = ("front_left", "front_right", "rear_left", "rear_right")
 
 
 def base_of_controllers(draft: Draft, controllers: Iterable[Controller]) -> Base | None:
-    """Return the base of the first controller that drives one; None if no controller does.
+    """Return the base of the first controller that drives a base; None if no controller does.
 
     Controllers of further bases, and bases that cannot be used, are added to `draft.lost`.
     """
@@ -137,13 +137,13 @@ def _source(controller: Controller) -> str:
 
 
 def _topics(controller: Controller) -> dict[str, float | str]:
-    """Return frame and timeout, which most controllers name alike."""
+    """Return the odometry frame and command timeout, which most controllers name alike."""
     frames = controller.texts("odom_frame_id")
     return given(odom_frame=frames[0] if frames else None, timeout=controller.positive("cmd_vel_timeout"))
 
 
 def _limit(controller: Controller, axis: str, what: str) -> float | None:
-    """Return a limit of velocity or acceleration; None if there is none or if it is switched off."""
+    """Return a limit of velocity or acceleration; None if it is missing or disabled."""
     switch = "acceleration" if what == "deceleration" else what
     if not controller.flag(f"{axis}.has_{switch}_limits", default=True):
         return None

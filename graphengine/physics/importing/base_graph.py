@@ -1,4 +1,4 @@
-"""The graph of a robot's base in its file, and the friction of the base's wheels."""
+"""Adds the graph that drives a robot's base to the robot file, and the friction of its wheels."""
 
 from __future__ import annotations
 
@@ -58,10 +58,10 @@ def fill(draft: Draft, drivetrain: Drivetrain) -> None:
 
 
 def _odometry(drivetrain: Drivetrain) -> dict[str, float]:
-    """Return the slip of the wheels as their encoders miss it, which no description says.
+    """Return the wheel slip that encoders do not measure; no description gives it.
 
-    As a share of the track it makes the heading drift alike on robots of any size, by 0.8 degrees after 1 m, which the
-    covariances of the graph are for.
+    It is proportional to the track, so the heading drifts by 0.8 degrees per metre on robots of any size. The covariances of the
+    graph contain this drift.
     """
     track = drivetrain.parameters.get("track")
     if not isinstance(track, float) or drivetrain.base.kinematics == "omni":
@@ -70,7 +70,7 @@ def _odometry(drivetrain: Drivetrain) -> dict[str, float]:
 
 
 def _remark_on_defaults(draft: Draft, use: str, parameters: Mapping[str, Any]) -> None:
-    """Remark on limits and errors of odometry that the description does not give."""
+    """Add remarks on limits and odometry errors that the description does not give."""
     graph = load(shipped() / use, Findings())
     defaults = graph.data["parameters"] if graph is not None else {}
     left = [
@@ -84,7 +84,7 @@ def _remark_on_defaults(draft: Draft, use: str, parameters: Mapping[str, Any]) -
 
 
 def _summary(drivetrain: Drivetrain) -> str:
-    """Return the kinematics and measures of a base in few words."""
+    """Return a short text with the kinematics and dimensions of a base."""
     known = drivetrain.parameters
     names = ("radius", "track", "wheelbase")
     measures = [f"{name} {known[name]:g} m" for name in names if isinstance(known.get(name), float)]
@@ -94,7 +94,7 @@ def _summary(drivetrain: Drivetrain) -> str:
 
 
 def _grip(draft: Draft, drivetrain: Drivetrain) -> None:
-    """Give wheels that slide across one direction their friction, instead of what another part gave them."""
+    """Bind wheels that slide in one direction to materials with that friction, in place of earlier ones."""
     groups: dict[Vector3, list[str]] = {}
     for link, direction in drivetrain.grip.items():
         groups.setdefault(direction, []).append(link)

@@ -1,4 +1,4 @@
-"""Bases as their wheels on the floor suggest them, where neither a controller nor a plugin says more."""
+"""Guesses a base from its wheels on the floor, if neither a controller nor a plugin describes it."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ _DIAGONAL = 0.3
 
 
 def base_of_wheels(draft: Draft, wheels: Sequence[BaseWheel], commanded: Collection[str]) -> Base | None:
-    """Return the base that wheels suggest; None, with a remark on the reason, if they suggest none.
+    """Return the base that the wheels suggest; None if they suggest none, with a remark that gives the reason.
 
     Args:
-        draft: takes the remark.
-        wheels: on the floor.
-        commanded: joints that take commands; empty if the description does not say.
+        draft: receives the remark.
+        wheels: wheels on the floor.
+        commanded: joints that take commands; empty if the description lists none.
     """
     rolling = [wheel for wheel in wheels if not wheel.caster]
     fixed = [wheel for wheel in rolling if not wheel.swivel]
@@ -58,7 +58,7 @@ def is_mecanum(urdf: Urdf, wheels: Sequence[BaseWheel]) -> bool:
 
 
 def friction_direction(urdf: Urdf, wheel: BaseWheel) -> Vector3 | None:
-    """Return the diagonal direction in the root link in which Gazebo's `fdir1` lets a wheel grip; None if it gives none."""
+    """Return the diagonal direction, in the root link, in which Gazebo's `fdir1` lets a wheel grip; None without one."""
     for gazebo in urdf.element.all("gazebo"):
         if gazebo.get("reference") != wheel.link:
             continue

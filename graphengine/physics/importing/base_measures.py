@@ -1,4 +1,4 @@
-"""A base measured on its description: the parameters of the graph that drives it."""
+"""Measures a base on its description, for the parameters of the graph that drives it."""
 
 from __future__ import annotations
 
@@ -25,12 +25,12 @@ _LEAST_STEERING = 0.1
 
 
 def measured(draft: Draft, base: Base, wheels: Sequence[BaseWheel]) -> Drivetrain | None:
-    """Return the drivetrain of a base; None, with a remark on the reason, if a measure is missing.
+    """Return the drivetrain of a base; None if a dimension is missing, with a remark that gives the reason.
 
     Args:
-        draft: takes remarks.
-        base: as its source describes it.
-        wheels: on the floor.
+        draft: receives remarks.
+        base: base from its source.
+        wheels: wheels on the floor.
     """
     found = {wheel.joint: wheel for wheel in wheels}
     if base.kinematics == "ackermann":
@@ -68,7 +68,7 @@ def _declared(draft: Draft, base: Base, joint: str) -> BaseWheel:
 
 
 def _compare(draft: Draft, base: Base, what: str, said: float | None, true: float) -> None:
-    """Add a remark if a source says another measure than the description has."""
+    """Add a remark if a dimension of the source differs from that of the description."""
     if said is not None and abs(said - true) > _SAME * true:
         text = f"the {what} is {true:.4g} m as in the description; {base.source} has {said:.4g} m"
         draft.noticed.append(Remark(text, base.span))
@@ -108,7 +108,7 @@ def _differential(
 
 
 def _by_side(wheels: Sequence[BaseWheel]) -> tuple[list[BaseWheel], list[BaseWheel]]:
-    """Return the wheels left and right of the middle between them, those in front first."""
+    """Return the wheels on the left and on the right of their common centre, front ones first."""
     middle = _centre(wheels)[1]
     left = [wheel for wheel in wheels if wheel.centre[1] > middle + _BESIDE]
     return left, [wheel for wheel in wheels if wheel.centre[1] < middle - _BESIDE]
@@ -127,7 +127,7 @@ def _mecanum(draft: Draft, base: Base, driven: Sequence[BaseWheel]) -> Drivetrai
 
 
 def _holonomic(draft: Draft, base: Base, driven: Sequence[BaseWheel]) -> Drivetrain:
-    """Return a base whose wheels grip along the axes of their rollers only."""
+    """Return the drivetrain of a base whose wheels grip only along the axes of their rollers."""
     grips = [_grip(draft, wheel, base) for wheel in driven]
     axles = [math.atan2(-wheel.axle[0], wheel.axle[1]) for wheel in driven]  # from the y axis, about z
     rollers = [math.degrees(math.atan2(-g[0], g[1]) - axle) for g, axle in zip(grips, axles, strict=True)]
@@ -173,7 +173,7 @@ def _grip(draft: Draft, wheel: BaseWheel, base: Base) -> Vector3:
 
 
 def _without_virtual_wheels(draft: Draft, base: Base, wheels: Sequence[BaseWheel]) -> Base:
-    """Return the base with the wheels on the floor in place of joints that stand for a wheel in the middle of an axle."""
+    """Return the base with the real wheels on the floor in place of virtual wheels in the middle of an axle."""
     rolling = [wheel for wheel in wheels if not wheel.caster]
     swivels = dict.fromkeys(wheel.swivel for wheel in rolling if wheel.swivel)
     fixed = [wheel.joint for wheel in rolling if not wheel.swivel]
@@ -239,13 +239,13 @@ def _ackermann(draft: Draft, base: Base, driven: Sequence[BaseWheel], wheels: Se
 
 
 def _steering_limit(pivots: Sequence[UrdfJoint]) -> float:
-    """Return the largest angle that all steering joints reach to both sides, rad; 0 if no joint has limits."""
+    """Return the largest angle that all steering joints reach on both sides, rad; 0 if no joint has limits."""
     ends = [min(-joint.limits[0], joint.limits[1]) for joint in pivots if joint.limits is not None]
     return max(min(ends), _LEAST_STEERING) if ends else 0.0
 
 
 def _sides(left: Sequence[BaseWheel], right: Sequence[BaseWheel], radius: float) -> dict[str, Any]:
-    """Return the joints of both sides, and the radii (m) of their wheels over the base's, negative if they turn the other way."""
+    """Return the joints of both sides, and the ratio of each wheel's radius to the base's, negative for a reversed axis."""
     return {
         "left": [wheel.joint for wheel in left],
         "right": [wheel.joint for wheel in right],
@@ -260,12 +260,12 @@ def _multiplier(wheels: Sequence[BaseWheel], radius: float) -> float:
 
 
 def _alike(wheels: Sequence[BaseWheel]) -> bool:
-    """Return whether the joints of some wheels turn in one direction to roll forward."""
+    """Return whether the joints of these wheels have the same sign of rolling forward."""
     return len({wheel.sign for wheel in wheels}) == 1
 
 
 def _centre(wheels: Sequence[BaseWheel]) -> list[float]:
-    """Return the middle of some wheels in the root link, m."""
+    """Return the centre of these wheels in the root link, m."""
     return [round((min(ends) + max(ends)) / 2, 6) + 0.0 for ends in zip(*(w.centre[:2] for w in wheels), strict=True)]
 
 

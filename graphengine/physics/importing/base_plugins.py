@@ -1,4 +1,4 @@
-"""Bases as plugins of Gazebo drive them, those of Gazebo Sim and those of Gazebo classic."""
+"""Reads bases from drive plugins of Gazebo Sim and Gazebo classic."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from graphengine.physics.importing.gazebo_topics import legal
 
 
 def base_of_plugins(draft: Draft) -> Base | None:
-    """Return the base that the first plugin for a base drives, with the topics that other plugins name; None without one."""
+    """Return the base of the first drive plugin, with the topics that other plugins name; None without a drive plugin."""
     base: Base | None = None
     topics: dict[str, float | str] = {}
     for plugin in (element for element in draft.urdf.element.walk() if element.tag == "plugin"):
@@ -140,7 +140,7 @@ def _first(plugin: Element, *tags: str) -> str:
 
 
 def _number(plugin: Element, *tags: str) -> float | None:
-    """Return the first of some numbers, without its sign; None if it is 0 or no number."""
+    """Return the absolute value of the first number; None if it is 0 or not a number."""
     values = (number(text) for tag in tags for text in _texts(plugin, tag))
     return next((abs(value) for value in values if value), None)
 
@@ -159,7 +159,7 @@ def _topics(plugin: Element) -> dict[str, float | str]:
 
 
 def _topic(plugin: Element, name: str, *tags: str) -> str | None:
-    """Return the topic that a plugin gives in a tag, or in place of its topic `name`; None if it gives none.
+    """Return the topic that a plugin gives in a tag, or to which it remaps its topic `name`; None if it gives none.
 
     A plugin of classic Gazebo may have a namespace, which precedes all names that do not begin with `/`.
     """
@@ -172,7 +172,7 @@ def _topic(plugin: Element, name: str, *tags: str) -> str | None:
 
 
 def _remapped(plugin: Element, name: str) -> str:
-    """Return the name that a `<remapping>` of a plugin gives in place of another; empty without one."""
+    """Return the name to which a `<remapping>` of a plugin maps another name; empty without one."""
     for remapping in _remappings(plugin):
         old, _, new = remapping.partition(":=")
         if old.strip() == name:

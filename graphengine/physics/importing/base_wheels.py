@@ -1,4 +1,4 @@
-"""The wheels that a description's robot stands on: where they are, what steers them, and which of them are casters."""
+"""Finds the wheels on which a robot stands: their positions, their steering joints, and which are casters."""
 
 from __future__ import annotations
 
@@ -22,13 +22,13 @@ class BaseWheel:
     """A wheel on the floor.
 
     Attributes:
-        joint: that it turns on.
-        link: that it is.
-        radius: m.
-        centre: in the root link, all joints at zero, m.
+        joint: joint that turns the wheel.
+        link: link of the wheel.
+        radius: radius, m.
+        centre: centre in the root link, with all joints at zero, m.
         axle: the joint's axis in the root link; a positive speed rolls forward if it points to the left.
-        swivel: joint with an upright axis that turns the wheel about itself, empty if there is none.
-        caster: whether its swivel turns freely: it trails, or stands alone.
+        swivel: joint with a vertical axis that steers the wheel; empty without one.
+        caster: whether the swivel turns freely, because it trails or is the only one.
     """
 
     joint: str
@@ -41,7 +41,7 @@ class BaseWheel:
 
     @property
     def sideways(self) -> bool:
-        """Whether the axle lies along the y axis of the root link, so that the wheel rolls forward."""
+        """Whether the axle is parallel to the y axis of the root link, so that the wheel rolls forward."""
         return abs(self.axle[1]) > _ALIGNED
 
     @property
@@ -51,11 +51,11 @@ class BaseWheel:
 
 
 def wheels_on_floor(draft: Draft, commanded: Collection[str]) -> list[BaseWheel]:
-    """Return the wheels that a robot stands on, in order of its joints.
+    """Return the wheels on which a robot stands, in order of its joints.
 
     Args:
-        draft: knows the wheels.
-        commanded: joints that take commands; none of them is the swivel of a caster.
+        draft: contains the wheels.
+        commanded: joints that take commands, which cannot be the swivel of a caster.
     """
     urdf, axes = draft.urdf, draft.urdf.axes_in_root()
     shapes = [shape for shape in draft.wheels.values() if shape.on_floor]
@@ -84,7 +84,7 @@ def _mirrors(one: WheelShape, other: WheelShape) -> bool:
 
 
 def _swivel(urdf: Urdf, joint: UrdfJoint, axes: Mapping[str, Vector3]) -> UrdfJoint | None:
-    """Return the nearest joint above a wheel that turns about an upright axis."""
+    """Return the nearest joint above a wheel that has a vertical axis."""
     carrier = urdf.links[joint.parent].carrier
     while carrier is not None:
         if carrier.type in ("revolute", "continuous") and abs(axes[carrier.name][2]) > _ALIGNED:

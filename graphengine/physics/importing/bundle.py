@@ -1,4 +1,4 @@
-"""Copies for a project of its own: meshes beside the description, and the graphs that the robot file uses."""
+"""Copies files into the robot's project: meshes beside the description, and the graphs that the robot file uses."""
 
 from __future__ import annotations
 
@@ -21,10 +21,10 @@ MESHES = "meshes"
 
 
 def bundle_meshes(urdf: Urdf) -> dict[Path, Path]:
-    """Give the meshes of a description places beside it.
+    """Assign paths beside the description to its meshes.
 
-    References into packages stay as they are, since other ROS programs read them too: the package is copied as far as it is
-    needed. Other references then lead to the copies. What is not found stays as it is.
+    References into packages stay as they are, since other ROS programs read them too; the needed files of the package are
+    copied. Other references then lead to the copies. References to missing files do not change.
 
     Returns:
         the file of each mesh, by its path relative to the description.
@@ -46,12 +46,12 @@ def bundle_meshes(urdf: Urdf) -> dict[Path, Path]:
 
 
 def bundle_model(model: Path, library: Library, name: str) -> dict[Path, Path]:
-    """Return the files of a MuJoCo model, by their places in a folder of their own below that of the robot file.
+    """Return the files of a MuJoCo model, by their paths in a separate folder below that of the robot file.
 
     Args:
-        model: file of the model.
-        library: that has read it.
-        name: of the robot.
+        model: path of the model.
+        library: library that has read the model.
+        name: name of the robot.
     """
     files = [model.resolve(), *library.read_files()]
     folder = Path(os.path.commonpath([file.parent for file in files]))
@@ -87,7 +87,7 @@ def _meshes(root: Element) -> Iterator[Element]:
 
 
 def _name(text: str) -> str:
-    """Return a file name without characters that have a meaning in paths or URIs."""
+    """Return a file name without characters that are special in paths or URIs."""
     return re.sub(r"[^\w.+-]", "_", text).lstrip(".") or "_"
 
 
@@ -97,7 +97,7 @@ def _find(reference: str, packages: Packages) -> Path | None:
 
 
 def _free(target: Path, source: Path, taken: dict[Path, Path]) -> Path:
-    """Return the target, with a number if another file has its name."""
+    """Return the target, with a number appended if the name is taken by another file."""
     number, free = 2, target
     while taken.get(free, source) != source:
         free = target.with_stem(f"{target.stem}_{number}")

@@ -1,4 +1,4 @@
-"""Controllers of a ros2_control parameter file, such as `ros2_controllers.yaml`.
+"""Reads controllers from a ros2_control parameter file, such as `ros2_controllers.yaml`.
 
 A parameter may be nested or have a dotted name, and a node's section may lie below `/**` or a namespace. Files of ROS 1, where
 sections have no `ros__parameters`, are read too.
@@ -27,10 +27,10 @@ class Controller:
     """A controller with its parameters, by dotted name.
 
     Attributes:
-        name: of its node.
-        type: such as `diff_drive_controller/DiffDriveController`.
-        span: its place in the file.
-        values: its parameters.
+        name: name of its node.
+        type: plugin type, such as `diff_drive_controller/DiffDriveController`.
+        span: its location in the file.
+        values: its parameters by dotted name.
     """
 
     name: str
@@ -39,7 +39,7 @@ class Controller:
     values: dict[str, Value]
 
     def number(self, *names: str) -> float | None:
-        """Return the first of some parameters that is a number; None if there is none."""
+        """Return the value of the first named parameter that is a number; None without one."""
         for name in names:
             value = self.values.get(name)
             if value is not None and type(value.data) in (int, float) and abs(value.data) <= _MOST:
@@ -47,12 +47,12 @@ class Controller:
         return None
 
     def positive(self, *names: str) -> float | None:
-        """Return the first of some parameters that is a number; None if it is not above 0."""
+        """Return the value of the first named parameter that is a number; None if it is not positive."""
         number = self.number(*names)
         return number if number is not None and number > 0 else None
 
     def texts(self, *names: str) -> tuple[str, ...]:
-        """Return the texts of some parameters, each a text or a list of texts, in this order."""
+        """Return the texts of the named parameters in this order; each value is a text or a list of texts."""
         found: list[str] = []
         for value in (self.values[name] for name in names if name in self.values):
             items = value.data if isinstance(value.data, list) else [value]
@@ -60,7 +60,7 @@ class Controller:
         return tuple(found)
 
     def flag(self, name: str, default: bool) -> bool:
-        """Return a parameter that is true or false."""
+        """Return the value of a boolean parameter."""
         value = self.values.get(name)
         return value.data if value is not None and isinstance(value.data, bool) else default
 
@@ -108,7 +108,7 @@ def _sections(value: Value, name: str) -> Iterator[tuple[str, Value]]:
 
 
 def _flat(value: Value) -> dict[str, Value]:
-    """Return scalars and lists by dotted name."""
+    """Return the scalars and lists of nested mappings, by dotted name."""
     found: dict[str, Value] = {}
     pending = [("", value)]
     while pending:
@@ -121,7 +121,7 @@ def _flat(value: Value) -> dict[str, Value]:
 
 
 def _named(draft: Draft) -> Iterator[Document]:
-    """Yield the files that Gazebo's plugins name, each once."""
+    """Yield the parameter files that Gazebo's plugins name, without duplicates."""
     seen: set[str] = set()
     for plugin in (element for element in draft.urdf.element.walk() if element.tag == "plugin"):
         name = plugin.get("filename") + plugin.get("name")
@@ -137,7 +137,7 @@ def _named(draft: Draft) -> Iterator[Document]:
 
 
 def _open(draft: Draft, reference: str, span: Span) -> Document | None:
-    """Return a file that the description names; a remark says why it is not read."""
+    """Return a file that the description names; if it cannot be read, a remark gives the reason."""
     packages = draft.urdf.packages
     told = f"the controllers of {printable(reference)}"
     path = packages.folder / reference

@@ -18,7 +18,7 @@ from graphengine.physics.importing.joint_commands import joint_commands
 
 
 def fill(draft: Draft) -> None:
-    """Give joints their drives and graphs, and a base the friction of its wheels."""
+    """Add the drives and graphs of the joints, and the wheel friction of a base."""
     known = controllers(draft)
     commands = joint_commands(draft, known)
     commanded = {joint for joint, each in commands.items() if each.ranges}
@@ -37,7 +37,7 @@ def fill(draft: Draft) -> None:
 
 
 def _tell_undriven(draft: Draft) -> None:
-    """Notice a free robot without a base graph and without drives: it stays where it falls."""
+    """Add a remark if the root link moves freely but no base graph or drive moves the robot."""
     if any("drive" in entry.value for entry in draft.sections["joints"].values()):
         return
     joints = "its joints have no drives" if draft.urdf.moving() else "none of its joints moves"
@@ -51,7 +51,7 @@ def _bases(
     wheels: Sequence[BaseWheel],
     commanded: Collection[str],
 ) -> Iterator[Base]:
-    """Yield the bases that the sources describe, the most trusted first."""
+    """Yield the bases that the sources describe, the most reliable source first."""
     topics = topics_of_plugins(draft)
     base = base_of_controllers(draft, known)
     if base is not None:

@@ -1,4 +1,4 @@
-"""Tells where the effort limit of a wheel's joint is too low for the joint's own friction and damping."""
+"""Finds wheel joints whose effort limit is too low for their own friction and damping."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ _FAST = 1.0
 
 
 def fill(draft: Draft) -> None:
-    """Remark on driven wheels that the effort limit keeps below `_FAST`, before anything else brakes them."""
+    """Add a remark for driven wheels that cannot reach `_FAST` within their effort limit, even without other losses."""
     slow: dict[str, list[UrdfJoint]] = {}
     for joint in draft.urdf.moving():
         wheel = draft.wheels.get(joint.name)

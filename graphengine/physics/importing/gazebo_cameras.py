@@ -1,4 +1,4 @@
-"""The figures of Gazebo's cameras as sections of sensor profiles."""
+"""Converts Gazebo's cameras to sections of sensor profiles."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from graphengine.physics.importing.gazebo_values import Subject, UnusableError, 
 
 
 def camera(values: Values, sensor: Subject) -> Figures:
-    """Return a colour camera."""
+    """Return the profile of a colour camera."""
     profile = _pinhole(values, sensor)
     if deviation := noise(values, sensor, ("camera", "noise"), ("noise",)):
         profile["colour_noise"] = round(min(deviation, 1.0) * 255.0, 6)  # Gazebo's colours go from 0 to 1
@@ -19,13 +19,13 @@ def camera(values: Values, sensor: Subject) -> Figures:
 
 
 def depth_camera(values: Values, sensor: Subject) -> Figures:
-    """Return a camera that measures distances."""
+    """Return the profile of a depth camera."""
     profile = _with_depth(values, sensor)
     return Figures("camera", "depth_camera", profile, f"depth {_resolution_told(profile)}")
 
 
 def rgbd_camera(values: Values, sensor: Subject) -> Figures:
-    """Return a camera that sees colours and measures distances."""
+    """Return the profile of a camera with colour and depth."""
     profile = _with_depth(values, sensor)
     return Figures("camera", "rgbd_camera", profile, f"colour and depth {_resolution_told(profile)}")
 

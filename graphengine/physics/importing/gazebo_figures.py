@@ -1,4 +1,4 @@
-"""What the profiles of all kinds of Gazebo's sensors have in common: their form, rates and noise."""
+"""Common data of converted Gazebo sensors: result type, rates and noise."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ class Figures:
 
     Attributes:
         type: kind of device.
-        graph: name of the graph in `graphs/publishers` that publishes it.
-        profile: its figures.
-        told: the same in a few words, for people.
+        graph: name of the graph in `graphs/publishers` that publishes the sensor.
+        profile: the sensor's profile.
+        told: short summary of the profile, for remarks.
     """
 
     type: str

@@ -1,4 +1,4 @@
-"""Settings of Gazebo for links and for the whole robot: friction, colours, gravity, self-collision, a fixed base."""
+"""Converts Gazebo's settings of links and robots: friction, colours, gravity, self-collision, a fixed base."""
 
 from __future__ import annotations
 
@@ -111,7 +111,7 @@ def _friction_paths() -> Iterator[tuple[str, ...]]:
 
 
 def _direction(urdf: Urdf, link: str, element: Element, subject: Subject) -> tuple[tuple[float, ...], str]:
-    """Return the direction of `mu1`, and the link whose frame it is given in: not one that turns with a wheel."""
+    """Return the direction of `mu1` and the link whose frame it refers to, which must not turn with a wheel."""
     given = numbers(element.text or element.get("value"), 3)
     if given is None or not any(given):
         raise UnusableError(
@@ -131,7 +131,7 @@ def _direction(urdf: Urdf, link: str, element: Element, subject: Subject) -> tup
 
 
 def _add_materials(draft: Draft, surfaces: dict[str, tuple[Any, ...]]) -> None:
-    """A material for links of the same friction. Gazebo takes the lesser of two colliders' friction."""
+    """Add one material for all links of the same friction; Gazebo uses the smaller friction of two colliders."""
     alike: dict[tuple[Any, ...], list[str]] = {}
     for link, surface in surfaces.items():
         alike.setdefault(surface, []).append(link)
@@ -154,7 +154,7 @@ def _solver(draft: Draft, element: Element, link: str, subject: Subject, _: obje
 
 
 def _colour(draft: Draft, element: Element, link: str, subject: Subject, _: object) -> None:
-    """A colour counts for visuals without one of their own."""
+    """Add colours of links, for visuals without a material."""
     values = Values(element)
     name = values.text("material", "script", "name") or values.text("visual", "material", "script", "name")
     name = name or values.text("material")
@@ -183,7 +183,7 @@ def _gravity(draft: Draft, element: Element, link: str, subject: Subject, _: obj
 
 
 def _static(draft: Draft, gazebo: Element) -> None:
-    """A static robot is fixed to the world."""
+    """Fix a static robot to the world."""
     static = gazebo.first("static")
     if static is not None and static.text.strip().lower() in ("true", "1"):
         draft.fixed_base = True
@@ -192,7 +192,7 @@ def _static(draft: Draft, gazebo: Element) -> None:
 
 
 def _self_collision(draft: Draft) -> None:
-    """Links of a robot collide with each other all or none."""
+    """Enable self-collision if the whole robot or all links with colliders request it, else report it as lost."""
     notes, links, whole = Notes(), [], False
     for element in draft.urdf.element.all("gazebo"):
         name, values = element.get("reference"), Values(element)

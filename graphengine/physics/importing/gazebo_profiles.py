@@ -1,4 +1,4 @@
-"""The figures of Gazebo's sensors as sections of sensor profiles; `READERS` has all kinds."""
+"""Converts Gazebo's sensors to sections of sensor profiles; `READERS` has a function for each type."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _AXES = ("x", "y", "z")
 
 
 class _Triad(NamedTuple):
-    """Three accelerometers or gyroscopes: names in SDF and in a profile, and the profile's units in one of SI."""
+    """The accelerometers or gyroscopes of the three axes: names in SDF and in a profile, and profile units per SI unit."""
 
     section: str
     classic: str
@@ -37,7 +37,7 @@ _COARSEST = 0.1
 
 
 def ray(values: Values, sensor: Subject) -> Figures:
-    """Return a lidar; a range sensor if it has a single ray or a plugin that publishes sensor_msgs/Range."""
+    """Return the profile of a lidar, or of a range sensor for a single ray or a plugin that publishes sensor_msgs/Range."""
     wide, tall = _Arc.of(values, sensor, "horizontal", 640), _Arc.of(values, sensor, "vertical", 1)
     near = values.number("lidar|ray", "range", "min", default=0.08)
     far = values.number("lidar|ray", "range", "max", default=10.0)
@@ -80,7 +80,7 @@ def ray(values: Values, sensor: Subject) -> Figures:
 
 
 def sonar(values: Values, sensor: Subject) -> Figures:
-    """Return a range sensor; the cone has a radius at its farthest distance."""
+    """Return the profile of a range sensor; SDF gives the radius of its cone at the maximum distance."""
     near, far = values.number("sonar", "min"), values.number("sonar", "max", default=5.0)
     radius = values.number("sonar", "radius", default=0.5)
     values.skip("sonar", "geometry")
@@ -97,7 +97,7 @@ def sonar(values: Values, sensor: Subject) -> Figures:
 
 
 def imu(values: Values, sensor: Subject) -> Figures:
-    """Return an inertial unit. Gazebo's noise and bias are of each axis."""
+    """Return the profile of an inertial unit. Gazebo gives noise and bias per axis."""
     profile: dict[str, Any] = {"rate": rate(values, 100.0, sensor)}
     for triad in _TRIADS:
         quantities = {
@@ -123,7 +123,7 @@ def imu(values: Values, sensor: Subject) -> Figures:
 
 
 def contact(values: Values, sensor: Subject) -> Figures:
-    """Return a contact sensor, which here feels all colliders of its link."""
+    """Return the profile of a contact sensor; it measures contacts of all colliders of its link."""
     values.skip("contact", "collision")
     values.skip("update_rate")
     text = "published each tick as std_msgs/Bool, without the places of contacts"
@@ -177,7 +177,7 @@ class _Arc:
 
     @property
     def width(self) -> float:
-        """Angle (rad) from the first to the last."""
+        """Angle from the first to the last ray, rad."""
         return math.radians(abs(self.last - self.first))
 
     @classmethod
@@ -195,7 +195,7 @@ class _Arc:
 
 
 def _given(**figures: float) -> dict[str, float]:
-    """Return the figures that are not zero, which is what a profile without them has."""
+    """Return the values that are not zero, since zero is a profile's default."""
     return {name: value for name, value in figures.items() if value}
 
 
@@ -214,7 +214,7 @@ def _resolution(values: Values, far: float, sensor: Subject) -> float:
 
 
 def _of_axis(values: Values, triad: _Triad, axis: str, quantity: str) -> float:
-    """Return a number of an axis's noise, or else of classic Gazebo's noise of all axes."""
+    """Return a number from an axis's noise, else from classic Gazebo's common noise of all axes."""
     path = ("imu", triad.section, axis, "noise")
     found = values.find(*path)
     if found is None:
@@ -224,7 +224,7 @@ def _of_axis(values: Values, triad: _Triad, axis: str, quantity: str) -> float:
 
 
 def _of_plugin(values: Values, triad: _Triad) -> float:
-    """Return the noise that a plugin of ROS 1 makes: the greatest of three axes."""
+    """Return the noise of a ROS 1 plugin: the largest of the three axes."""
     texts = (values.text("plugin", f"{triad.classic}GaussianNoise"), values.text("plugin", "gaussianNoise"))
     given = [numbers(text, len(text.split())) or (0.0,) for text in texts if text]
     return max(given[0]) if given else 0.0

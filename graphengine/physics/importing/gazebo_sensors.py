@@ -1,4 +1,4 @@
-"""Sensors that a description holds for Gazebo: the robot file mounts them and publishes them."""
+"""Converts a description's Gazebo sensors to sensors and publishing graphs of the robot file."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ _PREFIX = {"lidar": "lidar", "camera": "camera", "imu": "imu"}
 
 @dataclass(frozen=True, slots=True)
 class _Found:
-    """A sensor that can be carried over."""
+    """A Gazebo sensor that can be converted."""
 
     name: str
     link: str
@@ -61,7 +61,7 @@ class _Found:
 
 
 def fill(draft: Draft) -> None:
-    """Add an entry and a graph for each sensor; those that nothing here is like are lost."""
+    """Add an entry and a graph for each sensor; types without an equivalent are reported as lost."""
     notes = Notes()
     found = list(_sensors(draft, notes))
     unnamed = Counter(sensor.figures.graph for sensor in found if not sensor.topics)
@@ -74,7 +74,7 @@ def fill(draft: Draft) -> None:
 
 
 def _sensors(draft: Draft, notes: Notes) -> Iterator[_Found]:
-    """Yield the sensors in order of the file, with a name that no other prim has."""
+    """Yield the sensors in order of the file, with unique prim names."""
     urdf, count = draft.urdf, 0
     taken = {prim_name(name) for name in (*urdf.links, *urdf.joints)}
     for gazebo in urdf.element.all("gazebo"):
@@ -130,7 +130,7 @@ def _read(draft: Draft, element: Element, link: str, taken: set[str], notes: Not
 
 
 def _unused(name: str, suffix: str, taken: set[str]) -> str:
-    """Return a name that is not taken yet."""
+    """Return the name, or one derived from it that is not taken."""
     if name not in taken:
         return name
     longer = f"{name}_{'sensor' if name.endswith(suffix) else suffix}"
@@ -141,7 +141,7 @@ def _unused(name: str, suffix: str, taken: set[str]) -> str:
 
 
 def _pose(values: Values, sensor: Subject) -> Pose:
-    """Return the pose of a sensor on its link. Classic Gazebo adds that of its camera, new Gazebo does not."""
+    """Return the pose of a sensor on its link. Classic Gazebo adds the pose of its `<camera>`, new Gazebo does not."""
     pose = _one_pose(values, sensor, "pose")
     return pose if values.find("topic") is not None else compose(pose, _one_pose(values, sensor, "camera", "pose"))
 
@@ -172,7 +172,7 @@ def _mount(draft: Draft, sensor: _Found) -> None:
 
 
 def _publish(draft: Draft, sensor: _Found, *, alone: bool) -> None:
-    """Add the graph that publishes a sensor, and one for its frame if that is no link."""
+    """Add the graph that publishes a sensor, and one that publishes its frame if that is not a link."""
     figures, kind = sensor.figures, sensor.figures.type
     device: Device = DEVICES.all[kind]
     path = "/".join(part for part in (_path(draft.urdf, sensor.link), sensor.name, device.child) if part)
@@ -199,7 +199,7 @@ def _use(draft: Draft, name: str, graph: str, parameters: dict[str, Any]) -> Non
 
 
 def _frame(draft: Draft, sensor: _Found) -> str:
-    """Return the frame of a sensor's messages, which TF knows: a link's, or one that a graph of its own publishes."""
+    """Return the frame of a sensor's messages: a link's frame, or one that an additional graph publishes on TF."""
     links, link = draft.urdf.links, sensor.link
     written = gazebo_topics.frame(sensor.values)
     camera = sensor.figures.type == "camera"
@@ -236,7 +236,7 @@ def _optical_link(urdf: Urdf, link: str, pose: Pose) -> str:
 
 
 def _prim(urdf: Urdf, link: str) -> str:
-    """Return what a robot file calls a link's prim: its name, or its path where a joint is called the same."""
+    """Return a link's prim as a robot file writes it: its name, or its path if a joint has the same name."""
     name = prim_name(link)
     return _path(urdf, link) if name in map(prim_name, urdf.joints) else name
 

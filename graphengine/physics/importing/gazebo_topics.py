@@ -1,4 +1,4 @@
-"""The topics of Gazebo's sensors.
+"""Derives ROS topics from Gazebo's sensors.
 
 New Gazebo writes one `<topic>` in the sensor and makes the names of others from it. Classic Gazebo has plugins, which remap names
 (ROS 2), or have a tag for each (ROS 1). Names are relative here, so that the namespace of a robot precedes them.
@@ -67,12 +67,12 @@ def topics(graph: str, values: Values) -> dict[str, str]:
 
 
 def customary(graph: str) -> dict[str, str]:
-    """Return the topics that robots usually have, by parameter of a graph."""
+    """Return the customary topics of a sensor type, by parameter of its graph."""
     return dict(_DEFAULT[graph])
 
 
 def frame(values: Values) -> str:
-    """Return the frame that a sensor's messages are in; empty if the description gives none."""
+    """Return the frame of a sensor's messages; empty if the description gives none."""
     written = [
         values.text("camera", "optical_frame_id"),
         *(values.text(tag) for tag in _FRAMES),
@@ -83,7 +83,7 @@ def frame(values: Values) -> str:
 
 
 def legal(topic: str) -> str:
-    """Return a topic as ROS 2 allows it, relative: other characters become '_'; empty for Gazebo's default."""
+    """Return a topic as a legal relative name of ROS 2, with '_' for illegal characters; empty for Gazebo's default topic."""
     if topic.strip() == "__default_topic__":
         return ""
     parts = [re.sub(r"[^A-Za-z0-9_]", "_", part) for part in topic.strip().lstrip("~").split("/")]
@@ -118,7 +118,7 @@ def _of_plugin(defaults: dict[str, str], values: Values) -> dict[str, str]:
 
 
 def _remappings(values: Values) -> dict[str, str]:
-    """Return remapped names without `~/`, each with its new name."""
+    """Return new names by remapped name, without `~/`."""
     found: dict[str, str] = {}
     ros = values.find("plugin", "ros")
     for element in ros.children if ros is not None else ():

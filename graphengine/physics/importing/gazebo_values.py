@@ -1,4 +1,4 @@
-"""Reads values out of the elements that a description holds for Gazebo, and keeps record of what was read."""
+"""Reads values from a description's Gazebo elements, and records which elements were read."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ TRUE = ("true", "1", "yes", "on")
 
 
 class UnusableError(Exception):
-    """Part of a description that an import cannot use.
+    """An element of a description that an import cannot use.
 
     Attributes:
-        reason: for people.
-        span: where the description says it.
+        reason: reason, for messages.
+        span: location of the element.
     """
 
     def __init__(self, reason: str, span: Span) -> None:
@@ -29,7 +29,7 @@ class UnusableError(Exception):
 
 @dataclass(frozen=True, slots=True)
 class Values:
-    """Values of an element and of those in it. Paths are tags from the element down; `a|b` is the first of several tags."""
+    """The values in an element and its descendants. Paths are tags from the element down; `a|b` is the first of several tags."""
 
     element: Element
     _read: set[int] = field(default_factory=set)
@@ -45,7 +45,7 @@ class Values:
         return found
 
     def text(self, *path: str) -> str:
-        """Return the text at a path, or its attribute `value`, in which older descriptions write it; empty without."""
+        """Return the text at a path, or its attribute `value`, which older descriptions use; empty without an element."""
         found = self.find(*path)
         return (found.text or found.get("value")).strip() if found is not None else ""
 
@@ -64,24 +64,24 @@ class Values:
         return value
 
     def flag(self, *path: str) -> bool | None:
-        """Return the boolean at a path; None without."""
+        """Return the boolean at a path; None without an element."""
         text = self.text(*path).lower()
         return text in TRUE if text else None
 
     def skip(self, *path: str) -> None:
-        """Mark what is at a path as read."""
+        """Mark the element at a path as read."""
         if (found := self.find(*path)) is not None:
             self._read.update(id(part) for part in found.walk())
 
     def unread(self) -> list[Element]:
-        """Return the elements with a value other than zero that nobody has read, in order of the file."""
+        """Return the unread elements with a value other than zero, in order of the file."""
         leaves = (part for part in self.element.walk() if part is not self.element and not part.children)
         return [leaf for leaf in leaves if id(leaf) not in self._read and number(leaf.text) != 0.0]
 
 
 @dataclass(slots=True)
 class Notes:
-    """Remarks on parts of a description; what is said about several of them becomes one remark."""
+    """Collects remarks; a remark on several subjects becomes one line with all their names."""
 
     _said: dict[tuple[str, str], list[tuple[str, Span]]] = field(default_factory=dict)
 
@@ -106,13 +106,13 @@ class Subject:
     span: Span
 
     def carried(self, text: str) -> None:
-        """Remark on what the robot file repeats."""
+        """Add a remark on a value taken over into the robot file."""
         self.notes.add("carried", self.name, text, self.span)
 
     def guessed(self, text: str) -> None:
-        """Remark on what the description does not say."""
+        """Add a remark on a value that the description lacks."""
         self.notes.add("guessed", self.name, text, self.span)
 
     def lost(self, text: str, span: Span | None = None) -> None:
-        """Remark on what the robot file cannot hold; at the place of the part unless another is given."""
+        """Add a remark on a value that a robot file cannot express; by default at the location of the subject."""
         self.notes.add("lost", self.name, text, span or self.span)

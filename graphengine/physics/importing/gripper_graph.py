@@ -1,4 +1,4 @@
-"""The graphs that open and close grippers."""
+"""Adds the graphs that open and close grippers."""
 
 from __future__ import annotations
 

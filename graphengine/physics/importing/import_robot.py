@@ -245,7 +245,7 @@ def _portable(urdf: Urdf, beside: Collection[Path]) -> str:
 
 
 def _near(path: Path, target: Path) -> str:
-    """Return a path as it is written in a robot file: relative if it is within the project, else absolute."""
+    """Return a path for a robot file: relative if it is in the project, else absolute."""
     resolved, folder = path.resolve(), target.parent.resolve()
     return os.path.relpath(resolved, folder) if resolved.is_relative_to(_project(target)) else str(resolved)
 

@@ -1,4 +1,4 @@
-"""How joints are commanded: by controllers of single joints, by `<ros2_control>`, else by `<transmission>`."""
+"""Reads the commands that joints take: from controllers of single joints, `<ros2_control>`, else `<transmission>`."""
 
 from __future__ import annotations
 
@@ -29,8 +29,8 @@ class JointCommands:
     """The commands that a joint takes.
 
     Attributes:
-        source: the element that says so, for people.
-        span: its place.
+        source: description of the source, for messages.
+        span: location of the source.
         ranges: for each kind of command its lowest and highest value, None where none is given; rad, m, rad/s, m/s, N m or N.
         start: position of the joint at the start, rad or m.
     """
@@ -42,7 +42,7 @@ class JointCommands:
 
 
 def joint_commands(draft: Draft, controllers: Iterable[Controller]) -> dict[str, JointCommands]:
-    """Return the commands of each joint that controllers or the description list; what was read is marked as used."""
+    """Return the commands by joint, as controllers or the description list them, and mark their elements as used."""
     found: dict[str, JointCommands] = {}
     if draft.urdf.mjcf is not None:
         for actuator in draft.urdf.mjcf.actuators:
@@ -60,7 +60,7 @@ def joint_commands(draft: Draft, controllers: Iterable[Controller]) -> dict[str,
 
 
 def _controller(draft: Draft, controller: Controller, found: dict[str, JointCommands]) -> None:
-    """The joints of a controller that commands each of them alone, such as a JointGroupVelocityController."""
+    """Add the joints of a controller that commands joints independently, such as JointGroupVelocityController."""
     word = controller.type.rpartition("/")[2]
     kinds = ("position",) if word.endswith(_SERVOS) else controller.texts("command_interfaces", "interface_name")
     kinds = tuple(kind for kind in kinds or (k for part, k in _CONTROLLERS.items() if part in word) if kind in KINDS)
@@ -119,7 +119,7 @@ def _transmission(draft: Draft, element: Element, found: dict[str, JointCommands
 
 
 def _unknown(draft: Draft, name: str, source: str, span: Span) -> bool:
-    """Return whether the description has no such joint that moves, which becomes a remark."""
+    """Return whether the description has no movable joint of this name; if so, add a remark."""
     joint = draft.urdf.joints.get(name)
     if joint is None:
         draft.lost.append(Remark(f"{source}: the description has no joint {printable(name)!r}", span))

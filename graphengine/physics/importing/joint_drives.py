@@ -1,7 +1,7 @@
-"""The drives of a robot's joints.
+"""Decides on the drives of a robot's joints.
 
-A joint that a base commands, or that `<ros2_control>` or `<transmission>` lists, is driven as they say. A joint that nobody
-commands turns freely: a drive would brake a passive wheel.
+A joint that a base commands, or that `<ros2_control>` or `<transmission>` lists, has the drive that they give. A joint
+without commands turns freely, because a drive would brake a passive wheel.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ _MOST = 1e9
 
 
 def plain(draft: Draft) -> None:
-    """Give every wheel a velocity drive, as for a description that a scene uses without a robot file."""
+    """Give every wheel a velocity drive; used for a description without a robot file."""
     moving = draft.urdf.moving()
     rolling = {wheel.joint: wheel.radius for wheel in draft.wheels.values() if not wheel.swivels}
     if not draft.wheels:
@@ -60,10 +60,10 @@ def fill(
     """Decide on the drive of each joint that moves.
 
     Args:
-        draft: takes the drives, and remarks on them.
-        commands: that the description lists.
-        wheels: on the floor.
-        drivetrain: of the base; None for a robot without one.
+        draft: receives the drives, and remarks on them.
+        commands: commands by joint, from the description.
+        wheels: wheels on the floor.
+        drivetrain: drivetrain of the base; None for a robot without a base.
     """
     decisions: dict[_Decision, list[UrdfJoint]] = {}
     driven = [wheel.joint for wheel in drivetrain.wheels] if drivetrain is not None else []
@@ -101,7 +101,7 @@ def fill(
 
 @dataclass(frozen=True, slots=True)
 class _Decision:
-    """What drives a joint: `velocity`, `position`, `effort` or `free`; why; and whether the description leaves it open."""
+    """The drive of a joint (`velocity`, `position`, `effort` or `free`), its reason, and whether it is guessed."""
 
     kind: str
     why: str
@@ -148,7 +148,7 @@ def _decide(
 
 
 def _of_base(kind: str, role: str, kinds: Mapping[str, object], source: str) -> _Decision:
-    """Return the decision on a joint of the base: carried over if the description or a controller says it, else guessed."""
+    """Return the decision for a joint of the base; it is guessed unless the description or a controller gives it."""
     if kind in kinds:
         return _Decision(kind, f"{role} with a {kind} command")
     return _Decision(kind, f"{role}, {source}" if source else role, guessed=not source)
@@ -157,7 +157,7 @@ def _of_base(kind: str, role: str, kinds: Mapping[str, object], source: str) -> 
 def _drive(
     draft: Draft, joint: UrdfJoint, kind: str, wheels: Sequence[BaseWheel], drivetrain: Drivetrain | None
 ) -> dict[str, Any]:
-    """Return the key `drive` of a joint; empty for a joint without a drive."""
+    """Return the value of a joint's key `drive`; empty for a joint without a drive."""
     driven = drivetrain.wheels if drivetrain is not None else ()
     wheel = next((wheel for wheel in (*driven, *wheels) if wheel.joint == joint.name), None)
     carrying = [wheel for wheel in wheels if not wheel.caster] or list(driven)
@@ -182,7 +182,7 @@ def _drive(
 
 
 def _bounds(joint: UrdfJoint, drive: dict[str, Any] | None, commands: JointCommands) -> dict[str, Any]:
-    """Return start and limits of a joint whose commands have a range; a drive's speed gets its limit in place."""
+    """Return start position and limits of a joint whose commands have a range; the speed limit is set on the drive itself."""
     keys: dict[str, Any] = {}
     if commands.start:
         keys["start"] = commands.start
@@ -199,7 +199,7 @@ def _bounds(joint: UrdfJoint, drive: dict[str, Any] | None, commands: JointComma
 
 
 def servo(joint: UrdfJoint) -> dict[str, float]:
-    """Return gains with the full effort at a deviation of 0.1 rad or 10 mm; not critically damped, but well damped."""
+    """Return gains that exert the full effort at a deviation of 0.1 rad or 10 mm, with less than critical damping."""
     stiffness = (joint.effort or 10.0) / (0.01 if joint.type == "prismatic" else 0.1)
     return {"stiffness": _gain(stiffness), "damping": _gain(stiffness / 10)}
 

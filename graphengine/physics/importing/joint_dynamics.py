@@ -1,4 +1,4 @@
-"""What a description says of joints besides their drives: limits of velocity and position, springs, where they start."""
+"""Converts a description's properties of joints besides drives: limits, springs and start positions."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from graphengine.physics.importing.draft import Draft, Remark
 
 
 def fill(draft: Draft) -> None:
-    """Carry over soft limits, springs and velocity limits of drives; start each joint at a legal position."""
+    """Add soft limits, springs, velocity limits of drives, and a legal start position for each joint."""
     joints = {joint.name: joint for joint in draft.urdf.moving()}
     for gazebo in draft.urdf.element.all("gazebo"):
         if gazebo.get("reference") in joints:
@@ -23,7 +23,7 @@ def fill(draft: Draft) -> None:
 
 
 def _soft_limits(draft: Draft, joint: UrdfJoint) -> None:
-    """Limits of a safety controller, which stops a joint before its own limits do; 0 to 0 stands for none."""
+    """Add the soft limits of a `<safety_controller>`, which are within the joint's limits; 0 to 0 means none."""
     safety, limits = joint.element.first("safety_controller"), _limits(draft, joint)
     if safety is None or limits is None:
         return
@@ -44,7 +44,7 @@ def _limits(draft: Draft, joint: UrdfJoint) -> tuple[float, float] | None:
 
 
 def _spring(draft: Draft, joint: UrdfJoint, gazebo: Element) -> None:
-    """The spring that Gazebo gives a joint, such as that of a wheel drop."""
+    """Add the spring that Gazebo's elements give a joint, such as that of a wheel drop."""
     stiffness, rest = gazebo.first("springStiffness"), gazebo.first("springReference")
     force = number(stiffness.text) if stiffness is not None else None
     if stiffness is None or force is None or force <= 0:
@@ -73,7 +73,7 @@ def _start(draft: Draft, joint: UrdfJoint) -> None:
 
 
 def _velocities(draft: Draft, joints: Sequence[UrdfJoint]) -> None:
-    """Limits of velocity become those of drives; a joint without a drive has no set point to limit."""
+    """Limit the velocities of drives; a joint without a drive has no set point to limit."""
     bounded: dict[str, Element] = {}
     for joint in joints:
         limit, drive = joint.element.first("limit"), draft.entry("joints", joint.name).value.get("drive")

@@ -1,4 +1,4 @@
-"""The graphs of joints that no base drives: their states, their commands, arms, grippers and legs."""
+"""Adds the graphs of joints outside of a base: joint states, commands, arms, grippers and legs."""
 
 from __future__ import annotations
 

@@ -32,7 +32,7 @@ def fill(draft: Draft) -> None:
 
 
 def _gazebo(draft: Draft, elements: Sequence[Element]) -> None:
-    """A line for elements that say the same about several links or joints."""
+    """Group equal elements of several links or joints in one line each."""
     alike: dict[str, list[Element]] = {}
     for gazebo in elements:
         left = [child for child in gazebo.children if not draft.used(child)]
@@ -44,7 +44,7 @@ def _gazebo(draft: Draft, elements: Sequence[Element]) -> None:
 
 
 def _described(element: Element) -> str:
-    """Return an element in few words: its tag with its name, type and text, as far as it has them."""
+    """Return a short text for an element: its tag, and its name, type and text if present."""
     words = (element.tag, element.get("name"), element.get("type"), element.text[:60])
     return printable(" ".join(word for word in words if word))
 

@@ -1,4 +1,4 @@
-"""The graph with which a legged robot with motors stands in its keyframe."""
+"""Adds the graph that makes a legged robot with motors stand in its keyframe pose."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
-"""How a robot rests on a flat floor: which links carry its weight, and where its centre of mass lies between its wheels.
+"""Simulates a robot at rest on a flat floor: which links carry its weight, and where its centre of mass lies.
 
-What rests on the floor and does not roll brakes the robot, so it gets a material without friction.
+A link that rests on the floor and does not roll would brake the robot, so it gets a material without friction.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ NEAR = 0.01
 
 
 def fill(draft: Draft) -> None:
-    """Let the robot stand on a floor, tell what carries it, and free of friction what does not roll."""
+    """Add remarks on the links that carry the robot, and bind those that do not roll to a material without friction."""
     standing = [wheel for wheel in draft.wheels.values() if wheel.on_floor]
     driven = [wheel for wheel in standing if not wheel.swivels]
     if not driven or draft.fixed_base or draft.urdf.root == WORLD:
@@ -69,7 +69,7 @@ def fill(draft: Draft) -> None:
 
 
 def _model(draft: Draft, spec: mujoco.MjSpec, robot: RobotInstance) -> mujoco.MjModel | None:
-    """Return the robot above a plane; joints that nothing holds and no wheel hangs on stay as they are."""
+    """Return a model of the robot above a plane; joints without a drive that carry no wheel are locked."""
     options = spec.option
     options.timestep, options.integrator = STEP, mujoco.mjtIntegrator.mjINT_DISCRETE
     options.cone, options.impratio = mujoco.mjtCone.mjCONE_ELLIPTIC, 10.0
@@ -145,7 +145,7 @@ def _free(draft: Draft, forces: dict[str, float], near: list[str], weight: float
 
 
 def _tell_centre(draft: Draft, model: mujoco.MjModel, data: mujoco.MjData, driven: list[WheelShape]) -> None:
-    """Tell of a centre of mass that lies to one side of the middle between the wheels."""
+    """Add a remark if the centre of mass is off the centre between the wheels."""
     root = data.body(draft.urdf.root)
     centre = root.xmat.reshape(3, 3).T @ (data.subtree_com[model.body_rootid[root.id]] - root.xpos)
     axle = np.array(driven[0].axis)

@@ -1,4 +1,4 @@
-"""A draft of a robot as a MuJoCo model, to find out what its robot file has to say."""
+"""Compiles a draft of a robot as a MuJoCo model, for modules that measure it."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ FLOOR_FRICTION = 1.0
 
 
 def trial_spec(draft: Draft) -> tuple[mujoco.MjSpec, RobotInstance] | None:
-    """Return the robot that a draft describes so far; None if anything is wrong with it, which the import reports later."""
+    """Return the robot that a draft describes so far; None if it has errors, which the import reports later."""
     if draft.library is None:
         return None
     scratch = Findings()

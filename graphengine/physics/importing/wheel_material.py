@@ -1,4 +1,4 @@
-"""The material of wheels: full grip on any floor."""
+"""Adds the material of wheels, which grips on any floor."""
 
 from __future__ import annotations
 

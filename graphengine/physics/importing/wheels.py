@@ -1,4 +1,4 @@
-"""Finds the wheels of a robot, also those whose colliders are meshes, and gives them colliders that roll."""
+"""Finds the wheels of a robot, including wheels with mesh colliders, and replaces colliders that roll badly."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ _DIRECTIONS = np.linspace(0.0, 2 * math.pi, 72, endpoint=False)
 
 
 def fill(draft: Draft) -> None:
-    """Find the wheels, and write `wheel_colliders` for those that would roll badly as they are."""
+    """Find the wheels, and write `wheel_colliders` for wheels with colliders that roll badly."""
     trial = trial_spec(draft)
     model = trial_model(draft, trial[0]) if trial is not None else None
     if model is None:
@@ -60,7 +60,7 @@ def fill(draft: Draft) -> None:
 
 
 def turns_on(joint: UrdfJoint) -> bool:
-    """Return whether a joint turns without end, or nearly so."""
+    """Return whether a joint turns without limits, or in a range wider than `WIDE`."""
     limits = joint.limits
     return joint.type in TURNING and (limits is None or limits[1] - limits[0] > WIDE)
 
@@ -74,7 +74,7 @@ def _wheel(
     geoms: list[int],
     lowest: float,
 ) -> WheelShape | None:
-    """Return the wheel that a joint turns about an axis in the root link; None if its colliders are not round about it."""
+    """Return the wheel that a joint turns about an axis in the root link; None without colliders round about that axis."""
     body = model.body(joint.child).id
     if (crooked := _crooked(draft, joint)) is not None:
         reach = extents(model, data, geoms)
@@ -129,7 +129,7 @@ def _size(points: Floats, axle: Floats) -> tuple[float, float, float] | None:
 
 
 def _swivelling(draft: Draft, axes: Mapping[str, Vector3]) -> set[str]:
-    """Joints that hang on one which turns freely about the vertical, or are one; a command above or of a joint ends that."""
+    """Return the joints at or below a vertical joint that turns freely, down to the first joint with a command."""
     commanded, found = _commanded(draft), set[str]()
     for joint in (joint for link in draft.urdf.depth_first() for joint in link.below):
         above = draft.urdf.links[joint.parent].carrier
@@ -140,7 +140,7 @@ def _swivelling(draft: Draft, axes: Mapping[str, Vector3]) -> set[str]:
 
 
 def _commanded(draft: Draft) -> set[str]:
-    """Return joints that the description has something command: transmissions, ros2_control, plugins of Gazebo."""
+    """Return the joints for which the description has a transmission, a ros2_control interface or a Gazebo plugin."""
     found: set[str] = set()
     for owner in draft.urdf.element.children:
         if owner.tag == "transmission":
