@@ -1,4 +1,4 @@
-"""Packages that a xacro file names and that are not there: what they would bring, and a file without them."""
+"""Missing packages of a xacro file: reports what they would contribute, and leaves them out on request."""
 
 from __future__ import annotations
 
@@ -21,10 +21,10 @@ class AbsentPackage:
     """A package that is not found, or that the user leaves out.
 
     Attributes:
-        name: of the package.
-        span: where the description names it first.
-        lacks: why it is not found: a sentence, then lines of help.
-        includes: its files that would be included, each as `$(find NAME)/FILE`.
+        name: name of the package.
+        span: location of its first use in the description.
+        lacks: the reason why it is not found: a sentence, then lines of help.
+        includes: its files that the description includes, each as `$(find NAME)/FILE`.
     """
 
     name: str
@@ -49,13 +49,13 @@ def report(
     *,
     failed: bool,
 ) -> None:
-    """Add an error for each absent package that is needed, and a note for what was left out on request.
+    """Add an error for each missing package that is needed, and a note for each that was left out on request.
 
     Args:
-        absent: the packages.
-        calls: calls of macros that may be defined in them.
-        without: names of those that are left out on request.
-        findings: takes the errors and notes.
+        absent: missing packages.
+        calls: calls of macros that these packages may define.
+        without: names of packages to leave out.
+        findings: receives the errors and notes.
         failed: whether the file could not be expanded, so that all of them are needed.
     """
     macros = list(dict.fromkeys(printable(call.macro) for call in calls[:MAX_NAMED]))
@@ -75,7 +75,7 @@ def report(
 
 
 def report_mesh_packages(root: Element, packages: Packages, findings: Findings) -> None:
-    """Add an error for each package that meshes lie in and that is not found, instead of one for each mesh."""
+    """Add an error for each missing package with meshes, instead of one for each mesh."""
     missing: dict[str, dict[str, Element]] = {}
     for mesh in root.walk():
         name = package_of(mesh.get("filename")) if mesh.tag == "mesh" else None
@@ -92,7 +92,7 @@ def report_mesh_packages(root: Element, packages: Packages, findings: Findings) 
 
 
 def drop_meshes(root: Element, packages: Collection[str], findings: Findings) -> None:
-    """Remove the visuals and colliders of a description whose meshes lie in some packages."""
+    """Remove the visuals and colliders whose meshes are in the given packages."""
     prefixes = tuple(f"{SCHEME}{name}/" for name in packages)
     for link in root.all("link"):
         for part in [part for part in link.children if _names_one(part, prefixes)]:

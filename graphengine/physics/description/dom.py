@@ -41,7 +41,7 @@ def node_of(element: Element, document: minidom.Document) -> minidom.Element:
 
 
 class _Carrier:
-    """Gives a copied element the place of the original; DOM calls it when it copies."""
+    """Handler that DOM calls when it copies an element; it gives the copy the source location of the original."""
 
     def handle(self, operation: int, key: str, place: Span, source: minidom.Node, copy: minidom.Node | None) -> None:
         if copy is not None:

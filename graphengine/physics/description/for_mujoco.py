@@ -32,9 +32,9 @@ def for_mujoco(
         urdf: robot description, which is not changed.
         name: name of the robot.
         free: whether its root link moves.
-        colours: of visuals that have none, by link.
+        colours: colours of visuals without a material, by link.
         library: reads the meshes and keeps them.
-        findings: takes meshes that are missing or cannot be read, and notes on what was changed.
+        findings: receives errors of missing or unreadable meshes, and notes on changes.
     """
     compiler = Element("compiler", dict(_COMPILER), urdf.element.span)
     for settings in urdf.element.all("mujoco"):

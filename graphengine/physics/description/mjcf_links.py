@@ -182,7 +182,7 @@ class MjcfLinks:
         return "revolute" if self.model.jnt_limited[joint] else "continuous"
 
     def _reference(self, joint: int) -> Pose:
-        """Return the motion from a joint's position in the model's file back to zero."""
+        """Return the motion that brings a joint from its reference position in the model's file to zero."""
         model, axis = self.model, self.model.jnt_axis[joint].tolist()
         back = -float(model.qpos0[model.jnt_qposadr[joint]])
         if model.jnt_type[joint] == _JOINT.mjJNT_SLIDE:

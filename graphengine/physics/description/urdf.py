@@ -104,7 +104,7 @@ class UrdfJoint:
         return value if value and value > 0 else None
 
     def limit(self, lowest: float, highest: float) -> None:
-        """Give the joint other limits, rad or m, in the XML element too."""
+        """Set the joint's limits, rad or m, also in its XML element."""
         limit = self.element.first("limit")
         if limit is None:
             limit = Element("limit", {}, self.element.span)
@@ -112,7 +112,7 @@ class UrdfJoint:
         limit.attributes |= {"lower": repr(lowest), "upper": repr(highest)}
 
     def put(self, position: Vector3) -> None:
-        """Move the joint's origin, m, in the XML element too."""
+        """Set the joint's origin, m, also in its XML element."""
         self.pose = (position, self.pose[1])
         origin = self.element.first("origin")
         if origin is None:
@@ -206,7 +206,7 @@ class Urdf:
         """Return the wheels on some joints, in the same order; `along` is measured along the axle of the first.
 
         Args:
-            joints: that may carry wheels.
+            joints: joints that may carry wheels.
             shapes: radius of a wheel, and distance of its middle from the joint along the axis (both m), by link; other wheels
                 are told by the description's colliders.
         """

@@ -35,10 +35,10 @@ class Expanded:
     """The output of the process.
 
     Attributes:
-        elements: of the document in its order, each with its depth and without its children; none if the file has errors.
+        elements: elements of the document in order, each with its depth and without its children; empty after errors.
         known: defaults of the arguments that the files take, by name; None where there is none.
-        findings: what is wrong.
-        wanted: a package that the process has to be given first.
+        findings: errors and notes.
+        wanted: a package whose location the process needs before it can continue.
         used: files that were read.
         absent: packages that are not there.
         unknown_calls: calls of macros that nothing defines, which are left out if a package is absent.
@@ -78,11 +78,11 @@ def expand(
     Args:
         path: xacro file.
         arguments: values of its `xacro:arg` elements.
-        packages: what `$(find …)` finds; they also judge which files are read.
-        findings: takes what is wrong.
-        places: where the arguments are given, by name.
-        text: of the file, if it does not exist yet.
-        without: packages of which nothing is included.
+        packages: resolve `$(find …)`, and decide which files may be read.
+        findings: receives errors and notes.
+        places: locations of the arguments' values, by name.
+        text: content of the file, if it does not exist yet.
+        without: packages to leave out.
     """
     start = Span(Source(str(path), ()), 1, 1)
     warn(findings)
@@ -108,9 +108,9 @@ def expand(
 
 
 def defaults(path: Path, packages: Packages, findings: Findings) -> dict[str, str | None]:
-    """Return the defaults of a xacro file's arguments by name, of those of the files that it includes too; None without one.
+    """Return the defaults of the arguments of a xacro file and its includes, by name; None for an argument without a default.
 
-    What is wrong with the file is no matter here, but for a process that gives no answer.
+    Errors in the file are ignored here; only a process that does not answer is reported.
     """
     try:
         return _ask(path, {}, packages, None, ()).known
@@ -124,8 +124,8 @@ def _ask(
 ) -> Expanded:
     """Return the answer of the process that expands a file.
 
-    Where workspaces are sourced, the process may read only those of their packages that the files name: it is run again for
-    each that turns up.
+    In a sourced workspace, the process may read only the packages that the files name. It runs again for each package that it
+    encounters.
     """
     installed = packages.files.installed
     roots = [str(root) for root in packages.files.roots if root not in {folder.resolve() for folder in installed}]

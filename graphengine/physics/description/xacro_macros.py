@@ -1,4 +1,4 @@
-"""Robots that a xacro file only defines as a macro, and the few lines of xacro that make a robot of one."""
+"""Finds xacro macros that define robots, and writes the xacro file that instantiates one."""
 
 from __future__ import annotations
 
@@ -26,13 +26,13 @@ _BLOCK = "*"
 
 @dataclass(frozen=True, slots=True)
 class RobotMacro:
-    """A macro that makes links.
+    """A macro that creates links.
 
     Attributes:
-        name: by which it is called.
-        parameters: defaults by name, as the file writes them; None without one.
-        blocks: names of the elements that a call of it holds, in their order.
-        span: where it is defined.
+        name: name of the macro.
+        parameters: defaults by name, as written in the file; None for a parameter without a default.
+        blocks: names of the block parameters (elements inside a call), in order.
+        span: location of its definition.
     """
 
     name: str
@@ -42,7 +42,7 @@ class RobotMacro:
 
 
 def robot_macros(root: Element) -> list[RobotMacro]:
-    """Return the macros of a file that make links, in order."""
+    """Return the macros of a file that create links, in order."""
     macros = (element for element in root.walk() if element.tag == f"{PREFIX}macro")
     return [
         _macro(element)
@@ -60,7 +60,7 @@ def _macro(element: Element) -> RobotMacro:
 
 
 def has_robot(root: Element) -> bool:
-    """Return whether a file has a link or calls a macro, outside of the macros that it defines."""
+    """Return whether a file has a link or a macro call outside of its macro definitions."""
     calls = (part.tag.removeprefix(PREFIX) for part in _outside_macros(root) if part.tag.startswith(PREFIX))
     return any(part.tag == "link" for part in _outside_macros(root)) or any(call not in _NO_CALLS for call in calls)
 
@@ -76,13 +76,13 @@ def _outside_macros(root: Element) -> Iterator[Element]:
 def choose_macro(
     root: Element, wanted: str | None, arguments: Collection[str], findings: Findings
 ) -> RobotMacro | None:
-    """Return the macro that a robot is made of: the wanted one, or the only one of a file that has no robot.
+    """Return the macro that defines the robot: the wanted one, or the only one of a file without a robot.
 
     Args:
-        root: of the file.
+        root: root element of the file.
         wanted: name of a macro.
-        arguments: names of those that have a value.
-        findings: takes an error if several macros could be meant, none has the name, or a parameter needs a value.
+        arguments: names of the arguments that have a value.
+        findings: receives an error if several macros qualify, none has the name, or a parameter lacks a value.
     """
     macro = _chosen(root, wanted, findings)
     needed = [key for key, value in macro.parameters.items() if value is None] if macro is not None else []
@@ -111,12 +111,12 @@ def wrapper(
     """Return a xacro file that includes the macro's file and calls the macro.
 
     Args:
-        macro: to be called.
-        path: of the file that defines it.
+        macro: macro to call.
+        path: path of the file that defines it.
         name: of the robot.
-        arguments: values of the macro's parameters, and of other arguments of the file.
-        packages: by which the file is named.
-        complete: whether the other arguments are written too.
+        arguments: values of the macro's parameters, and of the file's arguments.
+        packages: packages, one of which may contain the file.
+        complete: whether the values of the file's arguments are written too.
     """
     others = {key: value for key, value in arguments.items() if key not in macro.parameters} if complete else {}
     given = {key: value for key, value in arguments.items() if key in macro.parameters}
@@ -151,12 +151,12 @@ def literal(value: str) -> str:
 
 
 def _comment(text: str) -> str:
-    """Return text that may stand in a comment of XML."""
+    """Return the text with changes that make it legal in an XML comment."""
     return printable(re.sub("-(?=-)", "- ", text)).rstrip("-")
 
 
 def _reference(path: Path, packages: Packages) -> str:
-    """Return a file as xacro finds it: in its package if it lies in one, else by its absolute path."""
+    """Return a reference to a file for xacro: `$(find PACKAGE)/…` if a package contains the file, else its absolute path."""
     resolved = path.resolve()
     for folder in resolved.parents:
         name = manifest_name(folder) if (folder / MANIFEST).is_file() else None

@@ -36,19 +36,19 @@ from graphengine.sandbox.untrusted import answer, reply
 
 
 class AbsentPackageError(XacroException):  # type: ignore[misc]  # xacro has no types
-    """A file of a package that is not there; the include of it is left out."""
+    """An included file belongs to a missing package; the include is left out."""
 
 
 class Expansion:
-    """One run of xacro. What absent packages would bring is left out and reported.
+    """One run of xacro. Includes from missing packages are left out and reported.
 
     Args:
         path: xacro file.
         arguments: values of its `xacro:arg` elements.
-        packages: what `$(find …)` finds; they also judge which files are read.
-        found: where the packages lie that the caller looked for, or why they are not found; None to look for them here.
-        text: of the file, if it does not exist yet.
-        without: packages that are left out as if they were absent.
+        packages: resolve `$(find …)`, and decide which files may be read.
+        found: by package, its folder, or the reason why the caller did not find it; None to search here.
+        text: content of the file, if it does not exist yet.
+        without: packages to leave out, as if they were missing.
     """
 
     def __init__(
@@ -79,7 +79,7 @@ class Expansion:
         self.unknown_calls: list[UnknownCall] = []
 
     def run(self) -> Expanded:
-        """Return the expanded document, or its errors."""
+        """Run xacro and return the expanded document, or its errors."""
         elements = self._elements()
         used = [str(path) for path in self.packages.files.used]
         absent = list(self.absent.values())
@@ -103,7 +103,7 @@ class Expansion:
             return []
 
     def _take_over(self) -> None:
-        """Replace functions of the xacro module, which it looks up by name at each call."""
+        """Replace functions in the xacro module, which resolves them by name at each call."""
         xacro.safe_eval = lambda text, names, _=None: xacro_expressions.evaluate(text, names)
         xacro.eval_extension = self._extension
         xacro.parse = self._parse
@@ -171,7 +171,7 @@ class Expansion:
         return self._document(read(path, self.findings, "S103"), filename)
 
     def _refuse_absent(self, filename: str) -> None:
-        """Note a file to be included of a package that is absent, and do not read it."""
+        """Record a file of a missing package that is to be included, and refuse to read it."""
         name, _, rest = filename.rpartition(SCHEME)[2].partition("/")
         if SCHEME in filename and name in self.absent:
             if len(self.absent[name].includes) < MAX_NAMED:
@@ -189,7 +189,7 @@ class Expansion:
         return document
 
     def _extension(self, text: str) -> Any:
-        """Return the value of a `$(…)`."""
+        """Return the value of a substitution `$(…)`."""
         if text == "$(cwd)":
             return str(self.packages.folder)
         if text.startswith("$(eval "):
