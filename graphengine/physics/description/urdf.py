@@ -208,7 +208,7 @@ class Urdf:
         Args:
             joints: joints that may carry wheels.
             shapes: radius of a wheel, and distance of its middle from the joint along the axis (both m), by link; other wheels
-                are told by the description's colliders.
+                are found by their colliders.
         """
         found: list[Wheel] = []
         axle = None

@@ -157,7 +157,7 @@ def _joint(element: Element, links: dict[str, UrdfLink], findings: Findings) -> 
 
 
 def _direction(joint: Element) -> Vector3 | None:
-    """Unit vector of a joint's axis; None if it has no direction."""
+    """Return the unit vector of a joint's axis; None if it has no direction."""
     axis = joint.first("axis")
     values = numbers(axis.get("xyz", "1 0 0"), 3) if axis is not None else (1.0, 0.0, 0.0)
     length = math.hypot(*values) if values is not None else 0.0

@@ -159,7 +159,7 @@ def _ask(
 
 
 def _names(path: Path, installed: Sequence[Path], text: str | None) -> list[str]:
-    """Installed packages that a file names, and the one that it lies in."""
+    """Return the installed packages that a file names, and the one that contains the file."""
     around = [folder.name for folder in path.absolute().parents if folder.parent in installed]
     if text is None:
         with path.open("rb") as file:
@@ -174,7 +174,7 @@ def _joined(parts: Sequence[tuple[int, Element]]) -> Element:
     """Join elements, each with its depth, to a tree and return its root.
 
     Raises:
-        ProcessError: the elements are none of one document, or XML cannot hold them.
+        ProcessError: the elements do not form one document, or contain characters that XML forbids.
     """
     above: list[Element] = []
     for depth, element in parts[: MAX_ELEMENTS + 1]:
