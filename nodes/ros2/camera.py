@@ -111,7 +111,7 @@ class ROS2CameraHelper(SkippingHelper, type="isaacsim.ros2.bridge.ROS2CameraHelp
             labels.publish(labels_message(self.classes(), header.stamp))
 
     def message(self, header: messages.Header, picture: Picture) -> Any:
-        """Build the message for the input `type`; None if it needs a segmentation and the picture has none."""
+        """Return the message that the input `type` selects; None for a segmentation if the picture has none."""
         height, width = picture.depth.shape
         if self.compression:
             pixels = np.ascontiguousarray(picture.rgb)

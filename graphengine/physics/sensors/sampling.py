@@ -50,7 +50,7 @@ class Sampling:
 
 
 class Sampled(CarriedPrim):
-    """A sensor with samples in some ticks; the facts of its prim have the `rate`."""
+    """A sensor that takes samples at the `rate` in the facts of its prim, Hz."""
 
     def __init__(self, simulation: SimulationCore, prim: Prim) -> None:
         self.rate: float = prim.facts.get("rate", 30.0)
@@ -59,7 +59,7 @@ class Sampled(CarriedPrim):
 
     @property
     def due(self) -> bool:
-        """Whether a new sample belongs to this tick; the first tick has one."""
+        """Whether the sensor takes a new sample in this tick; it does in the first."""
         return self._sampling.due(self._simulation.tick)
 
     @property

@@ -43,11 +43,11 @@ class Layer:
         self._draw(layers)
 
     def update(self, poses: Poses, frame: FrameLayers) -> None:
-        """Show a frame, or hide the layer if it is off."""
+        """Draw the layer's part of a frame; a layer that is switched off is hidden."""
         self._root.visible = self.shown
         self._update(poses, frame)
 
     def _draw(self, layers: SceneLayers) -> None: ...
 
     def _update(self, poses: Poses, frame: FrameLayers) -> None:
-        """Show a frame; called even while the layer is off."""
+        """Draw the layer's part of a frame; called even while the layer is hidden."""

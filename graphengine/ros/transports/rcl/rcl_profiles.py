@@ -32,7 +32,7 @@ def to_profile(qos: QoS) -> Any:
 
 
 def to_endpoint(topic: str, info: Any) -> Endpoint:
-    """Return the endpoint for rclpy's information on an endpoint of a topic."""
+    """Return an endpoint of a topic from rclpy's `TopicEndpointInfo`."""
     owned = info.node_name != _UNKNOWN_NODE
     return Endpoint(
         gid=bytes(info.endpoint_gid),
