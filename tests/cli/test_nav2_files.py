@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib.util
+import shlex
 import sys
 from pathlib import Path
 from typing import Any
@@ -43,6 +44,12 @@ def test_a_fleet_has_a_folder_for_each_robot_and_one_map(graphrun: Graphrun, tmp
         assert list(yaml.safe_load(text)) == [name]
         assert f"/{name}/cmd_vel " in text
         assert 'HERE.parent / "map.yaml"' in (tmp_path / name / "nav2.launch.py").read_text(encoding="utf-8")
+
+
+def test_the_next_commands_are_quoted_for_a_shell(graphrun: Graphrun, tmp_path: Path) -> None:
+    result = graphrun("nav2", "files", "dd100_flat", "-o", str(tmp_path / "my nav"), "--no-calibrate", code=0)
+    launch = shlex.split(result.lines[-1].partition("with ROS 2: ")[2])
+    assert launch == ["ros2", "launch", str(tmp_path / "my nav/nav2.launch.py"), "rviz:=true"]
 
 
 def test_launch_files_are_python(graphrun: Graphrun, tmp_path: Path) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import shlex
 import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -57,8 +58,9 @@ def execute(arguments: argparse.Namespace) -> int:
     for note in made.notes:
         print(clean(f"note: {note}"), file=sys.stderr)
     print(clean(f"{near(str(folder))}: {len(contents)} files"))
-    run = f"graphrun run {arguments.file}{' --robot-state' if arguments.robot_state else ''}"
-    print(clean(f"next: {run}, and with ROS 2: ros2 launch {folder}/nav2.launch.py rviz:=true"))
+    run = shlex.join(["graphrun", "run", str(arguments.file), *(["--robot-state"] if arguments.robot_state else [])])
+    launch = shlex.join(["ros2", "launch", str(folder / "nav2.launch.py"), "rviz:=true"])
+    print(clean(f"next: {run}, and with ROS 2: {launch}"))
     return 0
 
 
