@@ -13,7 +13,7 @@ from graphengine.api.viewing import check_packages, make_floor
 from graphengine.format.errors import UsageError
 from graphengine.format.wording import listing
 from graphengine.recording.player import RecordingPlayer
-from graphengine.runtime.command_queue import Desk
+from graphengine.runtime.command_queue import CommandQueue
 
 if TYPE_CHECKING:
     from graphengine.view.feed import Feed
@@ -170,7 +170,7 @@ def open_recording_page(playback: Playback, host: str, port: int) -> Feed:
 
     title, session = playback.player.recording.path.name, playback.player.session
     floor = functools.partial(make_floor, session)
-    return Feed(session, Desk(), title, host, port, _NoDriver(), lost, make_floor=floor, playback=playback)
+    return Feed(session, CommandQueue(), title, host, port, _NoDriver(), lost, make_floor=floor, playback=playback)
 
 
 def turn(playback: Playback, feed: Feed) -> None:

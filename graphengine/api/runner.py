@@ -24,7 +24,7 @@ from graphengine.ros.domain import Domain
 from graphengine.ros.network import LiveNetwork
 from graphengine.ros.transport import JoinOptions, Transport, Writer
 from graphengine.ros.transports.select import AUTO, find_transport, open_transport
-from graphengine.runtime.command_queue import Desk
+from graphengine.runtime.command_queue import CommandQueue
 from graphengine.runtime.commands import parse
 from graphengine.runtime.inbox import ExternalInputs
 from graphengine.runtime.pacer import SLOWEST
@@ -57,7 +57,7 @@ class Runner:
     def __init__(self, scene: LoadedScene, options: RunOptions, modules: Sequence[str] = ()) -> None:
         self.scene = scene
         self.options = options
-        self.desk = Desk()
+        self.queue = CommandQueue()
         self.publications: dict[Publication, None] = {}
         """Periodic publications, in the order of their start."""
         self.writers: dict[object, Writer] = {}
@@ -86,7 +86,7 @@ class Runner:
             )
             closing.callback(self.network.close)
             self._open_channel(closing)
-            closing.callback(self.desk.close, "the run has ended")
+            closing.callback(self.queue.close, "the run has ended")
             self.session = build.start(
                 scene,
                 self.network,
@@ -97,7 +97,7 @@ class Runner:
                 fault=self._take_fault if options.keep_going else None,
                 bad_values=options.bad_values,
             )
-            self.session.desk = self.desk
+            self.session.queue = self.queue
             self.problems.dropped = self.session.services.dropped
             closing.callback(self.session.close)
             self._open_recorder(modules)
@@ -175,7 +175,7 @@ class Runner:
         if self.options.control is not None:
             from graphengine.control.channel import Channel
 
-            closing.enter_context(Channel(self.desk, self.options.control, self.options.environ))
+            closing.enter_context(Channel(self.queue, self.options.control, self.options.environ))
 
     def _open_recorder(self, modules: Sequence[str]) -> None:
         if self.options.record is not None:
@@ -207,7 +207,7 @@ class Runner:
             from graphengine.control.simulation_interfaces.server import SimulationInterfaces
 
             transport, namespace = self.network.transport(0), self.options.simulation_interfaces
-            SimulationInterfaces(self.desk, self.scene, transport, self._complain, namespace=namespace)
+            SimulationInterfaces(self.queue, self.scene, transport, self._complain, namespace=namespace)
 
     def _offer_parameters(self, closing: ExitStack) -> None:
         """Offer the parameters of the session and its robots, unless messages stay in this process."""
@@ -215,7 +215,7 @@ class Runner:
         if self.options.parameters and transport.node:
             from graphengine.control.parameters import ParameterNodes
 
-            closing.callback(ParameterNodes(self.session, self.desk, transport, self._complain).close)
+            closing.callback(ParameterNodes(self.session, self.queue, transport, self._complain).close)
 
     # Who may call it, and when
 
@@ -288,7 +288,7 @@ class Runner:
         with self._ticking():
             self.session.services.world.realtime = False
             for _ in range(ticks):
-                self.desk.serve(self.session)
+                self.queue.serve(self.session)
                 if self.session.interrupted:
                     self.session.interrupted = False
                     break

@@ -588,7 +588,7 @@ class Session:
         Raises:
             UsageError: an argument cannot be written as JSON.
         """
-        return self._runner.desk.submit(command, plain(arguments))
+        return self._runner.queue.submit(command, plain(arguments))
 
     def close(self) -> None:
         """End the session: run the graphs' closing events, then close the recording and the network.

@@ -100,7 +100,7 @@ def open_page(runner: Runner, host: str, port: int, *, read_only: bool) -> str:
 
     feed = Feed(
         runner.session,
-        runner.desk,
+        runner.queue,
         runner.scene.path.stem,
         host,
         port,

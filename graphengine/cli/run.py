@@ -17,7 +17,7 @@ from graphengine.cli.console import Console
 from graphengine.cli.quantities import address, duration, rate
 
 if TYPE_CHECKING:
-    from graphengine.runtime.command_queue import Desk
+    from graphengine.runtime.command_queue import CommandQueue
     from graphengine.runtime.session_core import SessionCore
 
 
@@ -120,11 +120,11 @@ def execute(arguments: argparse.Namespace) -> int:
     console.network = runner.network
     with (
         _Signals(session),
-        _channel(arguments, runner.desk, console),
+        _channel(arguments, runner.queue, console),
         runner,
         _keys(session, console) as on_tick,
         _profiled(arguments, session, on_tick, console) as on_tick,
-        FileWatch(session.reloader, runner.desk, console.reloaded) if arguments.watch else nullcontext(),
+        FileWatch(session.reloader, runner.queue, console.reloaded) if arguments.watch else nullcontext(),
     ):
         graphs = counted(len(loaded.planned), "graph")
         what = f"{loaded.path}: {graphs}, {1.0 / session.clock.delta:g} Hz; {runner.network.description}"
@@ -146,7 +146,7 @@ def execute(arguments: argparse.Namespace) -> int:
     return 0
 
 
-def _channel(arguments: argparse.Namespace, desk: Desk, console: Console) -> AbstractContextManager[object]:
+def _channel(arguments: argparse.Namespace, queue: CommandQueue, console: Console) -> AbstractContextManager[object]:
     """Return the control channel for `graphrun ctl`; a run whose channel cannot be opened continues without one."""
     from graphengine.control.channel import Channel
     from graphengine.format.errors import ControlError
@@ -154,7 +154,7 @@ def _channel(arguments: argparse.Namespace, desk: Desk, console: Console) -> Abs
     if arguments.no_control:
         return nullcontext()
     try:
-        return Channel(desk, Path(arguments.file).stem, os.environ)
+        return Channel(queue, Path(arguments.file).stem, os.environ)
     except ControlError as error:
         console.say("warning", "", f"graphrun ctl cannot reach this run: {error}")
         return nullcontext()

@@ -20,7 +20,7 @@ from typing import Any
 from graphengine.control import runs
 from graphengine.control.lines import MAX_REQUEST, BadLineError, Lines
 from graphengine.format.errors import ControlError, GraphError
-from graphengine.runtime.command_queue import Desk
+from graphengine.runtime.command_queue import CommandQueue
 
 MAX_CLIENTS = 32
 ENDING = 1.0
@@ -31,7 +31,7 @@ class Channel:
     """Listens for clients until it is closed.
 
     Args:
-        desk: command queue of the session.
+        queue: command queue of the session.
         name: name of the run.
         environment: environment variables, which determine the folder of the socket.
 
@@ -39,8 +39,8 @@ class Channel:
         ControlError: the socket cannot be created.
     """
 
-    def __init__(self, desk: Desk, name: str, environment: Mapping[str, str]) -> None:
-        self._desk = desk
+    def __init__(self, queue: CommandQueue, name: str, environment: Mapping[str, str]) -> None:
+        self._queue = queue
         self._clients: dict[threading.Thread, socket.socket] = {}
         self._idle: dict[threading.Thread, None] = {}
         """Clients without a request in progress, longest idle first."""
@@ -127,7 +127,7 @@ class Channel:
         if not known or not isinstance(arguments, dict) or set(request) - {"command", "arguments"}:
             raise BadLineError
         try:
-            return {"result": self._desk.submit(request["command"], arguments).result()}
+            return {"result": self._queue.submit(request["command"], arguments).result()}
         except GraphError as error:
             return {"error": str(error)}
         except Exception as error:

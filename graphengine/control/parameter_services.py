@@ -9,13 +9,13 @@ from typing import Any
 import numpy as np
 
 from graphengine.control.parameter_messages import descriptor, given_value, message
-from graphengine.control.service_host import Handle, Offers
+from graphengine.control.service_host import Handle, ServiceHost
 from graphengine.format.errors import GraphError, RecordingError, UsageError
 from graphengine.format.wording import did_you_mean
 from graphengine.messages.definitions import DEFINITIONS
 from graphengine.messages.parameters import SERVICES, ParameterType, value_message
 from graphengine.ros.transport import Transport
-from graphengine.runtime.command_queue import Desk
+from graphengine.runtime.command_queue import CommandQueue
 from graphengine.runtime.commands import Command
 from graphengine.runtime.parameter_table import Parameter
 from graphengine.runtime.session_core import SessionCore
@@ -32,7 +32,7 @@ class ParameterServices:
     Args:
         node: full name of the node.
         table: parameters of the node by name; the attribute may be replaced at any time.
-        desk: command queue of the session.
+        queue: command queue of the session.
         transport: transport that carries the services.
         complain: receives one warning per service about malformed requests.
 
@@ -44,13 +44,13 @@ class ParameterServices:
         self,
         node: str,
         table: Mapping[str, Parameter],
-        desk: Desk,
+        queue: CommandQueue,
         transport: Transport,
         complain: Callable[[str], None],
     ) -> None:
         self.table = table
-        self._desk = desk
-        self._offers = Offers(transport, complain, node)
+        self._queue = queue
+        self._offers = ServiceHost(transport, complain, node)
         handles: dict[str, Handle] = {
             "describe_parameters": self._describe,
             "get_parameter_types": self._types,
@@ -131,7 +131,7 @@ class ParameterServices:
                 else:
                     result.successful = True
 
-        return self._desk.ask(act)
+        return self._queue.ask(act)
 
     def _set_atomically(self, request: Any, response: Any) -> Future[Any] | None:
         """Set all parameters, or none if one of them is refused."""
@@ -162,7 +162,7 @@ class ParameterServices:
                 raise
             response.result.successful = True
 
-        return self._desk.ask(act)
+        return self._queue.ask(act)
 
     def _known(self, name: str, *, suggest: bool = True) -> Parameter:
         parameter = self.table.get(name)
@@ -224,7 +224,7 @@ def _plain(value: Any) -> Any:
 
 
 def reason(error: BaseException) -> str:
-    """Return the text of an error on one line."""
+    """Return the message of an error as a single line."""
     return "; ".join(line.strip() for line in str(error).splitlines() if line.strip())
 
 

@@ -17,7 +17,7 @@ from graphengine.messages.parameters import EVENT, EVENTS
 from graphengine.messages.qos import PARAMETER_EVENTS
 from graphengine.ros.network_graph import full_name, split_name
 from graphengine.ros.transport import Transport
-from graphengine.runtime.command_queue import Desk
+from graphengine.runtime.command_queue import CommandQueue
 from graphengine.runtime.graph_run import GraphRun
 from graphengine.runtime.parameter_table import USE_SIM_TIME, graph_parameters, session_parameters
 from graphengine.runtime.session_core import SessionCore
@@ -33,14 +33,16 @@ class ParameterNodes:
 
     Args:
         session: session whose parameters are offered.
-        desk: command queue of the session.
+        queue: command queue of the session.
         transport: transport with a node.
         complain: receives warnings, each text once: of malformed requests, and of nodes that cannot be offered.
     """
 
-    def __init__(self, session: SessionCore, desk: Desk, transport: Transport, complain: Callable[[str], None]) -> None:
+    def __init__(
+        self, session: SessionCore, queue: CommandQueue, transport: Transport, complain: Callable[[str], None]
+    ) -> None:
         self._session = session
-        self._desk = desk
+        self._queue = queue
         self._transport = transport
         self._complain = complain
         self._nodes: dict[str, ParameterServices] = {}
@@ -113,7 +115,7 @@ class ParameterNodes:
                 self._nodes[node].table = table
             elif not self._closed:
                 try:
-                    self._nodes[node] = ParameterServices(node, table, self._desk, self._transport, self._complain)
+                    self._nodes[node] = ParameterServices(node, table, self._queue, self._transport, self._complain)
                 except GraphError as error:  # the other nodes keep theirs
                     self._warn(f"{node}: its parameters are not offered: {error}")
 

@@ -25,7 +25,7 @@ def _nothing(*_: object) -> None:
     """Ignore all arguments; the default for `finish` and `then`."""
 
 
-class Offers:
+class ServiceHost:
     """Services offered on a transport.
 
     Args:

@@ -160,7 +160,7 @@ class Template:
         return f"if {' or '.join(different)}: return None" if different else ""
 
     def _runs(self) -> list[tuple[int, str, list[str]]]:
-        """Return groups of adjacent numbers, each for one call of `struct.pack_into`: offset, format and expressions."""
+        """Group adjacent numbers for one `struct.pack_into` call each; return offset, format and expressions of each group."""
         runs: list[tuple[int, str, list[str]]] = []
         end = -1
         for offset, code, place in self._numbers:

@@ -26,7 +26,7 @@ Action = Callable[[SessionCore], Any]
 """Function that the session's thread calls with the session, such as a command's `apply`; returns the result."""
 
 
-class Desk:
+class CommandQueue:
     """Queue for commands from any thread; the session executes them between two ticks, in order of arrival.
 
     Futures and their callbacks complete in the session's thread. A future fails with the exception that the session raised, with

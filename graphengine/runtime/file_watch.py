@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any, Self
 
 from graphengine.format.files import Signature, signature
-from graphengine.runtime.command_queue import Desk
+from graphengine.runtime.command_queue import CommandQueue
 from graphengine.runtime.reloading import Reloader
 
 MOST = 0.05
@@ -27,13 +27,13 @@ class FileWatch:
 
     Args:
         reloader: lists the files of the session.
-        desk: queue for the command `reload`.
+        queue: queue for the command `reload`.
         report: receives the future of each reload, in the session's thread.
     """
 
-    def __init__(self, reloader: Reloader, desk: Desk, report: Callable[[Future[Any]], None]) -> None:
+    def __init__(self, reloader: Reloader, queue: CommandQueue, report: Callable[[Future[Any]], None]) -> None:
         self._reloader = reloader
-        self._desk = desk
+        self._queue = queue
         self._report = report
         self._ended = threading.Event()
         self._thread = threading.Thread(target=self._run, name="file watch", daemon=True)
@@ -53,7 +53,7 @@ class FileWatch:
                 before = now
                 continue
             handled = now
-            done = self._desk.submit("reload")
+            done = self._queue.submit("reload")
             done.add_done_callback(self._report)
             while not done.done() and not self._ended.wait(PERIOD):
                 pass

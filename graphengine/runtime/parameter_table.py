@@ -191,7 +191,7 @@ def _constraint(kind: PortType, port: Port) -> str:
 
 
 def _length(kind: PortType) -> str:
-    """Return the number of components of a tuple in words; empty for other types."""
+    """Return a text with the size of a tuple type, such as `3 values`; empty for other types."""
     if kind.count == 1:
         return ""
     return f"{kind.count} values: x, y, z, w" if kind.role == "quat" else f"{kind.count} values"

@@ -19,7 +19,7 @@ from graphengine.runtime.roster import Roster
 from graphengine.runtime.ticker import SCOPES, Exchange, ResetScope, Ticker
 
 if TYPE_CHECKING:
-    from graphengine.runtime.command_queue import Desk
+    from graphengine.runtime.command_queue import CommandQueue
 
 SessionState = Literal["stopped", "playing", "paused", "failed"]
 
@@ -48,7 +48,7 @@ class SavedSession:
 class SessionCore:
     """Decides when ticks run. `commands` lists the other operations on a session between two ticks.
 
-    Not thread-safe: only `interrupt` may be called from another thread; all else goes through `desk`, the queue. Within a tick, a
+    Not thread-safe: only `interrupt` may be called from another thread; all else goes through `queue`. Within a tick, a
     session refuses to step, to stop, and all changes.
 
     Args:
@@ -68,7 +68,7 @@ class SessionCore:
         self.state: SessionState = "stopped"
         self.inbox = ExternalInputs()
         """Reads the wall clock and receives commands; a recorder or replay replaces it before the first tick."""
-        self.desk: Desk | None = None
+        self.queue: CommandQueue | None = None
         """Queue for commands from other threads; with a queue, `run` continues while the session is paused or stopped."""
         self.findings: tuple[str, ...] = ()
         """Errors of changed files, which the session does not run: texts that begin with `path:line:column: `. Empty when the
@@ -231,13 +231,13 @@ class SessionCore:
     ) -> None:
         """Play for a given simulation time.
 
-        With a desk, the run continues through pauses and stops and sleeps meanwhile.
+        With a queue, the run continues through pauses and stops and sleeps meanwhile.
 
         Args:
             seconds: simulation time of all plays together, s; None: no limit.
             pace: seconds of simulation per second of wall time; None for as fast as possible.
             on_tick: called after each tick, and several times per second while none run; returning False ends the run.
-            paused: start paused, until the desk gets the command `play`.
+            paused: start paused, until the queue gets the command `play`.
 
         Raises:
             NodeError: a node raised an exception; commands were set to zero.
@@ -271,19 +271,19 @@ class SessionCore:
 
     def _serve(self) -> bool:
         """Execute waiting commands and complete those that waited for ticks; return whether the run continues."""
-        if self.desk is not None:
-            self.desk.serve(self)
-        return not self.interrupted and (self.desk is not None or self.state == "playing")
+        if self.queue is not None:
+            self.queue.serve(self)
+        return not self.interrupted and (self.queue is not None or self.state == "playing")
 
     def interrupt(self) -> None:
         """End `run`: immediately while it waits, else after the current tick. Safe in other threads and signal handlers."""
         self.interrupted = True
-        if self.desk is not None:
-            self.desk.wake()
+        if self.queue is not None:
+            self.queue.wake()
 
     def _sleep(self, seconds: float) -> None:
-        if self.desk is not None:
-            self.desk.wait(seconds)
+        if self.queue is not None:
+            self.queue.wait(seconds)
         else:
             time.sleep(seconds)
 
@@ -462,8 +462,8 @@ class SessionCore:
         """End the session, leave the network and release the world; safe to call twice."""
         with contextlib.suppress(TransportError):
             self.end()
-        if self.desk is not None:
-            self.desk.close(self._failure or "the run has ended")
+        if self.queue is not None:
+            self.queue.close(self._failure or "the run has ended")
         self.held.clear()
         for run in self.graphs:
             run.contexts.close()

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from graphengine.format.diagnostics import Finding
 from graphengine.format.errors import NodeError
 from graphengine.messages.definitions import DEFINITIONS, Definitions
-from graphengine.runtime.command_queue import Desk
+from graphengine.runtime.command_queue import CommandQueue
 from graphengine.runtime.run_status import StatusMeter
 from graphengine.view.layer_data import FloorMap
 from graphengine.view.layers import Layers
@@ -38,7 +38,7 @@ class Feed:
 
     Args:
         session: session to show.
-        desk: queue for commands of viewers.
+        queue: queue for commands of viewers.
         title: name of the scene.
         host: address of the page.
         port: port of the page; 0: a free port.
@@ -56,7 +56,7 @@ class Feed:
     def __init__(
         self,
         session: SessionCore,
-        desk: Desk,
+        queue: CommandQueue,
         title: str,
         host: str,
         port: int,
@@ -77,7 +77,7 @@ class Feed:
         self._findings = findings
         self._definitions = definitions
         self._lost: Callable[[str], None] | None = lost
-        self._viewers = Viewers(desk, driver, read_only=read_only, playback=playback)
+        self._viewers = Viewers(queue, driver, read_only=read_only, playback=playback)
         self._playback = playback
         self._folder = playback.folder if playback is not None else ""
         self._marked = 0

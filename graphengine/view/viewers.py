@@ -9,7 +9,7 @@ from concurrent.futures import Future
 from typing import Any, Protocol
 
 from graphengine.format.errors import GraphError, UsageError
-from graphengine.runtime.command_queue import Desk
+from graphengine.runtime.command_queue import CommandQueue
 from graphengine.view.page_client import Page
 from graphengine.view.wire import Answer
 
@@ -58,7 +58,7 @@ class Viewers:
     """The viewers of a session's page, and their requests.
 
     Args:
-        desk: queue for their commands.
+        queue: queue for their commands.
         driver: publishes their drive commands.
         read_only: whether viewers can watch but not send commands.
         playback: controls of the shown recording; None for a run.
@@ -73,7 +73,7 @@ class Viewers:
     """
 
     def __init__(
-        self, desk: Desk, driver: Driver, *, read_only: bool, playback: RecordingControls | None = None
+        self, queue: CommandQueue, driver: Driver, *, read_only: bool, playback: RecordingControls | None = None
     ) -> None:
         self.number = 0
         self.layers: frozenset[str] = frozenset()
@@ -81,7 +81,7 @@ class Viewers:
         self.newcomers: set[int] = set()
         self.robots: dict[int, str] = {}
         self.topics: dict[int, str] = {}
-        self._desk = desk
+        self._queue = queue
         self._driver = driver
         self._read_only = read_only
         self._playback = playback
@@ -152,7 +152,7 @@ class Viewers:
         try:
             if not isinstance(name, str) or not isinstance(arguments, dict):
                 raise UsageError("a request needs a command and its arguments")
-            done = self._desk.submit(name, arguments)
+            done = self._queue.submit(name, arguments)
         except UsageError as error:
             page.tell(Answer(viewer, {"id": asked.get("id"), "error": str(error)}))
             return

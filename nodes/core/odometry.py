@@ -1,4 +1,4 @@
-"""Odometry from the simulation's own state (`isaacsim.core.nodes`)."""
+"""Odometry from the ground truth of the simulation (`isaacsim.core.nodes`)."""
 
 from __future__ import annotations
 

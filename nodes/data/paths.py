@@ -92,7 +92,7 @@ class GraphPathNode(Node):
 
 
 class GraphTarget(GraphPathNode, type="omni.graph.nodes.GraphTarget"):
-    """Path of the prim of the graph that contains the node."""
+    """Prim path of the graph that contains the node."""
 
     target_path: Token = In(default="", doc="no effect, as in OmniGraph")
     prim_path: Token = Out(doc="path of the graph's prim")

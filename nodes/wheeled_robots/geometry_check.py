@@ -1,4 +1,4 @@
-"""Comparison of a node's wheel radius and distance with those of its robot, for lints."""
+"""Compares a node's wheel radius and wheel distance with those of its robot, for lints."""
 
 from __future__ import annotations
 

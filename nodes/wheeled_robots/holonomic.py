@@ -107,7 +107,7 @@ class HolonomicController(Node, type="isaacsim.robot.wheeled_robots.HolonomicCon
         wheels, positions = len(self.wheel_positions), self.wheel_positions
         if wheels < 3:
             raise BadValueError("wheelPositions", positions, "those of 3 wheels or more")
-        radii = self.one_a_wheel("wheelRadius", self.wheel_radius)[:, None]
+        radii = self.per_wheel("wheelRadius", self.wheel_radius)[:, None]
         if not np.all(radii > 0.0):
             raise BadValueError("wheelRadius", self.wheel_radius, "above 0")
         axles, rollers = (np.array(axes) for axes in zip(*self.axes(), strict=True))
@@ -126,7 +126,7 @@ class HolonomicController(Node, type="isaacsim.robot.wheeled_robots.HolonomicCon
 
     def axes(self) -> Iterator[tuple[Vector3, Vector3]]:
         """Yield the axle and the roller axis of each wheel, as unit vectors in the frame of the base."""
-        angles = self.one_a_wheel("mecanumAngles", self.mecanum_angles).tolist()
+        angles = self.per_wheel("mecanumAngles", self.mecanum_angles).tolist()
         orientations = self.wheel_orientations.tolist()
         if len(orientations) != len(angles):
             raise BadValueError("wheelOrientations, wheelPositions", [len(orientations), len(angles)], "one per wheel")
@@ -139,7 +139,7 @@ class HolonomicController(Node, type="isaacsim.robot.wheeled_robots.HolonomicCon
             i, j, k = (part * math.sin(half) for part in up)
             yield axle, rotation.rotate((i, j, k, math.cos(half)), axle)
 
-    def one_a_wheel(self, name: str, values: Floats) -> Floats:
+    def per_wheel(self, name: str, values: Floats) -> Floats:
         """Return the values of the input `name`, one per wheel; one value is repeated for all wheels.
 
         Raises:

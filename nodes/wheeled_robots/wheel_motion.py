@@ -17,7 +17,7 @@ Floats = NDArray[np.float64]
 
 
 def differential(left: int, right: int, distance: float) -> Floats:
-    """Return the matrix for wheels that do not steer: the mean travel of both sides, and their difference per `distance`.
+    """Return the matrix from wheel speeds to forward, sideways and turning speed, for wheels that do not steer.
 
     Args:
         left: number of left wheels.

@@ -97,7 +97,7 @@ def main() -> None:
         saves = Saves(library / "graphs/dd100/cmd_vel.yaml", library / f"scenes/{name}.yaml")
         with Runner(build.load(saves.scene, Options(shipped=library)), RunOptions()) as runner:
             saves.effect = time.perf_counter()
-            with FileWatch(runner.session.reloader, runner.desk, saves.report):
+            with FileWatch(runner.session.reloader, runner.queue, saves.report):
                 runner.run(None, 1.0, saves.on_tick)
     for kind, seconds in saves.took.items():
         worst = 1e3 * max(seconds)

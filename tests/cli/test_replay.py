@@ -14,7 +14,7 @@ from graphengine.format.files import shipped
 from graphengine.format.spec import RobotUse
 from graphengine.messages import messages
 from graphengine.messages.endpoints import QoS
-from graphengine.runtime.command_queue import Desk
+from graphengine.runtime.command_queue import CommandQueue
 from graphengine.runtime.commands import Delete, Spawn
 from graphengine.scene.loaded_scene import Options
 from tests.cli.harness import Graphrun
@@ -174,7 +174,7 @@ def test_what_graphs_say_at_a_stop_and_at_the_end_is_the_same(graphrun: Graphrun
     graphrun("replay", str(tmp_path / "out.mcap"), code=0, out="identical: 14 messages in 10 ticks, 0.167 s\n")
 
 
-def test_what_is_asked_for_at_the_desk_is_done_again_to_the_last_bit(graphrun: Graphrun, tmp_path: Path) -> None:
+def test_what_is_asked_for_in_the_queue_is_done_again_to_the_last_bit(graphrun: Graphrun, tmp_path: Path) -> None:
     hall, yard = tmp_path / "here" / "hall", tmp_path / "here" / "yard"
     scene = put(hall / "scene.yaml", NOISY_SCENE)
     put(hall / "noisy_robot.yaml", NOISY_ROBOT)
@@ -196,11 +196,11 @@ def test_what_is_asked_for_at_the_desk_is_done_again_to_the_last_bit(graphrun: G
         67: [("spawn", {"name": "late", "use": {"use": str(own), **late}})],
         71: [("stop", {}), ("move", {"entity": "late", "angular": [0.0, 0.0, 1.0]})],
     }
-    desk, refused = Desk(lambda: 0.0), list[Any]()  # all that is asked for in a tick is done in it
+    queue, refused = CommandQueue(lambda: 0.0), list[Any]()  # all that is asked for in a tick is done in it
 
     def ask(tick: int, run: Run) -> None:
-        answers = [desk.submit(name, arguments) for name, arguments in asked.get(tick, [])]
-        desk.serve(run.session)
+        answers = [queue.submit(name, arguments) for name, arguments in asked.get(tick, [])]
+        queue.serve(run.session)
         refused.extend(error for answer in answers if (error := answer.exception(0)))
 
     drive = {tick: [(0.5, 0.2 * (-1) ** tick)] for tick in range(1, 80, 5)}

@@ -7,7 +7,7 @@ import threading
 from collections.abc import Iterator
 from typing import Any
 
-from graphengine.runtime.command_queue import Desk
+from graphengine.runtime.command_queue import CommandQueue
 from graphengine.runtime.session_core import SessionCore
 from tests.waiting import PATIENCE
 
@@ -17,7 +17,7 @@ class Controlled:
 
     def __init__(self, session: SessionCore, **how: Any) -> None:
         self.session = session
-        self.desk = session.desk = Desk()
+        self.queue = session.queue = CommandQueue()
         self.error: BaseException | None = None
         self._thread = threading.Thread(target=self._run, kwargs=how)
         self._thread.start()
@@ -31,7 +31,7 @@ class Controlled:
 
     def ask(self, name: str, /, **arguments: Any) -> Any:
         """Ask for something, and wait for what comes of it."""
-        return self.desk.submit(name, arguments).result(PATIENCE)
+        return self.queue.submit(name, arguments).result(PATIENCE)
 
     def end(self) -> None:
         """Wait until the run has ended."""

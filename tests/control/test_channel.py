@@ -29,7 +29,7 @@ Runtime = dict[str, str]
 @contextlib.contextmanager
 def reachable(ticking: MakeTicking, runtime: Runtime, name: str = "hall") -> Iterator[tuple[Controlled, Channel]]:
     """A session that is paused, and can be reached."""
-    with controlled(ticking().session, paused=True) as run, Channel(run.desk, name, runtime) as channel:
+    with controlled(ticking().session, paused=True) as run, Channel(run.queue, name, runtime) as channel:
         yield run, channel
 
 
@@ -166,7 +166,7 @@ def test_where_all_clients_wait_for_an_answer_the_next_is_refused_with_the_reaso
 
 def test_a_run_that_ends_answers_first(ticking: MakeTicking, runtime: Runtime) -> None:
     run = Controlled(ticking().session, paused=True)
-    with Channel(run.desk, "hall", runtime), Client(find(environment=runtime)) as client:
+    with Channel(run.queue, "hall", runtime), Client(find(environment=runtime)) as client:
         assert client.ask("quit") is None
         run.end()
         with pytest.raises(ControlError, match="the run has ended"):
@@ -249,9 +249,9 @@ def test_who_does_not_know_the_runtime_folder_finds_the_same_runs(
     users = Path(runtime["XDG_RUNTIME_DIR"]) / f"{os.getuid()}"
     users.mkdir(mode=0o700)
     with controlled(ticking().session, paused=True) as run:
-        with Channel(run.desk, "hall", {"XDG_RUNTIME_DIR": str(users)}):
+        with Channel(run.queue, "hall", {"XDG_RUNTIME_DIR": str(users)}):
             assert find("hall", {}).pid == os.getpid()
-        with Channel(run.desk, "hall", {}):
+        with Channel(run.queue, "hall", {}):
             assert find("hall", {"XDG_RUNTIME_DIR": str(users)}).pid == os.getpid()
 
 
@@ -259,5 +259,5 @@ def test_a_path_that_is_too_long_for_a_socket_is_told(ticking: MakeTicking, runt
     long = Path(runtime["XDG_RUNTIME_DIR"]) / ("x" * 100)
     long.mkdir()
     with controlled(ticking().session, paused=True) as run, pytest.raises(ControlError, match="too long"):
-        Channel(run.desk, "hall", {"XDG_RUNTIME_DIR": str(long)})
+        Channel(run.queue, "hall", {"XDG_RUNTIME_DIR": str(long)})
     assert list((long / "graphrun").iterdir()) == []

@@ -118,7 +118,7 @@ def offered(folder: Path, **how: Any) -> Iterator[Parameters]:
     session = build.start(scene, LiveNetwork(lambda _: transport, 0, print))
     with controlled(session, **{"paused": True, **how}) as run:
         running = Parameters(run, transport, events, told)
-        nodes = ParameterNodes(session, run.desk, transport, told.append)
+        nodes = ParameterNodes(session, run.queue, transport, told.append)
         try:
             assert eventually(lambda: len(events) == 2)
             events.clear()
@@ -219,7 +219,7 @@ def test_an_array_that_an_atomic_set_changed_is_set_back_and_recorded(
         lambda value: Assign(graph="bot/drive", variable="lost", value=value),
     )
     monkeypatch.setattr(sim.session, "note", lambda name, arguments: recorded.append(json.dumps(arguments)))
-    with contextlib.closing(ParameterServices("/other", table, sim.run.desk, sim.transport, print)):
+    with contextlib.closing(ParameterServices("/other", table, sim.run.queue, sim.transport, print)):
         values = [given(way, [3.0]), given("lost", 1.0)]
         result = sim.to("/other", "set_parameters_atomically", parameters=values).result
         assert (result.successful, sim.value(way, "/other")) == (False, [1.0, 2.0])
@@ -333,7 +333,7 @@ def test_a_reload_exchanges_the_parameters_of_a_changed_graph(sim: Parameters, t
 
 
 def test_an_ended_session_refuses_with_the_reason(sim: Parameters) -> None:
-    sim.run.desk.close("the run has ended")
+    sim.run.queue.close("the run has ended")
     assert sim.put({LIMIT: 0.5}) == ["the run has ended"]
     assert sim.to(BOT, "set_parameters_atomically", parameters=[given(LIMIT, 0.5)]).result.reason == "the run has ended"
 

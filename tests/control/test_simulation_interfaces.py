@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from graphengine.control.service_host import Offers
+from graphengine.control.service_host import ServiceHost
 from graphengine.control.simulation_interfaces.server import SimulationInterfaces
 from graphengine.format.diagnostics import Findings
 from graphengine.format.files import Files
@@ -423,7 +423,7 @@ def test_a_session_without_a_scene_steps_and_has_no_entities(ticking: MakeTickin
     path = tmp_path / "graph.yaml"
     assembly = LoadedScene(path, Options(), Files.of(path), Findings())
     with controlled(session, paused=True) as run:
-        SimulationInterfaces(run.desk, assembly, transport, print)
+        SimulationInterfaces(run.queue, assembly, transport, print)
         client = Client(transport)
         assert client.call("step_simulation", steps=2).result.result == OK
         features = client.call("get_simulator_features").features.features.tolist()
@@ -462,7 +462,7 @@ class Impatient(MemoryTransport):
 
 def test_what_is_asked_while_a_service_is_opened_is_answered() -> None:
     transport = Impatient()
-    Offers(transport, print).add("/trigger", "std_srvs/srv/Trigger", lambda request, response: None)
+    ServiceHost(transport, print).add("/trigger", "std_srvs/srv/Trigger", lambda request, response: None)
     assert transport.answers == [messages.encode(DEFINITIONS.initial("std_srvs/srv/Trigger_Response"))]
 
 

@@ -15,7 +15,7 @@ from graphengine.format import document
 from graphengine.format.errors import CheckError
 from graphengine.ros.network import LiveNetwork
 from graphengine.ros.transports.memory.memory import MemoryTransport
-from graphengine.runtime.command_queue import Desk
+from graphengine.runtime.command_queue import CommandQueue
 from graphengine.runtime.file_watch import FileWatch
 from graphengine.scene import build
 from tests.waiting import PATIENCE
@@ -44,17 +44,17 @@ class Watched:
         self.reports: list[Future[Any]] = []
         network = LiveNetwork(lambda _: MemoryTransport(), 0, lambda complaint: None)
         self.session = build.start(build.load(path), network)
-        self.session.desk = Desk()
+        self.session.queue = CommandQueue()
         self.session.step(5)
-        self.watch = FileWatch(self.session.reloader, self.session.desk, self.reports.append)
+        self.watch = FileWatch(self.session.reloader, self.session.queue, self.reports.append)
 
     def await_report(self, wanted: Callable[[Future[Any]], bool] = lambda report: True) -> Future[Any]:
         """The next report that is as wanted."""
         deadline = time.monotonic() + PATIENCE
         while time.monotonic() < deadline:
-            assert self.session.desk is not None
-            self.session.desk.wait(0.01)
-            self.session.desk.serve(self.session)
+            assert self.session.queue is not None
+            self.session.queue.wait(0.01)
+            self.session.queue.serve(self.session)
             while self.reports:
                 if wanted(report := self.reports.pop(0)):
                     return report

@@ -7,7 +7,7 @@ from collections.abc import Callable
 import pytest
 
 from graphengine.format.errors import StateError
-from graphengine.runtime.command_queue import Desk
+from graphengine.runtime.command_queue import CommandQueue
 from graphengine.runtime.pacer import Pacer
 from graphengine.runtime.session_core import IDLE, SessionCore
 from tests.compiler.conftest import MakePlay
@@ -34,8 +34,8 @@ class Time:
         self.now += seconds
 
 
-class ScriptedDesk(Desk):
-    """A desk at which, each time that the session would sleep, the next thing happens."""
+class ScriptedQueue(CommandQueue):
+    """A queue at which, each time that the session would sleep, the next thing happens."""
 
     def __init__(self, time: Time, *script: Callable[[SessionCore], object]) -> None:
         super().__init__(lambda: 0.0)
@@ -109,17 +109,17 @@ def test_a_change_of_pace_counts_from_then_on(play: MakePlay, time: Time) -> Non
 # Pauses
 
 
-def test_with_a_desk_a_run_sleeps_through_a_pause_and_goes_on(play: MakePlay, time: Time) -> None:
+def test_with_a_queue_a_run_sleeps_through_a_pause_and_goes_on(play: MakePlay, time: Time) -> None:
     run = play(SHOWS_TIME, tick_period=(1, 4))
-    desk = run.session.desk = ScriptedDesk(time, lambda _: None, lambda _: None, SessionCore.play)
+    queue = run.session.queue = ScriptedQueue(time, lambda _: None, lambda _: None, SessionCore.play)
     run.session.run(0.5, paused=True)
-    assert desk.waits == [IDLE] * 3
+    assert queue.waits == [IDLE] * 3
     assert run.lines() == ["Show 0.25", "Show 0.5"]
 
 
 def test_the_time_of_a_run_is_that_of_the_simulation_stops_and_all(play: MakePlay, time: Time) -> None:
     run = play(SHOWS_TIME, tick_period=(1, 4))
-    run.session.desk = desk = ScriptedDesk(time, SessionCore.play)
+    run.session.queue = queue = ScriptedQueue(time, SessionCore.play)
 
     def stop(session: SessionCore) -> bool:
         if session.ticks == 2:
@@ -127,7 +127,7 @@ def test_the_time_of_a_run_is_that_of_the_simulation_stops_and_all(play: MakePla
         return True
 
     run.session.run(1.0, on_tick=stop)
-    assert desk.waits == [IDLE]
+    assert queue.waits == [IDLE]
     assert [line for line in run.lines() if line.startswith("Show")] == ["Show 0.25", "Show 0.5"] * 2
     assert run.session.ticks == 4
 
@@ -139,16 +139,16 @@ def test_the_count_of_the_pace_begins_anew_after_a_pause(play: MakePlay, time: T
         time.now += 100.0
         session.play()
 
-    run.session.desk = desk = ScriptedDesk(time, SessionCore.pause, later)
+    run.session.queue = queue = ScriptedQueue(time, SessionCore.pause, later)
     run.session.run(1.0, pace=1.0)
-    assert desk.waits == pytest.approx([0.25, IDLE, 0.25, 0.25])
+    assert queue.waits == pytest.approx([0.25, IDLE, 0.25, 0.25])
 
 
 def test_what_is_asked_for_between_two_ticks_does_not_bring_the_next_one_forward(play: MakePlay, time: Time) -> None:
     run = play(SHOWS_TIME, tick_period=(1, 4))
-    run.session.desk = desk = ScriptedDesk(time, lambda _: None, lambda _: None)
+    run.session.queue = queue = ScriptedQueue(time, lambda _: None, lambda _: None)
     run.session.run(0.5, pace=1.0)
-    assert desk.waits == pytest.approx([0.25] * 3)
+    assert queue.waits == pytest.approx([0.25] * 3)
     assert time.now == pytest.approx(100.25)
 
 
@@ -159,7 +159,7 @@ def test_single_ticks_of_a_paced_run_do_not_wait_and_wait_for_their_pictures(pla
         realtime.append(session.services.world.realtime)
         return True
 
-    run.session.desk = ScriptedDesk(time, lambda session: session.advance(3), SessionCore.play)
+    run.session.queue = ScriptedQueue(time, lambda session: session.advance(3), SessionCore.play)
     run.session.run(1.0, pace=1.0, on_tick=look, paused=True)
     assert realtime == [False, False, False, False, False, True]  # two sleeps, three single ticks, one of the play
     assert time.now == 100.0
@@ -177,7 +177,7 @@ def test_a_session_that_plays_does_no_single_ticks(play: MakePlay) -> None:
 
 def test_an_interrupted_run_ends_wherever_it_is_and_may_begin_again(play: MakePlay, time: Time) -> None:
     run = play(SHOWS_TIME, tick_period=(1, 4))
-    run.session.desk = ScriptedDesk(time, SessionCore.interrupt)
+    run.session.queue = ScriptedQueue(time, SessionCore.interrupt)
     run.session.run(paused=True)
     assert run.session.ticks == 0
     run.session.run(1.0)
@@ -186,8 +186,8 @@ def test_an_interrupted_run_ends_wherever_it_is_and_may_begin_again(play: MakePl
 
 def test_after_an_interruption_no_tick_begins(play: MakePlay, time: Time) -> None:
     run = play(SHOWS_TIME, tick_period=(1, 4))
-    run.session.desk = desk = ScriptedDesk(time)
-    desk.ask(SessionCore.interrupt)
+    run.session.queue = queue = ScriptedQueue(time)
+    queue.ask(SessionCore.interrupt)
     run.session.run()
     assert run.session.ticks == 0
 
@@ -199,8 +199,8 @@ def test_an_interruption_that_comes_before_the_run_ends_it(play: MakePlay) -> No
     assert run.session.ticks == 0
 
 
-def test_a_session_that_is_left_closes_its_desk(play: MakePlay, time: Time) -> None:
+def test_a_session_that_is_left_closes_its_queue(play: MakePlay, time: Time) -> None:
     with play(SHOWS_TIME).session as session:
-        session.desk = desk = ScriptedDesk(time)
+        session.queue = queue = ScriptedQueue(time)
     with pytest.raises(StateError, match="the run has ended"):
-        desk.submit("pause").result(0)
+        queue.submit("pause").result(0)

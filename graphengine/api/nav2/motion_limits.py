@@ -126,7 +126,7 @@ class _Inputs:
         return [one for one in self._values(names) if one.value > 0.0]
 
     def first(self, *names: str) -> Sourced[float] | None:
-        """Return the first absolute value of the inputs with these names that is not 0; None if there is none."""
+        """Return the absolute value of the first input with one of these names that is not 0; None if there is none."""
         return next(iter(self.limits(*names)), None)
 
     def _values(self, names: Collection[str]) -> Iterator[Sourced[float]]:

@@ -59,7 +59,7 @@ class DependencyGraph(WiredGraph):
         return (wire.source for wire in self.data_in.get(index, []) if not self.reads_input(wire))
 
     def upstream(self, index: int) -> list[int]:
-        """Return the data nodes that a node reads, directly or through others, in the order to compute them."""
+        """Return the data nodes that a node depends on, directly or indirectly, in the order of their execution."""
         if index not in self._upstream:
             self._upstream[index] = self._find_upstream(index)
         return self._upstream[index]

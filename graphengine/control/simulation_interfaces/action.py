@@ -10,14 +10,14 @@ import time
 from concurrent.futures import Future
 from typing import Any
 
-from graphengine.control.service_host import Offers
+from graphengine.control.service_host import ServiceHost
 from graphengine.control.simulation_interfaces import states
 from graphengine.control.simulation_interfaces.results import FAILED, OK, text_of
 from graphengine.messages import goals, messages
 from graphengine.messages.definitions import DEFINITIONS
 from graphengine.messages.goals import ABORTED, ACCEPTED, CANCELED, CANCELING, EXECUTING, SUCCEEDED, Goals, TrackedGoal
 from graphengine.ros.transport import Transport
-from graphengine.runtime.command_queue import Desk
+from graphengine.runtime.command_queue import CommandQueue
 from graphengine.runtime.commands import MAX_TICKS
 
 TYPE = "simulation_interfaces/action/SimulateSteps"
@@ -36,7 +36,7 @@ class SimulateSteps:
     """The action server of one session, usually at `/simulate_steps`.
 
     Args:
-        desk: command queue of the session.
+        queue: command queue of the session.
         transport: transport that carries the action.
         offers: services to which those of the action are added.
         name: absolute name.
@@ -45,8 +45,8 @@ class SimulateSteps:
         MessageTypeError: the transport does not know the action's types.
     """
 
-    def __init__(self, desk: Desk, transport: Transport, offers: Offers, name: str) -> None:
-        self._desk = desk
+    def __init__(self, queue: CommandQueue, transport: Transport, offers: ServiceHost, name: str) -> None:
+        self._queue = queue
         self._lock = threading.RLock()
         """Lock for the goals, which several threads access."""
         self._goals: Goals[_Goal] = Goals(TYPE)
@@ -82,7 +82,7 @@ class SimulateSteps:
 
     def _next(self, goal: _Goal) -> None:
         """Queue the next tick of a goal."""
-        stepping = self._desk.ask(lambda session: states.run_steps(session, 1))
+        stepping = self._queue.ask(lambda session: states.run_steps(session, 1))
         stepping.add_done_callback(lambda future: self._stepped(goal, future))
 
     def _stepped(self, goal: _Goal, future: Future[Any]) -> None:

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from graphengine.control.service_host import Offers
+from graphengine.control.service_host import ServiceHost
 from graphengine.control.simulation_interfaces import entities, states
 from graphengine.control.simulation_interfaces.action import SimulateSteps
 from graphengine.control.simulation_interfaces.resources import FORMATS
@@ -17,7 +17,7 @@ from graphengine.control.simulation_interfaces.spawning import Spawning
 from graphengine.format.version import __version__
 from graphengine.messages.interfaces import MessageTypeError
 from graphengine.ros.transport import Transport
-from graphengine.runtime.command_queue import Desk
+from graphengine.runtime.command_queue import CommandQueue
 from graphengine.runtime.session_core import SessionCore
 from graphengine.scene.loaded_scene import LoadedScene
 
@@ -36,7 +36,7 @@ class SimulationInterfaces:
     """The `simulation_interfaces` services of one session.
 
     Args:
-        desk: command queue of the session.
+        queue: command queue of the session.
         scene: scene of the session.
         transport: transport that carries the services; services whose types it does not know are left out.
         complain: receives one warning about the services left out, and one per service about malformed requests.
@@ -45,15 +45,15 @@ class SimulationInterfaces:
 
     def __init__(
         self,
-        desk: Desk,
+        queue: CommandQueue,
         scene: LoadedScene,
         transport: Transport,
         complain: Callable[[str], None],
         namespace: str = "/",
     ) -> None:
-        self._desk = desk
+        self._queue = queue
         self._above = namespace.rstrip("/")
-        self._offers = Offers(transport, complain)
+        self._offers = ServiceHost(transport, complain)
         self._features: list[int] = []
         """SimulatorFeatures codes that the offered services provide."""
         missing: list[str] = []
@@ -63,9 +63,9 @@ class SimulationInterfaces:
                 self._features += features
             except MessageTypeError:
                 missing.append(name)
-        self._parts: list[Offers | SimulateSteps] = [self._offers]
+        self._parts: list[ServiceHost | SimulateSteps] = [self._offers]
         try:
-            self._parts.append(SimulateSteps(desk, transport, self._offers, f"{self._above}/simulate_steps"))
+            self._parts.append(SimulateSteps(queue, transport, self._offers, f"{self._above}/simulate_steps"))
             self._features.append(33)
         except MessageTypeError:
             missing.append("simulate_steps")
@@ -109,7 +109,7 @@ class SimulationInterfaces:
         kind = f"{PACKAGE}/srv/{''.join(part.capitalize() for part in name.split('_'))}"
 
         def handle(request: Any, response: Any) -> Future[Any]:
-            return self._desk.ask(lambda session: answer(session, request, response))
+            return self._queue.ask(lambda session: answer(session, request, response))
 
         self._offers.add(f"{self._above}/{name}", kind, handle, _finish)
 

@@ -206,7 +206,7 @@ class Controller(metaclass=Open):
 
     @either
     def set(self, *arguments: Any, **named: Any) -> None:
-        """Set the value of the attribute given to the constructor or, without one, of the first argument."""
+        """Set the value of an attribute: the constructor's, or the first argument if the constructor got none."""
         given = list(arguments)
         spec = named.get("attribute", named.get("attribute_id", self.attribute_id))
         spec = given.pop(0) if spec is None and given else spec

@@ -10,7 +10,7 @@ _FULL = 1.0
 
 
 def fill(draft: Draft) -> None:
-    """Bind the wheels that stand on the floor and have no material yet."""
+    """Bind the material to each wheel that stands on the floor and has no material yet."""
     bound = draft.bound()
     links = [wheel.link for wheel in draft.wheels.values() if wheel.on_floor and not wheel.swivels]
     links = [link for link in dict.fromkeys(links) if link not in bound]

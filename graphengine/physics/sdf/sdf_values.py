@@ -166,7 +166,7 @@ def placed(pose: Pose, **more: str) -> dict[str, str]:
 
 
 def origin(pose: Pose, span: Span) -> list[Element]:
-    """Return the `<origin>` element of URDF for a pose, in a list; the list is empty for the identity."""
+    """Return a list with URDF's `<origin>` element of a pose; empty for the identity."""
     if pose == NOWHERE:
         return []
     return [Element("origin", {"xyz": written(*pose[0]), "rpy": written(*to_rpy(pose[1]))}, span)]

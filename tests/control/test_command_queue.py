@@ -1,4 +1,4 @@
-"""A desk at which other threads ask a running session for something."""
+"""A queue at which other threads ask a running session for something."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from graphengine.format.errors import NodeError, StateError, UsageError
-from graphengine.runtime.command_queue import MAX_WAITING, SHARE, Desk
+from graphengine.runtime.command_queue import MAX_WAITING, SHARE, CommandQueue
 from graphengine.runtime.session_core import SessionCore
 from tests.control.conftest import MakeTicking
 from tests.control.harness import controlled
@@ -30,33 +30,33 @@ def test_another_thread_asks_and_is_answered(ticking: MakeTicking) -> None:
 
 def test_commands_are_done_in_the_order_in_which_they_came(ticking: MakeTicking) -> None:
     run = ticking()
-    desk = Desk()
-    asked = [desk.submit(name) for name in ("play", "state", "pause", "state", "stop", "state")]
-    desk.serve(run.session)
+    queue = CommandQueue()
+    asked = [queue.submit(name) for name in ("play", "state", "pause", "state", "stop", "state")]
+    queue.serve(run.session)
     assert [answer.result(0)["state"] for answer in asked[1::2]] == ["playing", "paused", "stopped"]
 
 
 def test_what_is_asked_for_meanwhile_waits_for_the_next_tick(ticking: MakeTicking) -> None:
-    desk, asked = Desk(), list[Future[Any]]()
-    first = desk.submit("play")
-    first.add_done_callback(lambda _: asked.append(desk.submit("state")))
+    queue, asked = CommandQueue(), list[Future[Any]]()
+    first = queue.submit("play")
+    first.add_done_callback(lambda _: asked.append(queue.submit("state")))
     session = ticking().session
-    desk.serve(session)
+    queue.serve(session)
     assert not asked[0].done()
-    desk.serve(session)
+    queue.serve(session)
     assert asked[0].result(0)["state"] == "playing"
 
 
 def test_a_flood_of_commands_leaves_ticks_their_turn(ticking: MakeTicking) -> None:
     now = [0.0]
-    desk, session = Desk(lambda: now[0]), ticking().session
+    queue, session = CommandQueue(lambda: now[0]), ticking().session
 
     def take_long(_: SessionCore) -> None:
         now[0] += SHARE
 
-    asked = [desk.ask(take_long) for _ in range(3)]
+    asked = [queue.ask(take_long) for _ in range(3)]
     for done in (1, 2, 3):
-        desk.serve(session)
+        queue.serve(session)
         assert [answer.done() for answer in asked].count(True) == done
 
 
@@ -79,27 +79,27 @@ def test_a_mistake_in_what_answers_leaves_the_run_going_and_is_told(ticking: Mak
     session.services.log = lambda *entry: told.append(entry)
     with controlled(session, paused=True) as run:
         with pytest.raises(KeyError):
-            run.desk.ask(fail).result(PATIENCE)
+            run.queue.ask(fail).result(PATIENCE)
         run.ask("step")
     assert run.error is None
     (entry,) = told
     assert entry[:2] == ("error", "")
     assert entry[2].startswith("a request failed with an internal error: KeyError: 'left out'")
-    assert "test_desk.py" in entry[2]
+    assert "test_command_queue.py" in entry[2]
 
 
 def test_what_was_cancelled_in_time_is_not_done(ticking: MakeTicking) -> None:
-    session, desk = ticking().session, Desk()
-    assert desk.submit("play").cancel()
-    desk.serve(session)
+    session, queue = ticking().session, CommandQueue()
+    assert queue.submit("play").cancel()
+    queue.serve(session)
     assert session.state == "stopped"
 
 
 def test_more_than_can_wait_are_refused() -> None:
-    desk = Desk()
-    waiting = [desk.submit("play") for _ in range(MAX_WAITING)]
+    queue = CommandQueue()
+    waiting = [queue.submit("play") for _ in range(MAX_WAITING)]
     with pytest.raises(StateError, match="the queue is full"):
-        desk.submit("play").result(0)
+        queue.submit("play").result(0)
     assert not any(answer.done() for answer in waiting)
 
 
@@ -135,16 +135,16 @@ def test_a_session_that_plays_does_no_single_ticks(ticking: MakeTicking) -> None
 
 @pytest.mark.parametrize("other", ["pause", "stop", "play", "reset"])
 def test_single_ticks_are_cut_short_by_what_ends_them(ticking: MakeTicking, other: str) -> None:
-    session, desk = ticking().session, Desk()
-    steps = desk.submit("step", {"ticks": 1_000_000})
-    desk.serve(session)
-    again = desk.submit("step")
-    desk.serve(session)
+    session, queue = ticking().session, CommandQueue()
+    steps = queue.submit("step", {"ticks": 1_000_000})
+    queue.serve(session)
+    again = queue.submit("step")
+    queue.serve(session)
     with pytest.raises(StateError, match="1000000 single ticks have not run yet"):
         again.result(0)
     assert not steps.done()
-    desk.submit(other)
-    desk.serve(session)
+    queue.submit(other)
+    queue.serve(session)
     with pytest.raises(StateError, match="cancelled: 1000000 of the ticks did not run"):
         steps.result(0)
 
@@ -163,11 +163,11 @@ def test_a_node_that_raises_in_a_single_tick_ends_the_run_and_says_so(ticking: M
 
 def test_after_the_end_nothing_is_taken_and_nobody_waits_for_ever(ticking: MakeTicking) -> None:
     session = ticking().session
-    session.desk = desk = Desk()
-    waiting = desk.submit("play")
-    stepping = desk.submit("step")
+    session.queue = queue = CommandQueue()
+    waiting = queue.submit("play")
+    stepping = queue.submit("step")
     session.close()
-    for answer in (waiting, stepping, desk.submit("play")):
+    for answer in (waiting, stepping, queue.submit("play")):
         with pytest.raises(StateError, match="the run has ended"):
             answer.result(0)
 
@@ -179,16 +179,16 @@ def test_a_run_that_is_quit_ends(ticking: MakeTicking) -> None:
         assert run.error is None
 
 
-def test_a_desk_that_waits_can_be_woken() -> None:
-    desk = Desk()
-    threading.Timer(0.01, desk.wake).start()
-    desk.wait(10 * PATIENCE)  # it would hang for as long
+def test_a_queue_that_waits_can_be_woken() -> None:
+    queue = CommandQueue()
+    threading.Timer(0.01, queue.wake).start()
+    queue.wait(10 * PATIENCE)  # it would hang for as long
 
 
 def test_waiting_ends_when_something_is_asked_for(ticking: MakeTicking) -> None:
-    desk, session = Desk(), ticking().session
-    threading.Timer(0.01, desk.submit, ("play",)).start()
-    desk.wait(10 * PATIENCE)
-    desk.wait(10 * PATIENCE)  # what has come still waits
-    desk.serve(session)
+    queue, session = CommandQueue(), ticking().session
+    threading.Timer(0.01, queue.submit, ("play",)).start()
+    queue.wait(10 * PATIENCE)
+    queue.wait(10 * PATIENCE)  # what has come still waits
+    queue.serve(session)
     assert session.state == "playing"
