@@ -56,6 +56,9 @@ _ADVICE: tuple[tuple[str, str], ...] = (
     ("expected <document start>", "a file is one mapping of `key: value`"),
 )
 """Remedies, by a part of the parser's error message."""
+_TOO_DEEP = f"nested more than {MAX_DEPTH} levels deep"
+_NESTED_TOO_DEEPLY = "exceeded maximum nesting depth"
+"""Error of libyaml from 0.2.6 (PyYAML 6.0.4) on, which may precede the events of the levels that `MAX_DEPTH` permits."""
 _FROM_ITS_BEGINNING = ("while scanning a simple key", "while scanning a quoted scalar", "while scanning an a")
 """Parser contexts whose errors are reported at the beginning of the value being read."""
 _OPENED = {
@@ -204,7 +207,10 @@ def _report_syntax(error: yaml.MarkedYAMLError, source: Source, findings: Findin
     if "\t" in source.lines[span.line - 1][span.column - 1 : span.column]:
         advice = "indent with spaces, not tabs"
     related = [(spans[1], _OPENED[context])] if context in _OPENED and len(spans) > 1 else []
-    findings.add("G102", f"YAML syntax: {problem}", span, advice, related=related)
+    if _NESTED_TOO_DEEPLY in problem:
+        findings.add("G105", _TOO_DEEP, span)
+    else:
+        findings.add("G102", f"YAML syntax: {problem}", span, advice, related=related)
 
 
 def _inside(source: Source, mark: Any) -> Span:
@@ -283,7 +289,7 @@ class _ValueBuilder:
 
     def _shallow(self, span: Span, levels: int) -> bool:
         if len(self.stack) + levels > MAX_DEPTH:
-            self.findings.add("G105", f"nested more than {MAX_DEPTH} levels deep", span)
+            self.findings.add("G105", _TOO_DEEP, span)
             return False
         return True
 
