@@ -91,7 +91,7 @@ class Diagnostics:
             self._network.untap(self)
 
     def _note(self) -> None:
-        """Store the totals and the tick at which the next period begins."""
+        """Begin a measuring period: store the current totals of ticks and lost messages, and clear the message counts."""
         self._counts.clear()
         self._began = self._session.ticks, self._session.late_ticks
         self._before = Counter({name: sum(one.values()) for name, one in self._losses().items()} | self._dropped())

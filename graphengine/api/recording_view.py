@@ -20,9 +20,9 @@ if TYPE_CHECKING:
 
 SPEEDS = (0.25, 0.5, 1.0, 2.0, 4.0, 8.0)
 SLICE = 0.04
-"""Wall time for replaying between two frames, s."""
+"""Wall time that the background replay may use between two frames of the page, s."""
 WORTH = 4
-"""Wall time for replaying, as a multiple of the time that the return to the shown tick takes."""
+"""Minimum duration of a background replay, as a multiple of the time that the return to the shown tick takes."""
 LONGEST_SEEK = 0.3
 """Wall time after which a slow seek shows the tick that it has reached, s."""
 IDLE = 0.02
@@ -50,7 +50,7 @@ class Playback:
         self._away = False
         """Whether the session is at the end of the replayed ticks instead of the shown tick."""
         self._return = 0.0
-        """Wall time of the last return from there to the shown tick, s; long if robots were spawned in between."""
+        """Wall time of the last return from the end of the replayed ticks to the shown tick, s."""
 
     def obey(self, asked: Mapping[str, Any]) -> None:
         """Execute a request of a viewer.
@@ -111,7 +111,7 @@ class Playback:
 
     @property
     def idle(self) -> bool:
-        """Whether there is nothing to do until the next request of a viewer."""
+        """Whether the recording is fully replayed and playback is paused."""
         return self.player.complete and not self.playing and self.player.position == int(self._goal)
 
     def facts(self) -> Mapping[str, Any]:

@@ -13,7 +13,7 @@ from graphengine.node.dropped_values import BadValues
 from graphengine.ros.transport import JoinOptions, Transport
 
 Log = Callable[[str, str, str], None]
-"""A function that receives severity, prim path and text of a message."""
+"""Function that receives the messages of nodes. Its arguments are severity, prim path of the node, and text."""
 
 _LEVELS = {"error": logging.ERROR, "warning": logging.WARNING}
 

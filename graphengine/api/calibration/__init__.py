@@ -1,1 +1,1 @@
-"""Calibration of a mobile robot: test drives on a flat floor, and figures measured from them."""
+"""Calibration of a mobile robot: test drives on a flat floor, and the measurements taken in these drives."""

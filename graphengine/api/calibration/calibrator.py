@@ -226,7 +226,7 @@ class _Calibrator:
     # Motions
 
     def _responds(self, twist: Twist, *, by_wheels: bool = True) -> bool:
-        """Return whether a command of 2 s moves the robot as commanded or, with `by_wheels`, at least turns its wheels."""
+        """Drive with a command for 2 s and return whether the robot follows it; with `by_wheels`, turning wheels are enough."""
         self._begin()
         self._drives.drive(twist, 2.0)
         trace = self._drives.trace()
@@ -234,7 +234,7 @@ class _Calibrator:
         return self._follows(twist, mean_velocity(part)) or (by_wheels and self._wheels.roll(part))
 
     def _follows(self, twist: Twist, reached: Twist) -> bool:
-        """Return whether a velocity differs from that without a command by at least `LEAST` times the commanded velocity."""
+        """Return whether a command changes the velocity of the robot by at least `LEAST` times the commanded velocity."""
         return abs(share(twist, reached) - share(twist, self._at_rest)) >= LEAST
 
     def _begin(self) -> None:
@@ -242,7 +242,7 @@ class _Calibrator:
         self._drives.begin()
 
     def _measure_arcs(self) -> bool:
-        """Drive and measure an arc to the left and one to the right; return whether the robot turned in either."""
+        """Measure a left and a right arc; return whether the robot turned in at least one of the two."""
         self._arc_rate = min(self._result.turn_speed, self._result.speed / self._arc_radius)
         for name, sign in (("arc_left", 1.0), ("arc_right", -1.0)):
             self._measure(name, "turn", Twist(x=self._result.speed, yaw=sign * self._arc_rate))

@@ -125,7 +125,7 @@ class DriveRecorder:
         return False
 
     def trace(self, last: int = 0) -> Trace:
-        """Return the motion since `begin()`, or only its last rows if `last` is not 0."""
+        """Return the recorded motion since `begin()`: all rows, or only the newest `last` rows if `last` is not 0."""
         bases, joints, odometry, frames = zip(*self._rows[-last:], strict=True)
         paths = {topic: _path([row.get(topic, _NONE) for row in odometry]) for topic in self._odometry}
         truths = {
@@ -134,7 +134,7 @@ class DriveRecorder:
         return Trace(self.dt, _path(bases), np.array(joints).reshape(len(bases), -1), paths, truths)
 
     def set_points(self) -> Floats:
-        """Return the target velocity of each joint's drive, rad/s or m/s; NaN without one."""
+        """Return the target velocity of each joint's drive, rad/s or m/s; NaN for joints without a target velocity."""
         return self.articulation.set_points()[1]
 
     def _record(self) -> None:

@@ -12,9 +12,9 @@ from graphengine.api.calibration.drive_recorder import Trace
 from graphengine.api.calibration.figures import Floats, Motion, Twist
 
 SETTLED = 0.05
-"""Relative deviation of a velocity that has settled."""
+"""Largest relative deviation from the final velocity at which a velocity counts as settled."""
 LEAST = 0.05
-"""Share of a command below which a robot does not follow it at all."""
+"""Smallest ratio of measured to commanded velocity at which a robot counts as moving."""
 SMOOTHING = 0.1
 """Time over which velocities are averaged to find the settle time, s."""
 
@@ -30,7 +30,7 @@ def increments(path: Floats) -> Floats:
 
 
 def displacement(path: Floats) -> Floats:
-    """Return the last pose of a path in the frame of its first: x, y (m) and turn (rad)."""
+    """Return the last pose of a path relative to its first pose: x, y (m) and yaw (rad)."""
     x, y, turn = path[-1] - path[0]
     cosine, sine = math.cos(path[0, 2]), math.sin(path[0, 2])
     return np.array((cosine * x + sine * y, cosine * y - sine * x, turn))
@@ -70,7 +70,10 @@ def one_turn(path: Floats) -> Floats | None:
 
 
 def pieces(truth: Floats, odometry: Floats, distance: float, angle: float) -> Iterator[tuple[Floats, Floats]]:
-    """Yield true motion and odometry error, each x, y (m) and turn (rad), of each step of `distance` (m) or `angle` (rad)."""
+    """Split a path into steps, and yield the true motion and the odometry error of each step, as x, y (m) and yaw (rad).
+
+    A step ends when the robot has moved by `distance` (m) or turned by `angle` (rad).
+    """
     begin = 0
     for row in range(1, len(truth)):
         moved = math.dist(truth[row, :2], truth[begin, :2])
@@ -81,22 +84,22 @@ def pieces(truth: Floats, odometry: Floats, distance: float, angle: float) -> It
 
 
 def mean_square(values: Sequence[float]) -> float | None:
-    """Return the mean of the squares; None without values."""
+    """Return the mean of the squares of some values; None if `values` is empty."""
     return float(np.mean(np.square(values))) if values else None
 
 
 def mean(values: Sequence[float]) -> float | None:
-    """Return the mean; None without values."""
+    """Return the mean of some values; None if `values` is empty."""
     return float(np.mean(values)) if values else None
 
 
 def largest(values: Sequence[float]) -> float | None:
-    """Return the largest absolute value; None without values."""
+    """Return the largest absolute value; None if `values` is empty."""
     return float(np.max(np.abs(values))) if values else None
 
 
 def ideal_path(segments: Sequence[tuple[Twist, float]], dt: float) -> Floats:
-    """Return the path (x, y, yaw) of a robot that follows each commanded velocity exactly for its time, s."""
+    """Return the path (rows of x, y, yaw) of an ideal robot that drives each segment: a velocity, and its duration in s."""
     rows = [(0.0, 0.0, 0.0)]
     for twist, seconds in segments:
         count = max(1, round(seconds / dt))
@@ -134,14 +137,14 @@ def in_first_frame(path: Floats) -> Floats:
 
 
 def share(twist: Twist, reached: Twist) -> float:
-    """Return reached / commanded turn rate; without a commanded turn rate, that of the forward or the sideways velocity."""
+    """Return measured / commanded velocity: of the turn rate if one is commanded, else of the forward or sideways velocity."""
     if twist.yaw:
         return reached.yaw / twist.yaw
     return reached.x / twist.x if twist.x else reached.y / twist.y
 
 
 def with_drift(motion: Motion, window: Trace) -> Motion:
-    """Return a copy of the motion with its drifts; they are None if the robot does not move far enough to measure them."""
+    """Return a copy of the motion with its drifts filled in; the drifts stay None if the robot hardly moved."""
     if motion.kind == "turn":
         moved = one_turn(window.base) if not motion.commanded.x else None
         return replace(motion, position_drift=math.hypot(*moved) if moved is not None else None)
@@ -153,7 +156,7 @@ def with_drift(motion: Motion, window: Trace) -> Motion:
 
 
 def turning_centre(motions: Sequence[Motion]) -> tuple[float, float] | None:
-    """Return the point (x, y, in m) of the base link's frame about which the robot turns on the spot; None without such turns."""
+    """Return the point about which the robot turns on the spot, as x, y (m) in the base link's frame; None without such turns."""
     turns = [one for one in motions if one.kind == "turn" and not one.commanded.x and abs(one.share) >= LEAST]
     if not turns:
         return None

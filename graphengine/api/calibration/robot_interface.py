@@ -83,7 +83,7 @@ def published(claims: Sequence[EndpointClaim], message_type: str) -> list[str]:
 
 
 def inputs_named(scene: LoadedScene, *names: str) -> Iterator[tuple[Graph, Instance, Port, Any]]:
-    """Yield graph, node instance, port and value of each unwired input with one of these names.
+    """Yield each unwired input that has one of these names, as (graph, node instance, port, value).
 
     Inputs whose value is neither a number nor an array of numbers are left out.
     """
@@ -100,16 +100,16 @@ def inputs_named(scene: LoadedScene, *names: str) -> Iterator[tuple[Graph, Insta
 
 
 def limit_of(scene: LoadedScene, *names: str) -> float:
-    """Return the lowest limit that inputs of these names set; infinity without one. A limit of 0 is no limit."""
+    """Return the lowest limit among the inputs with these names; 0 means no limit. Return infinity if there is no limit."""
     return min(_numbers(scene, *names), default=math.inf)
 
 
 def known_wheel_base(scene: LoadedScene) -> float | None:
-    """Return the distance between the axles (m) that the graphs state; None if they state none."""
+    """Return the first `wheelBase` input in the graphs, m; None if no graph has one."""
     return next(_numbers(scene, "wheelBase"), None)
 
 
 def _numbers(scene: LoadedScene, *names: str) -> Iterator[float]:
-    """Yield the absolute values other than 0 of the inputs with these names; arrays element by element."""
+    """Yield the absolute values of the inputs with these names, without zeros; arrays are flattened."""
     for *_, value in inputs_named(scene, *names):
         yield from (abs(float(one)) for one in np.atleast_1d(value) if one)

@@ -59,7 +59,7 @@ class WheelMeter:
         return {self._names[index]: float(moved[index]) for index in self._driven}
 
     def roll(self, trace: Trace) -> bool:
-        """Return whether any wheel turns; until the wheels are known, every driven joint counts as one."""
+        """Return whether any wheel turns; until the wheels are known, every driven joint counts as a wheel."""
         rates = self.rates(trace)
         names = [self._names[index] for index in self._wheels or self._driven]
         return any(abs(rates[name]) > SLOWEST for name in names)

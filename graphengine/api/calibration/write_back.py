@@ -27,7 +27,7 @@ SLIPPING = 0.2
 SAME = 5e-4
 """Relative difference up to which a value in a file is left as it is."""
 LEAST = 1e-12
-"""A smaller figure is noise of the arithmetic, and is not written."""
+"""Smallest value that is written; smaller values are rounding noise."""
 _REMEDY = "copy the file into your project, use the copy in your robot file or scene, and calibrate that scene"
 _PARAMETER = re.compile(r"\$\(([^$()]*)\)")
 _COVARIANCES = {
@@ -60,14 +60,14 @@ class Change:
 
 @dataclass(frozen=True, slots=True)
 class _Place:
-    """Document and location of the value that sets an input: a number, or a graph parameter."""
+    """The place in a file where the value of an input is written."""
 
     document: Document
     location: Location
 
 
 def write_figures(scene: LoadedScene, calibration: Calibration) -> tuple[list[Change], list[str]]:
-    """Write wheel radius, track, wheel base and covariances to the inputs of the robot's graphs that hold them.
+    """Write the measured wheel radius, track, wheel base and covariances into the files that set these inputs.
 
     Returns:
         The changes made, and notes on inputs that could not be written.
@@ -135,7 +135,7 @@ def find_changes(scene: LoadedScene, calibration: Calibration) -> tuple[list[Cha
 
 
 def _wanted(scene: LoadedScene, result: Calibration) -> Iterator[tuple[Graph, Instance, str, int | None, float, float]]:
-    """Yield graph, node, input, array index (or None), old and measured value of each input that holds a measured figure."""
+    """Yield each input that a measurement can replace, as (graph, node, input, array index or None, old value, new value)."""
     figures = {
         **dict.fromkeys(("wheelRadius", "frontWheelRadius", "backWheelRadius"), result.wheel_radius),
         **dict.fromkeys(("wheelDistance", "trackWidth"), result.track),
@@ -161,14 +161,14 @@ def _wanted(scene: LoadedScene, result: Calibration) -> Iterator[tuple[Graph, In
 
 
 def _without_factors(track: float, inputs: Mapping[str, Any], result: Calibration) -> float:
-    """Return the `wheelDistance` that gives a track together with the other inputs of the node."""
+    """Return the `wheelDistance` with which a node uses the given track, in view of its `wheelBase` and multiplier inputs."""
     if result.kinematics == "mecanum":
         track -= abs(float(inputs.get("wheelBase", 0.0)))
     return track / (float(inputs.get("wheelDistanceMultiplier", 1.0)) or 1.0)
 
 
 def _covariances(scene: LoadedScene, result: Calibration, graph: Graph) -> Covariances:
-    """Return the covariances of the odometry that a graph publishes, or of the robot's other odometry if it publishes none."""
+    """Return the covariances of the graph's odometry topic; if the graph publishes no odometry, those of the robot's odometry."""
     topics = {claim.topic for claim in scene.claims if claim.direction == "publish" and claim.graph == graph.name}
     own = [one for one in result.odometry if one.topic in topics] or list(result.odometry)
     known = [one.covariances for one in own if one.covariances.distance_variance is not None]
@@ -176,7 +176,7 @@ def _covariances(scene: LoadedScene, result: Calibration, graph: Graph) -> Covar
 
 
 def _find_place(graph: Graph, instance: Instance, name: str, index: int | None, file: RobotFile) -> _Place | None:
-    """Return where the files set an input to a number; None if they do not."""
+    """Return the place in the files where an input is set to a number; None if no file sets it."""
     entry = instance.entry
     if name in entry.given or f"inputs:{name}" in entry.given:
         return None
@@ -193,7 +193,10 @@ def _find_place(graph: Graph, instance: Instance, name: str, index: int | None, 
 def _lead_out(
     document: Document, location: Location, index: int | None, graph: Graph, around: list[str], file: RobotFile
 ) -> _Place | None:
-    """Return where the number at a location is set, following graph parameters through the enclosing subgraphs `around`."""
+    """Return the place of the number at a location; if a graph parameter is written there, the place of its value.
+
+    `around` lists the enclosing subgraphs, outermost first.
+    """
     value = document.find(*location)
     data = value.data if value is not None else None
     if isinstance(data, list) and index is not None and index < len(data):

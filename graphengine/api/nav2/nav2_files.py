@@ -138,7 +138,7 @@ def _robot_files(
 
 
 def _map(scene: LoadedScene, robots: Sequence[RobotFacts], notes: list[str]) -> dict[Path, bytes]:
-    """Return the map of all obstacles between the floor and the top of the highest robot or scan plane."""
+    """Return the files of the occupancy map. It shows the obstacles up to the highest robot or scan plane."""
     assert scene.world is not None
     scans = [scan.height for robot in robots for scan in robot.scans]
     window = scan_window(scans, [robot.height for robot in robots])

@@ -179,7 +179,7 @@ def _edges(claims: Sequence[EndpointClaim]) -> list[tuple[str, str]]:
 
 
 def _description_edges(claims: Sequence[EndpointClaim], robot: RobotInstance) -> Iterator[tuple[str, str]]:
-    """Yield the edges that robot_state_publisher adds for a published robot description."""
+    """Yield the (parent, child) frames that robot_state_publisher adds to TF if the robot publishes its description."""
     if any(claim.topic.endswith("/robot_description") for claim in claims):
         yield from ((joint.parent, joint.child) for joint in robot.urdf.joints.values())
 
@@ -187,7 +187,7 @@ def _description_edges(claims: Sequence[EndpointClaim], robot: RobotInstance) ->
 def _base_frame(
     scene: LoadedScene, robot: RobotInstance, odometry: EndpointClaim | None, edges: Sequence[tuple[str, str]]
 ) -> str | None:
-    """Return the child frame of the odometry frame, preferably the robot's base link; None if there is none."""
+    """Return a child of the odometry frame in TF, preferably the robot's base link; None if it has no child."""
     if odometry is None:
         return None
     children = [child for parent, child in edges if parent == odometry.frame_id]
@@ -207,7 +207,7 @@ def _connected(frame: str, edges: Sequence[tuple[str, str]]) -> set[str]:
 
 
 def _no_scan(robot: RobotInstance, stage: Stage, claims: Sequence[EndpointClaim]) -> str:
-    """Return the error for a robot without a LaserScan topic, with the lines to add."""
+    """Return the text of the error for a robot without a LaserScan topic; it contains the YAML lines to add."""
     cloud = _first(claims, "publish", "sensor_msgs/msg/PointCloud2")
     if cloud is not None:
         return (
