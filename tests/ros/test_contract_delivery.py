@@ -16,7 +16,7 @@ from graphengine.ros.transport import Writer, discover
 from graphengine.ros.transports.dds.dds import DdsTransport
 from graphengine.ros.transports.memory.memory import MemoryTransport
 from tests.ros.contract import FAITHFUL, NETWORKED, RCLPY, STRING, AnyTransport, Inbox, Join, chatter, connect, text
-from tests.waiting import eventually
+from tests.waiting import PATIENCE, eventually
 
 
 def test_messages_arrive_in_the_order_they_were_written(join: Join) -> None:
@@ -235,6 +235,38 @@ def test_a_reader_may_be_closed_while_messages_fly(join: Join, leave: str) -> No
     writer.close()
     flood.thread.join()
     assert isinstance(flood.failure, TransportError)
+
+
+@pytest.mark.parametrize("kind", NETWORKED, indirect=True)
+def test_closing_a_reader_waits_for_messages_that_are_being_delivered(join: Join) -> None:
+    taken: list[str] = []
+    written, reached, go_on = threading.Event(), threading.Event(), threading.Event()
+    stays, end = Inbox(), Inbox()
+
+    def take(data: bytes) -> None:
+        taken.append(decode(data, STRING).data)
+        written.wait()
+        if taken[-1] == "0":
+            reached.set()
+            go_on.wait()
+
+    bob, alice = join("bob"), join("alice")
+    reader = bob.reader("/chatter", STRING, QoS(), take)
+    join("carol").reader("/chatter", STRING, QoS(), stays)
+    writer = alice.writer("/chatter", STRING, QoS())
+    connect(writer, stays)
+    assert eventually(lambda: taken, lambda: writer.write(text("probe")))
+    for number in range(5):
+        writer.write(text(str(number)))
+    assert eventually(lambda: "4" in stays.texts)
+    written.set()
+    assert reached.wait(PATIENCE)
+    threading.Timer(0.1, go_on.set).start()
+    reader.close()
+    taken_before = len(taken)
+    bob.reader("/end", STRING, QoS(), end)
+    connect(alice.writer("/end", STRING, QoS()), end)
+    assert len(taken) == taken_before
 
 
 @pytest.mark.parametrize("kind", NETWORKED, indirect=True)

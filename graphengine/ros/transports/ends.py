@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import threading
 from collections.abc import Callable
 from typing import Any
 
@@ -35,9 +36,16 @@ class RosEnd:
         """Number of sent messages that were dropped because a peer was too slow."""
         self._remove = remove
         self._failed = False
+        self._delivering = threading.RLock()
+        self._delivers = True
 
     def close(self) -> None:
-        """Close the endpoint; safe to call twice."""
+        """Close the endpoint; safe to call twice.
+
+        No message is delivered after this method returns: it waits for a delivery that is in progress in another thread.
+        """
+        with self._delivering:
+            self._delivers = False
         self._remove(self)
 
     def end(self) -> None:
@@ -48,13 +56,16 @@ class RosEnd:
         return ""
 
     def hand_over(self, take: Callable[..., None], *message: Any) -> None:
-        """Call `take` with a message. Only the first exception is logged; none ends the thread."""
-        try:
-            take(*message)
-        except Exception:
-            if not self._failed:
-                _log.exception("%s: a message could not be delivered; further errors are not reported", self.name)
-            self._failed = True
+        """Call `take` with a message, unless the endpoint is closed. Only the first exception is logged; none ends the thread."""
+        with self._delivering:
+            if not self._delivers:
+                return
+            try:
+                take(*message)
+            except Exception:
+                if not self._failed:
+                    _log.exception("%s: a message could not be delivered; further errors are not reported", self.name)
+                self._failed = True
 
     def closed(self) -> TransportError:
         """Return the error for a call after `close`."""
