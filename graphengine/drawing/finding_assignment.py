@@ -17,7 +17,7 @@ CIRCLES = ("G209", "G210")
 
 
 class _EndNode(NamedTuple):
-    """The node at one end of a wire, and the uses of the subgraphs that contain the wire."""
+    """The node at one end of a wire; `via` has the uses of the subgraphs that contain the wire."""
 
     node: str
     via: Via
@@ -33,7 +33,7 @@ class AssignedFindings:
     Attributes:
         nodes: findings by node id.
         circular: wires that form a cycle.
-        graph: findings of the graph's files that belong to no node.
+        graph: findings in the graph's files that belong to no node.
     """
 
     nodes: dict[str, list[Finding]] = field(default_factory=dict)
@@ -42,7 +42,10 @@ class AssignedFindings:
 
 
 def assign_findings(graph: Graph, findings: Findings) -> AssignedFindings:
-    """Assign each finding to the nodes at its position, at the ends of the wire there, or in the cycle that it reports."""
+    """Return the findings of a graph, assigned to nodes.
+
+    A finding belongs to the nodes in the cycle that it reports, to the node at its position, or to the ends of the wire there.
+    """
     assigned = AssignedFindings()
     regions = [(entry, *_region(entry)) for entry in graph.flat.nodes]
     paths = {entry.document.source.path for entry in graph.flat.nodes} | {graph.flat.loaded.document.source.path}
@@ -66,7 +69,10 @@ def assign_findings(graph: Graph, findings: Findings) -> AssignedFindings:
 
 
 def _told_of(finding: Finding, things: Sequence[T]) -> Sequence[T]:
-    """Return the nodes or wires to which a finding applies; of several uses of a subgraph, those in the use it names."""
+    """Return the nodes or wires to which a finding applies.
+
+    If a subgraph is used several times and the finding names one use, only nodes or wires in this use are returned.
+    """
     told = set(finding.related)
     return [thing for thing in things if told.issuperset(thing.via)] or things
 
@@ -78,7 +84,7 @@ def _circle(finding: Finding, graph: Graph) -> Sequence[WireEntry]:
 
 
 def _ends(graph: Graph) -> dict[tuple[str, int], list[_EndNode]]:
-    """Return the nodes by the span of a wire or of one of its ends; the span of a whole wire gives the target node."""
+    """Return the nodes at the ends of wires, by the span of each end; the span of a whole wire gives its target node."""
     names = {entry.id for entry in graph.flat.nodes}
     places: dict[tuple[str, int], list[_EndNode]] = {}
     for wire in graph.flat.wires:
@@ -89,7 +95,7 @@ def _ends(graph: Graph) -> dict[tuple[str, int], list[_EndNode]]:
 
 
 def _region(entry: NodeEntry) -> tuple[tuple[int, int], tuple[int, int]]:
-    """Return the positions of the first and last value of a node in its file, each as line and column."""
+    """Return where a node begins in its file, and where its last key or value is, each as line and column."""
     key = entry.key_span()
     last = (key.line, key.column)
     found = entry.document.find(*entry.location)

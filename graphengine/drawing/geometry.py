@@ -15,7 +15,10 @@ GAP = (44.0, 28.0)
 
 @dataclass(frozen=True, slots=True)
 class LayoutBox:
-    """A rectangle to place: `edge` forces it into the first or last column, `place` is its position from the graph file."""
+    """A rectangle for a layout to place.
+
+    `edge` forces the box into the first or last column. `place` is the position that the graph file gives.
+    """
 
     width: float
     height: float
@@ -25,7 +28,7 @@ class LayoutBox:
 
 @dataclass(frozen=True, slots=True)
 class LayoutLink:
-    """A link from the right side of one box to the left side of another; heights are measured from the top of each box."""
+    """A link from the right side of one box to the left side of another; `source_y` and `target_y` start at the box tops."""
 
     source: int
     source_y: float
@@ -44,7 +47,7 @@ class Arrangement:
 def bounds(
     boxes: Sequence[LayoutBox], corners: Sequence[Point], routes: Iterable[Route]
 ) -> tuple[float, float, float, float]:
-    """Return the left, top, right and bottom edge of the rectangle around all boxes and routes; zeros if there are none."""
+    """Return the left, top, right and bottom edge of the rectangle around all boxes and routes; zeros for an empty drawing."""
     points = [point for route in routes for point in route]
     points += corners
     points += [(x + box.width, y + box.height) for box, (x, y) in zip(boxes, corners, strict=True)]

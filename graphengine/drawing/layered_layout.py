@@ -77,7 +77,7 @@ def arrange(boxes: Sequence[LayoutBox], links: Sequence[LayoutLink]) -> Arrangem
 def _mended(
     boxes: Sequence[LayoutBox], corners: Sequence[Point], links: Sequence[LayoutLink], routes: Sequence[Route]
 ) -> Sequence[Route]:
-    """Return routes that cross no box: links that graphlay routed through a box, a few in cyclic graphs, get new routes."""
+    """Return routes that cross no box. In cyclic graphs, graphlay routes a few links through boxes; these get new routes."""
     low = np.array(corners)
     high = low + np.array([(box.width, box.height) for box in boxes])
     wrong = [number for number, route in enumerate(routes) if _crosses(route, low, high)]

@@ -11,14 +11,17 @@ from graphengine.drawing import layered_layout, routing
 from graphengine.drawing.geometry import GAP, Arrangement, LayoutBox, LayoutLink, Point, bounds
 
 MAX_STRETCH = 6.0
-"""Maximum scale factor of the given positions; boxes that need a larger one get new positions."""
+"""Maximum scale factor of the given positions; boxes that need a larger factor get new positions."""
 
 _CLEAR = 0.1
 """Addition to the minimum distance, px, so that rounding errors cause no overlap."""
 
 
 def arrange(boxes: Sequence[LayoutBox], links: Sequence[LayoutLink]) -> Arrangement:
-    """Keep the given positions, scaled up until no boxes overlap; boxes without a position are placed below, in columns."""
+    """Return an arrangement with the given positions, scaled up until no boxes overlap.
+
+    Boxes without a position are placed below the others, in columns.
+    """
     corners = _corners(boxes, links)
     return Arrangement(corners, tuple(routing.routes(boxes, corners, links)))
 
@@ -57,7 +60,7 @@ def _stretched(boxes: Sequence[LayoutBox]) -> dict[int, Point]:
 
 
 def _needed_stretch(box: LayoutBox, place: Point, others: Sequence[LayoutBox]) -> float:
-    """Return the smallest scale factor at which a box at `place` overlaps none of the others."""
+    """Return the smallest scale factor at which a box at `place` overlaps no other box."""
     if not others:
         return 1.0
     there = np.array([other.place for other in others])

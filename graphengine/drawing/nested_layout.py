@@ -1,7 +1,7 @@
 """Layout of a graph with nested subgraphs.
 
-Each subgraph is laid out separately and is one box in the graph around it. A wire into or out of a subgraph has a port on its
-border; inside, the port is a box without width in the first or last column.
+Each subgraph is laid out separately and is one box in the graph around it. A wire into or out of a subgraph has a port on the
+border of the subgraph. In the layout of the subgraph, this port is a box without width in the first or last column.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from graphengine.drawing.node_box import NodeBox, make_box
 from graphengine.drawing.view_model import GraphView, PortPlace, WireView
 
 MAX_LEVEL, MAX_WHOLE = 200, 600
-"""Maximum numbers of boxes and links, in one level and in the whole graph, for layouts that take cubic time."""
+"""Maximum number of boxes plus links for layouts in cubic time: in one level, and in the whole graph."""
 
 _PADDING = 18.0
 """Distance between the border of a subgraph and its contents, px."""
@@ -25,7 +25,7 @@ _PIN = 1.0
 """Half the height of the box that represents a port on a border, px."""
 
 Pin = tuple[str, bool, PortPlace]
-"""A port on a subgraph's border: the subgraph, whether wires lead into it, and the inner node and port of these wires."""
+"""A port on a subgraph's border: the subgraph, whether the wires lead inward, and their node and port inside."""
 
 
 @dataclass(slots=True)
@@ -40,7 +40,7 @@ class SubgraphFrame:
 
 @dataclass(slots=True)
 class GraphLayout:
-    """A complete layout: node boxes with their corners by id, subgraph borders, and the polyline of each wire."""
+    """A complete layout: boxes and corners of nodes by id, borders of subgraphs, and the polyline of each wire."""
 
     boxes: dict[str, NodeBox]
     corners: dict[str, Point] = field(default_factory=dict)
@@ -65,7 +65,7 @@ class _Level:
 
 
 def arrange(view: GraphView) -> GraphLayout:
-    """Lay out a graph and its subgraphs.
+    """Return the layout of a graph with its subgraphs.
 
     Raises:
         UsageError: the layout library is not installed.
@@ -97,7 +97,7 @@ def _put(layout: GraphLayout, levels: dict[str, _Level], group: str, at: Point, 
 
 
 def _joined(pieces: Sequence[Route]) -> Route:
-    """Join the parts of a wire to one polyline; each part begins where another ends."""
+    """Return the parts of a wire, joined to one polyline. Each part begins where another ends, in any order."""
     if not pieces:
         return ()
     starts = {_place(piece[0]): piece for piece in pieces}
@@ -128,7 +128,7 @@ def _arrange_level(group: str, view: GraphView, nodes: dict[str, NodeBox], level
     pins: dict[Pin, int] = {}
 
     def end(wire: WireView, *, begins: bool) -> tuple[int, float]:
-        """Return the box, and the height in it, at which a wire's part in this level begins or ends."""
+        """Return where the part of a wire in this level begins or ends: the box, and the distance from its top."""
         (node, port), inner = (wire.source, wire.target) if begins else (wire.target, wire.source)
         if not _holds(group, node):
             pin = (group, begins, inner)
@@ -154,7 +154,7 @@ def _arrange_level(group: str, view: GraphView, nodes: dict[str, NodeBox], level
 def _way(
     view: GraphView, boxes: Sequence[LayoutBox], links: Collection[LayoutLink]
 ) -> Callable[[Sequence[LayoutBox], Sequence[LayoutLink]], Arrangement]:
-    """Return the layout function for a level; the choice depends on numbers of boxes and links, never on time."""
+    """Return the layout function for a level. The choice depends on the numbers of boxes and links, never on time."""
     whole = len(view.nodes) + len(view.wires)
     if len(boxes) + len(links) > MAX_LEVEL or whole > MAX_WHOLE:
         return column_layout.arrange
@@ -166,13 +166,13 @@ def _holds(group: str, node: str) -> bool:
 
 
 def _child(group: str, node: str) -> str:
-    """Return the id of a node if it is directly in a group, else of the group's direct subgraph that contains the node."""
+    """Return the direct child of a group that is or contains a node: the id of the node itself, or of a subgraph."""
     start = len(group) + 1 if group else 0
     return node[:start] + node[start:].partition("/")[0]
 
 
 def _touches(group: str, wire: WireView) -> bool:
-    """Return whether a wire has a part in a group that is outside the subgraphs of this group."""
+    """Return whether a part of a wire lies directly in a group, not inside one of its subgraphs."""
     children = [_child(group, node) for node, _ in (wire.source, wire.target) if _holds(group, node)]
     return len(children) == 1 or len(set(children)) == 2 or children[:1] == [wire.source[0]]
 
@@ -186,7 +186,7 @@ def _framed(
     pins: dict[Pin, int],
     links: dict[LayoutLink, int],
 ) -> _Level:
-    """Return a level with its top left corner at (0, 0); a subgraph gets a border with its ports, and a caption."""
+    """Return a level with its top left corner at (0, 0). A subgraph gets a caption and a border with ports."""
     left, top, right, bottom = bounds(boxes, made.corners, made.routes)
     padding, caption = (_PADDING, _CAPTION) if group else (0.0, 0.0)
     dx, dy = padding - left, padding + caption - top

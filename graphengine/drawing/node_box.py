@@ -24,12 +24,12 @@ _MARKS = 4
 
 @dataclass(frozen=True, slots=True)
 class Label:
-    """The name and value of a port, written at the port's side of the box."""
+    """The name and value of a port, to be drawn beside the port."""
 
     view: PortView
     side: str
     y: float
-    """Vertical position of the port."""
+    """Distance of the port from the top of the box, px."""
     name: str
     value: str
 

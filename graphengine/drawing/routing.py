@@ -1,8 +1,8 @@
 """Routes links around placed boxes, with short routes and few bends.
 
-Each box has a frame at half the minimum distance between boxes. Frames never overlap, so every port can be reached from every
-other along them. The lines of the frames form the grid of an A* search. Links on the same line are then spread over the free
-strip around it.
+Each box has a frame around it at half the minimum distance between boxes. Frames never overlap, so a link can follow the frames
+from every port to every other port. The lines of the frames form the grid of an A* search. Links on the same line are then
+spread over the free strip around it.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ def routes(boxes: Sequence[LayoutBox], corners: Sequence[Point], links: Sequence
 
 
 Line = tuple[int, float]
-"""A grid line: axis 0 and the x of a column, or axis 1 and the y of a row."""
+"""A grid line: (0, x) for a column at x, (1, y) for a row at y."""
 Step = tuple[int, int, int]
 """A state of the search: column and row of a grid point, and the axis of the line that leads to it."""
 
@@ -53,12 +53,12 @@ class _Router:
         shared = np.unique(self.frames[:, :, 1])
         self.rows = np.unique([*shared, *(y for pair in self.ends for _, y in pair)])
         self.shared = np.isin(self.rows, shared).tolist()
-        """For each row, whether every link may use it; the row of a port is reserved for links of this port."""
+        """For each row, whether all links may use it. Rows that only ports need are reserved for the links of these ports."""
         self.places = (self.columns.tolist(), self.rows.tolist())
         self.open = self._open(0, self.columns, self.rows), self._open(1, self.rows, self.columns)
 
     def _open(self, axis: int, lines: NDArray[np.float64], along: NDArray[np.float64]) -> list[list[bool]]:
-        """Return, for each grid line of an axis and each point on it, whether no frame blocks the way to the next point."""
+        """Return for each point of each grid line on an axis whether no frame blocks the line between it and the next point."""
         free = np.ones((len(lines), len(along)), bool)
         for (low, high), (begin, end) in zip(self.frames[:, :, axis], self.frames[:, :, 1 - axis], strict=True):
             across = slice(np.searchsorted(lines, low, "right"), np.searchsorted(lines, high, "left"))
@@ -67,7 +67,7 @@ class _Router:
         return opened
 
     def lines(self, begin: Point, end: Point) -> list[Line]:
-        """Return alternating columns and rows between the rows of two ports, found by A* with a cost for bends."""
+        """Return the path of a link as alternating rows and columns, found by an A* search with a cost for bends."""
         start = self._column(begin[0] + _FRAME[0]), int(np.searchsorted(self.rows, begin[1]))
         goal = self._column(end[0] - _FRAME[0]), int(np.searchsorted(self.rows, end[1]))
         columns, rows = self.places
@@ -91,11 +91,11 @@ class _Router:
         raise AssertionError("no route between two ports: frames of boxes overlap")
 
     def _column(self, x: float) -> int:
-        """Return the index of the column nearest to `x`, because positions can differ by rounding errors."""
+        """Return the index of the column nearest to `x`; the position may have a rounding error."""
         return int(np.abs(self.columns - x).argmin())
 
     def _steps(self, here: Step, own: tuple[int, int]) -> Iterator[Step]:
-        """Yield the grid points that can be reached next; rows of other ports are skipped."""
+        """Yield the states that can follow a state of the search; rows of other ports are skipped."""
         column, row, _ = here
         for way in (-1, 1):
             other = row
@@ -130,7 +130,7 @@ def _drawn(begin: Point, end: Point, lines: Sequence[Line]) -> Route:
 
 
 def _spread(links: Sequence[LayoutLink], ways: Sequence[Sequence[Line]], routes: Sequence[Route]) -> list[list[Line]]:
-    """Return the grid lines of each route, with routes of different ports moved apart where they share a line."""
+    """Return the grid lines of each route. Where routes of different ports share a line, they are moved apart."""
     spread = [list(way) for way in ways]
     stretches: dict[Line, dict[tuple[int, float], list[tuple[int, int]]]] = {}
     for number, way in enumerate(ways):
@@ -150,7 +150,7 @@ def _spread(links: Sequence[LayoutLink], ways: Sequence[Sequence[Line]], routes:
 def _extent(
     axis: int, place: float, routes: Sequence[Route], members: Sequence[tuple[int, int]]
 ) -> tuple[float, float]:
-    """Return the first and last coordinate along a grid line between which the given links use the line."""
+    """Return the range of a grid line that the given links use, as its first and last coordinate."""
     along = [
         point[1 - axis]
         for number, _ in members

@@ -21,7 +21,7 @@ from graphengine.format.diagnostics import Finding
 from graphengine.format.wording import printable
 
 _SPACE = 18.0
-"""Distance around the drawing and between its graphs, px."""
+"""Distance around the drawing and between two graphs, px."""
 _TITLE_SIZE = 16.0
 _LINE = 17.0
 _ROUND = 6.0
@@ -56,7 +56,7 @@ def draw(views: Sequence[GraphView], *, named: bool = False) -> str:
 
     Args:
         views: graphs to draw.
-        named: whether the group of each node has the attribute `data-node` with its name, for scripts.
+        named: whether the SVG group of each node gets the attribute `data-node` with the node's name, for scripts.
 
     Raises:
         UsageError: the layout library is not installed.
@@ -130,7 +130,10 @@ def _draw_graph(view: GraphView, *, named: bool) -> tuple[list[str], float, floa
 
 
 def _heading(view: GraphView, limit: float) -> tuple[list[str], float, float]:
-    """Return the SVG of a graph's name, prim path, rate and findings without a node, and its width and height in px."""
+    """Return the SVG of a graph's heading, and its width and height in px.
+
+    The heading has the name, the prim path, the rate, and the findings that belong to no node.
+    """
     title = fitted(view.title, _TITLE_SIZE, limit, bold=True)
     caption = fitted(view.caption, PORT_SIZE, limit)
     lines = [_text(0, 14, title, "title"), _text(0, 33, caption, "caption")]

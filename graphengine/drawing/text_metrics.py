@@ -50,7 +50,7 @@ def _letter(letter: str) -> float:
 
 
 def fitted(text: str, size: float, limit: float, *, bold: bool = False, tail: bool = False) -> str:
-    """Return printable text, shortened to at most `limit` in width.
+    """Return printable text, shortened to a width of at most `limit`.
 
     A shortened text keeps its beginning and ends in `…`; with `tail`, it keeps its end and begins with `…`.
     """

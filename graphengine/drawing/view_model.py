@@ -1,6 +1,6 @@
 """View model of a drawing: nodes with ports and values, wires, subgraphs, and their findings.
 
-It is made from the graph as written in the file, so that nodes with unknown types and refused wires are also drawn.
+It follows the graph as written in the file, so that nodes with unknown types and refused wires are also drawn.
 """
 
 from __future__ import annotations
@@ -35,11 +35,11 @@ _LONG = 400
 
 
 Mistake = Literal["", "refused", "circle"]
-"""Error of a wire: `refused` with a finding, `circle` for a wire in a cycle, or empty."""
+"""Error of a wire: `refused` if the compiler refused it, `circle` if it is part of a cycle, empty if it is correct."""
 Key = tuple[str, str]
-"""Side of the box (`left` or `right`) and the port's name."""
+"""Identifies a port on a box: the side (`left` or `right`) and the name of the port."""
 PortPlace = tuple[str, Key]
-"""A node and a port on its box."""
+"""Identifies a port in a drawing: the id of the node, and the key of the port."""
 
 
 @dataclass(slots=True)
@@ -56,7 +56,7 @@ class PortView:
 
 @dataclass(slots=True)
 class NodeView:
-    """A node in a drawing; `ports` has the wired ports and those with a value, execution ports first."""
+    """A node in a drawing; `ports` has the ports with a wire or a set value, execution ports first."""
 
     id: str
     type_name: str
@@ -64,7 +64,7 @@ class NodeView:
     place: Point | None
     about: str
     pace: str = ""
-    """The node's `every:` as text; empty without one."""
+    """The rate that the node's `every:` sets, as text; empty if the node has no `every:`."""
     instance: Instance | None = None
     """Resolved node; None for an unknown node type."""
     ports: dict[Key, PortView] = field(default_factory=dict)
@@ -72,12 +72,12 @@ class NodeView:
 
     @property
     def name(self) -> str:
-        """Name within its own file."""
+        """Name of the node within its own file."""
         return self.id.rpartition("/")[2]
 
     @property
     def group(self) -> str:
-        """Subgraph that contains the node; empty for none."""
+        """Id of the subgraph that contains the node; empty if the node is not in a subgraph."""
         return self.id.rpartition("/")[0]
 
 
@@ -88,7 +88,7 @@ class WireView:
     Attributes:
         source: node and port where the wire begins.
         target: node and port where the wire ends.
-        form: execution, execution in a later pass, or data.
+        form: `exec` for execution, `later` for execution in a later pass, `data` for values.
         mistake: whether the wire was refused or is part of a cycle; empty if it is correct.
         about: text of the wire's tooltip.
     """
@@ -169,13 +169,13 @@ def _pace(every: EverySpec | None) -> str:
 
 
 def _layout(entry: NodeEntry) -> Point | None:
-    """Return the position of a node from `layout` in its file; None without one."""
+    """Return the position that `layout` in the file gives a node, or None."""
     found = entry.document.find("layout", str(entry.location[-1]))
     return _place(found.to_data()) if found is not None else None
 
 
 def _place(data: Any) -> Point | None:
-    """Return a position from a file; None if it is malformed or too far away."""
+    """Return a position from a file, or None if the position is malformed or too far away."""
     if not isinstance(data, list | tuple) or len(data) != 2 or not all(type(part) in (int, float) for part in data):
         return None
     return (float(data[0]), float(data[1])) if all(abs(part) <= FARTHEST for part in data) else None
@@ -239,7 +239,7 @@ def _wire(entry: WireEntry, nodes: dict[str, NodeView], mistake: Mistake) -> Wir
 
 
 def _end(end: WireEnd, side: str, sides: Sequence[str], nodes: dict[str, NodeView]) -> tuple[PortPlace, bool]:
-    """Add the port at one end of a wire to its box; return node and port, and whether the port carries execution."""
+    """Add the port at one end of a wire to the box of its node. Return the port, and whether it is an execution port."""
     node = nodes[end.node]
     instance = node.instance
     port = find_port(instance.cls, end.port, [end.side] if end.side else sides) if instance else None
@@ -252,7 +252,10 @@ def _end(end: WireEnd, side: str, sides: Sequence[str], nodes: dict[str, NodeVie
 
 
 def _sort_ports(node: NodeView) -> None:
-    """Sort ports: execution first, then in the type's order. An unwired input from which wires begin is on the right only."""
+    """Sort the ports of a node: execution ports first, then all others in the order of the node type.
+
+    An input from which wires begin, but to which none leads, stays only on the right side.
+    """
     names = dict.fromkeys(port.name for port in node.instance.cls.fields.values()) if node.instance else ()
     order = {name: number for number, name in enumerate(names)}
     for side, name in list(node.ports):

@@ -28,9 +28,10 @@ class FieldDifference(NamedTuple):
 def differences(
     recorded: bytes, replayed: bytes, message_type: str, definitions: Definitions = DEFINITIONS
 ) -> list[FieldDifference]:
-    """Return all different fields, one entry per array; if only undecoded bytes differ, such as padding, return their position.
+    """Return all fields that differ; an array of numbers has one entry, with its first element that differs.
 
-    Numbers are compared by their bits, so that NaN equals NaN and -0 differs from 0.
+    If the messages differ only in bytes that are not decoded, such as padding, the result is the first such byte. Numbers are
+    compared by their bits, so that NaN equals NaN and -0 differs from 0.
     """
     try:
         one, other = (messages.decode(data, message_type, definitions) for data in (recorded, replayed))
@@ -82,7 +83,7 @@ def _shown(value: Any) -> str:
 
 
 def _of_bytes(one: bytes, other: bytes) -> FieldDifference:
-    """Return the first byte that differs, or the sizes if they differ."""
+    """Return the first byte that differs, or the sizes of the messages if these differ."""
     if len(one) != len(other):
         return FieldDifference("size", f"{len(one)} bytes", f"{len(other)} bytes")
     at = next((index for index, (a, b) in enumerate(zip(one, other, strict=True)) if a != b), 0)

@@ -36,14 +36,14 @@ class Manifest(BaseModel):
     robot_state: bool = False
     localization: Literal["truth"] | None = None
     distro: Distro = JAZZY
-    """ROS 2 distribution of the message types; recordings without this entry used Jazzy's."""
+    """ROS 2 distribution of the message types; recordings without this entry used Jazzy."""
     rays: RaysName = "auto"
     """Method of ray casting for lidars."""
     keep_going: bool = False
     bad_values: BadValues = "stop"
-    """Reaction to a value from a wire that a node cannot use; recordings without this entry stopped the run."""
+    """Reaction to a value that a node cannot use: drop the value or stop the run. Without this entry, the run stopped."""
     modules: tuple[Annotated[str, Field(pattern=r"^\w+(\.\w+)*$")], ...] = ()
-    """Additional Python modules with node types, which must also be given to a replay."""
+    """Additional Python modules with node types. A replay must be given the same modules."""
     domain_id: DomainId = 0
     domain_from_environment: DomainId | None = None
     identity: Annotated[str, Field(pattern=r"^([0-9a-f]{2}){0,64}$")] = ""
@@ -58,10 +58,10 @@ class Manifest(BaseModel):
 
     @classmethod
     def from_metadata(cls, metadata: Mapping[str, str]) -> Self:
-        """Read the manifest from MCAP metadata.
+        """Return the manifest read from MCAP metadata.
 
         Raises:
-            RecordingError: the metadata is not a manifest, or one of another format version.
+            RecordingError: the metadata is not a manifest, or the manifest has another format version.
         """
         written = metadata.get("format", "")
         if written != str(FORMAT):
@@ -78,7 +78,7 @@ class Manifest(BaseModel):
 def describe_run(
     scene: LoadedScene, services: Services, names: SourceNames, keep_going: bool, modules: Sequence[str]
 ) -> Manifest:
-    """Return the manifest of a session; its nodes must be set up.
+    """Return the manifest of a session whose nodes are set up.
 
     Args:
         scene: scene of the session.

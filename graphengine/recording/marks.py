@@ -35,20 +35,20 @@ class Marks:
     """Collects the events of a replay.
 
     Args:
-        gap: number of ticks after which the same contact or error text counts as a new event.
+        gap: number of ticks after which a repeated contact or error text counts as a new event.
     """
 
     def __init__(self, gap: int = 60) -> None:
         self.all: list[RecordingMark] = []
         """All marks in chronological order."""
         self.tick = 0
-        """Number of the tick that is being replayed for the first time; 0 if none is, and then events are ignored."""
+        """Number of the tick that is replayed for the first time. While it is 0, events are ignored."""
         self.gap = gap
         self._numbers: Counter[MarkKind] = Counter()
         self._last: dict[tuple[MarkKind, str], int] = {}
 
     def add(self, kind: MarkKind, text: str) -> None:
-        """Mark an event of the current tick."""
+        """Add a mark for an event of the current tick. After `MAX_MARKS` of one kind, a last mark says that there are more."""
         if not self.tick or self._numbers[kind] > MAX_MARKS:
             return
         self._numbers[kind] += 1
@@ -57,16 +57,16 @@ class Marks:
         self.all.append(RecordingMark(self.tick, kind, line))
 
     def add_commands(self, commands: Sequence[tuple[str, Any]]) -> None:
-        """Mark the commands of the current tick."""
+        """Add marks for commands executed before the current tick."""
         for name, arguments in commands:
             self.add("reset" if name in _RESETS else "command", f"{name} {_short(arguments)}".strip())
 
     def add_contacts(self, touching: Mapping[str, str], robots: Callable[[], Collection[str]]) -> None:
-        """Mark the first tick of each contact of a robot.
+        """Add a mark for each contact of a robot that begins in the current tick.
 
         Args:
-            touching: name of the other body of each contact, by the name of the robot or object.
-            robots: returns the names of all robots; called when a contact begins.
+            touching: for each robot or object in contact, the name of the body that it touches.
+            robots: function that returns the names of all robots; called when a contact begins.
         """
         for name, other in touching.items():
             text = f"{name} touches {other}"
@@ -74,7 +74,7 @@ class Marks:
                 self.add("contact", text)
 
     def log(self, severity: str, node: str, text: str) -> None:
-        """Mark an error that a node logs; usable as the `log` function of a session."""
+        """Add a mark for an error that a node logs. A session can use this method as its `log` function."""
         told = f"{node}: {text}" if node else text
         if severity == "error" and self._begins("error", told):
             self.add("error", told)
@@ -88,7 +88,7 @@ class Marks:
 
 
 def _short(value: Any, depth: int = 3) -> str:
-    """Return the arguments of a command as text, each as name and value."""
+    """Return the arguments of a command as text, each with its name and value."""
     if isinstance(value, float):
         return f"{value:.4g}"
     if isinstance(value, dict | list) and not depth:

@@ -48,7 +48,7 @@ class Stream:
         topic: full name of the topic.
         message_type: full name of the type, such as `nav_msgs/msg/Odometry`.
         qos: profile that the run's publisher offers, or that its subscription requests if the run does not publish the topic.
-        known: whether the topic's own channel contains the messages too; if so, bag players must not publish this channel.
+        known: whether these messages are also in the topic's own channel; if so, bag players must not publish this channel.
     """
 
     topic: str
@@ -58,16 +58,16 @@ class Stream:
 
     @property
     def channel(self) -> str:
-        """Name of the channel: the topic, or a hidden name for messages that the topic's channel already has."""
+        """Name of the channel: the topic, or a hidden name if the topic's own channel already contains the messages."""
         return f"{HIDDEN}/delivered{self.topic}" if self.known else self.topic
 
     def metadata(self) -> dict[str, str]:
-        """Return the metadata of the channel: QoS profile and topic."""
+        """Return the MCAP metadata of the channel: the QoS profile and the topic."""
         return {"offered_qos_profiles": offered_qos(self.qos), "topic": self.topic}
 
     @classmethod
     def of_channel(cls, channel: str, message_type: str, metadata: Mapping[str, str]) -> Stream | None:
-        """Return the stream of a channel; None for channels of other programs."""
+        """Return the stream of a channel, or None if another program wrote the channel."""
         topic = metadata.get("topic")
         return None if topic is None else cls(topic, message_type, known=topic != channel)
 
@@ -87,12 +87,12 @@ class TickTimes:
     period: tuple[int, int]
 
     def nanoseconds(self, tick: int) -> int:
-        """Return the time of a tick, truncated to nanoseconds as message stamps are."""
+        """Return the time of a tick in whole nanoseconds, truncated like the stamps of messages."""
         numerator, denominator = self.period
         return tick * numerator * 10**9 // denominator
 
     def tick(self, nanoseconds: int) -> int:
-        """Return the number of the first tick at or after a time."""
+        """Return the number of the first tick at or after a time in nanoseconds."""
         numerator, denominator = self.period
         return -(-nanoseconds * denominator // (numerator * 10**9))
 
@@ -112,7 +112,7 @@ def node_of(failure: str) -> str:
 
 
 def offered_qos(qos: QoS) -> str:
-    """Return a profile in rosbag2's format: a YAML list with one element."""
+    """Return a QoS profile in rosbag2's format: a YAML list with one element."""
     known = settled(qos)
     return "\n".join(
         (

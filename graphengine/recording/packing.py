@@ -22,9 +22,9 @@ class PackedScene:
 
     Attributes:
         given: name of the given scene or graph file.
-        scene: name of the scene for a single graph; empty for none.
-        options: load options without folders and node types, which depend on the machine; `rays` is the method in use.
-        files: contents of all files by name.
+        scene: name of the scene into which a single graph is loaded; empty if there is none.
+        options: load options without machine-dependent ones, such as folders; `rays` is the ray casting method in use.
+        files: contents of all files, by name.
     """
 
     given: str
@@ -34,7 +34,7 @@ class PackedScene:
 
     @classmethod
     def of(cls, scene: LoadedScene) -> PackedScene:
-        """Pack a scene; its files are read again.
+        """Return a packed scene; the files of the scene are read again.
 
         Raises:
             RecordingError: a file cannot be read again.
@@ -53,10 +53,10 @@ class PackedScene:
         return cls(names.name(scene.path.absolute()), placed, bare, files)
 
     def lay_out(self, workspace: Workspace) -> tuple[Path, Options]:
-        """Write the files to a folder; return the path to load and the options for loading it.
+        """Write the files to a folder. Return the path of the scene there and the options for loading it.
 
         Args:
-            workspace: folder, which must exist as long as the scene is used.
+            workspace: folder; it must exist as long as the scene is used.
 
         Raises:
             RecordingError: the files are too many or too large, or cannot be written.

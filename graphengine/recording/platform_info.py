@@ -36,7 +36,7 @@ def describe(scene: LoadedScene, world: World) -> dict[str, str]:
 
 
 def differences(recorded: Mapping[str, str], here: Mapping[str, str]) -> list[str]:
-    """Return one line per property that differs; properties that only one of the runs has are left out."""
+    """Return one line for each property that differs between two runs; both runs must have the property."""
     return [
         f"{name}: {here[name]}, recorded with {value}"
         for name, value in recorded.items()
@@ -52,7 +52,7 @@ def _version(package: str) -> str:
 
 
 def _processor() -> str:
-    """Return the processor model if the system reports it, else the architecture; numpy selects code by it."""
+    """Return the processor model if the system reports it, else the architecture; numpy's code depends on the processor."""
     try:
         lines = Path("/proc/cpuinfo").read_text(encoding="utf-8", errors="replace").splitlines()
     except OSError:

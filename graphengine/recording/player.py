@@ -18,16 +18,23 @@ from graphengine.runtime.session_core import SavedSession, SessionCore
 SPACING = 2.5
 """Simulation time between two checkpoints, s."""
 MAX_CHECKPOINTS = 1000
-"""Maximum number of checkpoints. Above it, every second one is dropped and the spacing doubles: 5 s after 42 minutes,
-20 s after 3 hours."""
+"""Maximum number of checkpoints.
+
+At more checkpoints, every second one is dropped and the spacing doubles: to 5 s after 42 minutes, to 20 s after 3 hours.
+"""
 STRIDE = 20
-"""Longest distance in ticks for which a seek runs ticks instead of restoring a checkpoint. Also the spacing of temporary
-checkpoints during a seek; the last one is kept, so that single steps back are fast."""
+"""Longest distance, in ticks, for which a seek runs ticks instead of restoring a checkpoint.
+
+It is also the spacing of temporary checkpoints during a seek. The last of these is kept, so that single steps back are fast.
+"""
 
 
 @dataclass(frozen=True, slots=True)
 class _Kept:
-    """A checkpoint after a tick: the session, the checkpoints made by recorded commands so far, and the exchanged files."""
+    """A checkpoint after a tick.
+
+    It contains the session, the checkpoints that recorded commands have made so far, and the names of exchanged files.
+    """
 
     tick: int
     session: SavedSession
@@ -44,7 +51,7 @@ class RecordingPlayer:
         session: session of the recorded scene, before its first tick.
         network: network of the session, over a `SilentTransport`.
         recording: recording to play.
-        marks: receives the events; the session logs to it.
+        marks: collects the events of the replay, including errors that the session logs.
         warn: receives warnings about recorded inputs that no node reads.
 
     Raises:
@@ -64,32 +71,32 @@ class RecordingPlayer:
         self.marks = marks
         self.replay = Replay(session, network, recording, warn=warn)
         self.length = recording.length()
-        """Number of ticks of the recording, including a failed one; fewer if the replay ends earlier."""
+        """Number of ticks of the recording, including a failed one. If the replay ended earlier, the number of replayed ticks."""
         self.built = 0
         """Number of ticks that have been replayed and compared."""
         self.position = 0
-        """Number of the shown tick: the page shows the state after it."""
+        """Number of the shown tick: the web page shows the state after this tick."""
         self.complete = False
         """Whether the replay has ended."""
         self.difference: Difference | None = None
         """The first difference between replay and recording; later ticks are not compared."""
         self.failure = ""
-        """The error that ended the run or the replay; empty without one."""
+        """The error that ended the run or the replay; empty if there was no error."""
         self._ticks = recording.ticks()
         self._inputs = TickInputs()
         self._spacing = max(round(SPACING / session.clock.delta), 1)
         self._at: int | None = 0
         """Number of the last tick that the session has run; None if the session stopped within a tick."""
         self._head = self._shown = self._keep(0)
-        """Checkpoints after the last replayed tick, and at or shortly before the shown tick."""
+        """Two checkpoints: `_head` after the last replayed tick, `_shown` at or shortly before the shown tick."""
         self._checkpoints = [self._head]
 
     def build(self, seconds: float = math.inf, interrupted: Callable[[], bool] = lambda: False) -> None:
-        """Replay and compare further ticks, with checkpoints; `position` does not change.
+        """Continue the replay: run and compare the next ticks, and make checkpoints. `position` does not change.
 
         Args:
-            seconds: wall time after which no further tick begins, s; the seek to the first of these ticks does not count.
-            interrupted: called after each tick; True ends the replay of further ticks, too.
+            seconds: wall time after which no new tick begins, s; the seek to the last replayed tick is not included.
+            interrupted: called after each tick; the result True makes `build` return.
         """
         if self.complete:
             return
@@ -107,7 +114,7 @@ class RecordingPlayer:
 
         Args:
             tick: number of the tick; 0 is the start.
-            seconds: wall time after which no further tick begins, s.
+            seconds: wall time after which no new tick begins, s.
         """
         self._go(min(max(tick, 0), self.built), time.monotonic() + seconds)
         assert self._at is not None
@@ -180,7 +187,7 @@ class RecordingPlayer:
         return [prim.entity_name for prim in self.session.services.stage.prims("robot")]
 
     def _replay_end(self, tick: Tick) -> None:
-        """Replay the end of the session and compare the messages sent there; the page shows the tick before."""
+        """Replay the end of the session and compare the messages sent there. The last tick before the end stays the shown one."""
         self._head = self._keep(self.built)
         self._run(tick)
         self._at = None

@@ -23,9 +23,12 @@ from graphengine.recording.sources import Workspace
 MAX_MESSAGES = 1_000_000
 """Maximum number of messages in a tick."""
 MAX_SILENCE = 10_000_000
-"""Maximum number of successive ticks without a message; a wrong time in a damaged file would be replayed for years."""
+"""Maximum number of successive ticks without a message.
+
+Without this limit, the replay of a damaged file with a wrong time stamp could take years.
+"""
 MAX_DIGITS = 18
-"""Maximum number of digits of the number of ticks."""
+"""Maximum number of digits in the number of ticks that a file states."""
 
 
 @dataclass(slots=True)
@@ -34,7 +37,7 @@ class Tick:
 
     Attributes:
         number: number of the tick, from 1.
-        readers: receiving nodes of each received message; these come first in the tick, then the sent messages.
+        readers: receiving nodes of each received message. In the file, a tick has its received messages before the sent ones.
         delivered: received messages, each with its stream and the receiving nodes.
         sent: published messages in order.
         commands: name and arguments of the commands executed before the tick.
@@ -105,7 +108,9 @@ class Recording:
         return (self._at - self._first) / max(self._size - self._first, 1)
 
     def ticks(self) -> Iterator[Tick]:
-        """Yield all ticks of the run in order, including empty ones; then the end of the run, unless the recording was cut off.
+        """Yield all ticks of the run in order, including ticks without messages.
+
+        The end of the run follows as another tick, unless the recording was cut off.
 
         Raises:
             RecordingError: the file is damaged.
@@ -149,7 +154,7 @@ class Recording:
         return self.times.tick(last)
 
     def _take(self, record: McapRecord) -> None:
-        """Process a schema, channel, metadata or attachment record."""
+        """Process a schema, channel, metadata or attachment record; other records are ignored."""
         if isinstance(record, Schema):
             self._types[record.id] = record.name
         elif isinstance(record, Channel):

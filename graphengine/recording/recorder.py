@@ -29,11 +29,11 @@ from graphengine.scene.loaded_scene import LoadedScene
 
 CHUNK_BYTES = 4_000_000
 CHUNK_SECONDS = 1.0
-"""Maximum simulation time in a chunk, s; a crash loses at most this much."""
+"""Maximum simulation time in a chunk, s; a crash loses at most this much of the recording."""
 
 
 class Recorder(ExternalInputs):
-    """Records a session. Create it before the first tick, and close it before the session.
+    """Records a session. Create the recorder before the first tick, and close it before the session.
 
     Args:
         session: session to record.
@@ -89,7 +89,7 @@ class Recorder(ExternalInputs):
         """Paths of the attached files, by name."""
         self._reloads = 0
         self._exchanged: dict[str, str | None] = {}
-        """Name of the attachment with the newest version of each reloaded file, by name; None for deleted files."""
+        """For each reloaded file, the name of the attachment with its newest version; None for a deleted file."""
         self._writer = RecordingWriter(path, scene.definitions, force=force)
         try:
             manifest = describe_run(scene, session.services, self._names, keep_going, modules)
@@ -117,7 +117,7 @@ class Recorder(ExternalInputs):
         self._arrived.append((claim, arrived))
 
     def write(self, claim: EndpointClaim, data: bytes) -> None:
-        """Record a message that a node sent, with the number of the tick."""
+        """Record a message that a node sent in the current tick."""
         self._sent.append((claim, self._session.clock.frame, data))
 
     def command(self, name: str, arguments: Mapping[str, Any]) -> None:
@@ -136,14 +136,17 @@ class Recorder(ExternalInputs):
         self._attach()
 
     def reading(self, files: Files) -> None:
-        """Store the contents of the files that a reload has read; if a file no longer exists, store none: the reload repeats."""
+        """Store the contents of the files that a reload has read.
+
+        If a file no longer exists, nothing is stored: the reload will read its files again.
+        """
         places = {self._names.name(path): path for path in files.used}
         with contextlib.suppress(OSError):
             self._read = _contents(places)
             self._places |= places
 
     def _attach_exchanged(self) -> bool:
-        """Attach the files that changed since they were last attached; return whether any was changed or deleted."""
+        """Attach the files that changed since they were last attached. Return whether any file was changed or deleted."""
         self._reloads += 1
         digests = {name: _digest(data) for name, data in self._read.items()}
         changed = {name: data for name, data in self._read.items() if self._digests.get(name) != digests[name]}
@@ -159,7 +162,7 @@ class Recorder(ExternalInputs):
         return bool(changed or gone)
 
     def _reference(self, use: str) -> str:
-        """Return a robot file's path relative to the scene file, which is valid wherever the recording is extracted."""
+        """Return the path of a robot file relative to the scene file; it is valid wherever the recording is extracted."""
         if not os.path.isabs(use):
             return use
         assert self._scene is not None  # a robot requires a scene
@@ -180,7 +183,7 @@ class Recorder(ExternalInputs):
         """End the session, and write the remaining data, including the inputs of an unfinished tick.
 
         Args:
-            error: exception that ended the run; after a RecordingError, nothing more is written.
+            error: exception that ended the run. If it is a RecordingError, nothing more is written.
 
         Raises:
             RecordingError: the data cannot be written.
@@ -236,7 +239,7 @@ class Recorder(ExternalInputs):
         self._sent.clear()
 
     def _outside(self, delivered: Sequence[tuple[Sequence[EndpointClaim], bytes]]) -> dict[str, Any]:
-        """Return the external inputs of the tick; includes the wall clock time only if a node has read it."""
+        """Return the external inputs of the tick, with the wall clock time only if a node has read it."""
         outside: dict[str, Any] = {}
         if self._commands:
             outside["commands"] = list(self._commands)
@@ -254,7 +257,7 @@ class Recorder(ExternalInputs):
         return self._streams[key]
 
     def _offered(self, claim: EndpointClaim) -> QoS:
-        """Return the QoS profile for a topic's channel: that of the run's publisher, or without one, that of `claim`."""
+        """Return the QoS profile for a topic's channel: that of the run's publisher, or that of `claim` if there is none."""
         publishing = (one for one in self._session.services.claims if one.direction == "publish")
         return next((one.qos for one in publishing if self._topic(one) == self._topic(claim)), claim.qos)
 

@@ -35,7 +35,7 @@ class _OtherCompressionError(Exception):
 
 
 def read_records(path: Path, moved: Callable[[int, int], None] = lambda at, size: None) -> Iterator[McapRecord]:
-    """Yield all records before the index, including those in chunks; stop where the file is cut off.
+    """Yield all records before the index, including records in chunks. If the file is truncated, stop at its end.
 
     Args:
         path: path of the file.
@@ -52,7 +52,7 @@ def read_records(path: Path, moved: Callable[[int, int], None] = lambda at, size
 
 
 def read_extent(path: Path) -> tuple[int, Metadata | None]:
-    """Return the last log time (ns) and the last metadata of a recording, from the record heads, without unpacking chunks.
+    """Return the last log time (ns) and the last metadata of a recording without unpacking chunks.
 
     Raises:
         RecordingError: the file cannot be read.
@@ -106,10 +106,10 @@ def _records(path: Path, file: BinaryIO, moved: Callable[[int, int], None]) -> I
 
 
 def _inside(chunk: Chunk) -> Iterator[McapRecord]:
-    """Yield the records of a chunk one by one, because a small file can contain very many.
+    """Yield the records of a chunk one by one, because even a small chunk can contain very many records.
 
     Raises:
-        ValueError: a record is truncated, the checksum is wrong, or as for `_record` and `_unpacked`.
+        ValueError: a record is truncated, the checksum is wrong, or `_record` or `_unpacked` raises the error.
     """
     stream, size = get_chunk_data_stream(_unpacked(chunk), validate_crc=True)
     try:
@@ -123,7 +123,7 @@ def _record(stream: ReadDataStream) -> McapRecord:
     """Return the next record of a chunk.
 
     Raises:
-        ValueError: a chunk must not contain such a record, or its length is wrong.
+        ValueError: a chunk must not contain a record of this type, or the length of the record is wrong.
     """
     opcode, length = stream.read1(), stream.read8()
     end = stream.count + length
@@ -142,11 +142,11 @@ def _record(stream: ReadDataStream) -> McapRecord:
 
 
 def _unpacked(chunk: Chunk) -> Chunk:
-    """Return an uncompressed chunk, whose size is checked.
+    """Return the chunk in uncompressed form, after checking its size.
 
     Raises:
-        ValueError: its size differs from the declared size, or is too large.
-        _OtherCompressionError: it uses a compression that recordings do not use.
+        ValueError: the size differs from the declared size, or is too large.
+        _OtherCompressionError: the chunk uses a compression that recordings do not use.
     """
     if chunk.uncompressed_size > MAX_CHUNK_BYTES:
         raise ValueError(f"a chunk of {chunk.uncompressed_size} bytes is too large")

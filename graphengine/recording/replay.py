@@ -1,4 +1,4 @@
-"""Replays a recording: feeds inputs at their ticks, and compares outputs byte by byte in the order they were sent."""
+"""Replays a recording: delivers the inputs of each tick, and compares the outputs byte by byte, in the order of sending."""
 
 from __future__ import annotations
 
@@ -130,7 +130,7 @@ class Replay(ExternalInputs):
         self._sent.append((claim, data))
 
     def run(self) -> Difference | None:
-        """Replay all ticks, or up to the first difference, which is returned.
+        """Replay all ticks up to the first difference. Return this difference, or None if the runs are equal.
 
         Raises:
             RecordingError: the recording is damaged.
@@ -142,7 +142,7 @@ class Replay(ExternalInputs):
         return None
 
     def repeat(self, tick: Tick) -> GraphError | None:
-        """Deliver a tick's inputs and run the tick, or the end of the session; return the error that interrupted it, or None.
+        """Deliver the inputs of a tick, then run the tick or the end of the session. Return the error that ended it, or None.
 
         Raises:
             GraphError: a command of the tick cannot be carried out.
@@ -167,7 +167,7 @@ class Replay(ExternalInputs):
         return None
 
     def compare(self, tick: Tick, error: GraphError | None) -> Difference | None:
-        """Compare the last executed tick with the recording; return the first difference or None.
+        """Compare the last executed tick with the recording. Return the first difference, or None if there is none.
 
         Args:
             tick: the recorded tick.
@@ -180,7 +180,7 @@ class Replay(ExternalInputs):
         return found
 
     def _bring(self, stream: Stream, nodes: Sequence[str], data: bytes) -> None:
-        """Deliver a message to the nodes that received it in the recorded run; without these, to all subscribers of its topic."""
+        """Deliver a message to its recorded receivers; if none of these subscribes now, to all subscribers of its topic."""
         reading = [one for one in self.network.hearing if _takes(one.claim, stream)]
         meant = [end for end in reading if end.claim.node in nodes] or reading
         for end in meant:
@@ -220,7 +220,7 @@ class Replay(ExternalInputs):
     def _astray(
         self, tick: Tick, recorded: Sequence[tuple[Stream, bytes]], replayed: Sequence[tuple[EndpointClaim, bytes]]
     ) -> Difference:
-        """Return how two message sequences differ at their first messages: one is missing or additional, or the order differs."""
+        """Return how two sequences with different first topics differ: by a missing or additional message, or by the order."""
         before = Counter(stream.topic for stream, _ in recorded)
         now = Counter(claim.topic for claim, _ in replayed)
         if replayed and now[replayed[0][0].topic] > before[replayed[0][0].topic]:
@@ -244,7 +244,7 @@ class Replay(ExternalInputs):
         return self._difference(tick, "", "", lines)
 
     def _alike(self, replayed: str, recorded: str) -> bool:
-        """Return whether two failures are equal; in recordings without `bad_values`, only the names of nodes are compared."""
+        """Return whether two failures are equal. For recordings without `bad_values`, only names of nodes are compared."""
         if "bad_values" in self.recording.manifest.model_fields_set:
             return replayed == recorded
         return node_of(replayed) == node_of(recorded)
@@ -260,7 +260,7 @@ def _takes(claim: EndpointClaim, stream: Stream) -> bool:
 
 
 def _exchanged(arguments: Any) -> Mapping[str, str | None]:
-    """Return the replaced files of a recorded reload: name of the new file, None if deleted, by name of the old file.
+    """Return the files that a recorded reload replaced: for each old file, the name of the new one, or None if it was deleted.
 
     Raises:
         RecordingError: the arguments are invalid.

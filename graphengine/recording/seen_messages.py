@@ -1,7 +1,7 @@
 """Finds received messages that a recording already contains: published by the run, or received by another node.
 
-A bag contains each message of a topic once. So messages are compared by their bytes with the last messages of the topic, and
-counted: if a node receives three equal messages and the recording contains two, the third one came from outside.
+A bag contains each message of a topic once. Therefore, received messages are compared by their bytes with the last messages of
+the topic, and counted: if a node receives three equal messages and the recording contains two, the third one came from outside.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from collections import Counter, defaultdict, deque
 from collections.abc import Sequence
 
 REMEMBERED = 1000
-"""Number of messages per topic that are remembered; older ones, when received, count as new."""
+"""Number of messages per topic that are remembered; a received message that equals only older ones counts as new."""
 
 
 class SeenMessages:
@@ -27,7 +27,7 @@ class SeenMessages:
         self._add(_digest(data))
 
     def see(self, nodes: Sequence[str], data: bytes) -> bool:
-        """Add a message that nodes received; return whether the recording already contains it."""
+        """Add a message that nodes received. Return whether the recording already contains it."""
         digest = _digest(data)
         for node in nodes:
             self._seen[node][digest] += 1

@@ -1,8 +1,8 @@
 """The files of a run under machine-independent names, and their extraction to another folder.
 
-`shipped/…` holds files that ship with the package, `installed/…` the ROS packages of sourced workspaces, `messages/…` definitions
-of message types, and `project/…` all other files, relative to their common parent folder. So references between files stay valid.
-`reloaded/N/…` holds the changed files of the N-th reload.
+Names that begin with `shipped/` are files of this package, names with `installed/` are files of ROS packages in sourced
+workspaces, and names with `messages/` are definitions of message types. All other files have names with `project/`, relative to
+their common parent folder, so that references between files stay valid. `reloaded/N/` contains the changed files of reload N.
 """
 
 from __future__ import annotations
@@ -48,7 +48,7 @@ class SourceNames:
         self._common = Path(os.path.commonpath(own)) if own else None
 
     def name(self, path: Path) -> str:
-        """Return the name of a file by its absolute path; a file outside all known folders gets only its file name."""
+        """Return the name of a file from its absolute path. Outside all known folders, it is `project/` and the file name."""
         return self._name(path).encode("utf-8", "replace").decode()  # replaces bytes that are not UTF-8
 
     def _name(self, path: Path) -> str:
@@ -64,7 +64,7 @@ class SourceNames:
 
 
 def sources(files: Files, definitions: Definitions, names: SourceNames) -> dict[str, Path]:
-    """Return the paths of all files that a run reads, including message definitions, by their names."""
+    """Return the path of each file that a run reads, by its name; the files include message definitions."""
     used = {names.name(path): path for path in files.used}
     return used | {f"{MESSAGES}/{name}{path.suffix}": path for name, path in definitions.files.items()}
 
@@ -85,25 +85,25 @@ class Workspace:
         self.folder = folder.resolve()
         self._bytes = self._files = 0
         self._originals: dict[str, Path | None] = {}
-        """Copies of the original versions of exchanged files, by name; None for files that did not exist at first."""
+        """For each exchanged file, the copy of its original version; None if the file did not exist originally."""
         self._copied: dict[Path, int] = {}
         """Sizes of the copies, bytes."""
         self._copied_bytes = 0
         self.exchanged: Mapping[str, str | None] = {}
-        """Argument of the last `exchange`."""
+        """The argument of the last call of `exchange`."""
         for place in PLACES:
             self.place(place).mkdir()
 
     def place(self, name: str) -> Path:
-        """Return the folder of one of `PLACES`."""
+        """Return the path of one of the folders in `PLACES`."""
         return self.folder / name
 
     def options(self, options: Options, scene: str = "") -> Options:
-        """Return load options that permit reading only the files in this folder.
+        """Return load options that permit reading files only in this folder.
 
         Args:
             options: all other options.
-            scene: name of the scene for a single graph; empty for none.
+            scene: name of the scene into which a single graph is loaded; empty if there is none.
         """
         return replace(
             options,
@@ -116,10 +116,10 @@ class Workspace:
         )
 
     def path(self, name: str) -> Path:
-        """Return the path of a file by its name; the file need not exist.
+        """Return the path of a file with a given name; the file need not exist.
 
         Raises:
-            RecordingError: the name is not one that recorders use.
+            RecordingError: recorders do not use such a name.
         """
         parts = PurePosixPath(name).parts
         known = 1 < len(parts) <= MAX_PARTS and parts[0] in PLACES and ".." not in parts
@@ -128,10 +128,10 @@ class Workspace:
         return self.folder.joinpath(*parts)
 
     def exchange(self, files: Mapping[str, str | None]) -> None:
-        """Replace files by the versions that a reload read; files of the last call that are not named return to the original.
+        """Replace files by the versions that a reload read. All other files get their original versions again.
 
         Args:
-            files: name of the new version by name of the replaced file; None deletes the file.
+            files: for each file to replace, the name of its new version; None deletes the file.
 
         Raises:
             RecordingError: a name is not legal, a file is missing, or the copies are too many or too large.
@@ -157,7 +157,7 @@ class Workspace:
         self._copied_bytes -= self._copied.pop(path, 0)
 
     def _copy(self, source: Path, target: Path) -> bool:
-        """Copy a file; return whether it exists. The copy has a new inode, so that a reload detects the change."""
+        """Copy a file. Return whether it exists. The copy has a new inode, so that a reload detects the change."""
         try:
             size = source.stat().st_size
             self._copied_bytes += size - self._copied.get(target, 0)
@@ -174,10 +174,10 @@ class Workspace:
         return True
 
     def add(self, name: str, data: bytes) -> None:
-        """Extract a file.
+        """Write a file of the recording to the folder.
 
         Raises:
-            RecordingError: its name is not legal, or the files are too many or too large.
+            RecordingError: the name is not legal, or the files are too many or too large.
         """
         self._bytes += len(data)
         self._files += 1

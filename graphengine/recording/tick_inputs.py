@@ -11,7 +11,7 @@ from graphengine.recording.reader import Tick
 
 
 class TickInputs:
-    """The inputs of ticks, in a temporary file because hours of laser scans may not fit into memory."""
+    """The inputs of ticks. They are in a temporary file, because hours of laser scans may not fit into memory."""
 
     def __init__(self) -> None:
         self._file = tempfile.TemporaryFile()  # noqa: SIM115  # closed by `close`
@@ -19,7 +19,7 @@ class TickInputs:
         self._wall_time = 0.0
 
     def append(self, tick: Tick) -> None:
-        """Add the next tick; a tick without a wall clock time gets that of the last tick with one.
+        """Add the next tick. A tick without wall clock time is stored with the time of the last tick that has one.
 
         Raises:
             RecordingError: a command is nested too deeply.
@@ -35,7 +35,7 @@ class TickInputs:
         self._places.append(self._file.tell())
 
     def __getitem__(self, number: int) -> Tick:
-        """Return the inputs of a tick by its number, from 1; `sent` is empty."""
+        """Return the tick with the given number, from 1; it contains the inputs, but no sent messages."""
         self._file.seek(self._places[number - 1])
         delivered, commands, wall_time, whole = pickle.load(self._file)  # only `append` writes this file
         return Tick(number, delivered=delivered, commands=commands, wall_time=wall_time, whole=whole)

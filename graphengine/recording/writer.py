@@ -27,11 +27,11 @@ from graphengine.messages.definitions import Definitions
 from graphengine.recording.mcap_schema import ENCODING, LIBRARY, PROFILE, Stream
 
 MAX_WAITING = 64_000_000
-"""Maximum number of bytes in the queue."""
+"""Maximum number of bytes in the queue of the writer thread."""
 
 
 class TimedMessage(NamedTuple):
-    """A message with its times in nanoseconds."""
+    """A message with its log time and publish time in nanoseconds."""
 
     stream: Stream
     log_time: int
@@ -40,7 +40,7 @@ class TimedMessage(NamedTuple):
 
 
 class RecordingWriter:
-    """A new recording. If the process ends unexpectedly, the file is readable up to the last written chunk.
+    """Writes a new recording. If the process ends unexpectedly, the file is readable up to the last written chunk.
 
     Args:
         path: path of the file.
@@ -79,22 +79,22 @@ class RecordingWriter:
         return os.fstat(self._raw.fileno()).st_size
 
     def note(self, name: str, values: Mapping[str, str]) -> None:
-        """Queue a metadata record with text values by key."""
+        """Queue a metadata record for writing; its values are texts."""
         self._hand_over(partial(self._mcap.add_metadata, name, dict(values)))
 
     def attach(self, name: str, media_type: str, data: bytes) -> None:
-        """Queue an attachment with the contents of a file."""
+        """Queue an attachment for writing; `data` is the contents of a file."""
         self._hand_over(partial(self._mcap.add_attachment, 0, 0, name, media_type, data), len(data))
 
     def add(self, entries: Sequence[TimedMessage]) -> None:
-        """Queue a chunk that contains the given messages."""
+        """Queue a chunk with the given messages for writing."""
         self._hand_over(partial(self._add, entries), sum(len(entry.data) for entry in entries))
 
     def close(self) -> None:
         """Write the remaining data and the index.
 
         Raises:
-            RecordingError: the data cannot be written; earlier data stays in the file.
+            RecordingError: the data cannot be written; data written earlier stays in the file.
         """
         try:
             self._hand_over(self._mcap.finish)
@@ -107,7 +107,7 @@ class RecordingWriter:
             self.abandon()
 
     def abandon(self) -> None:
-        """Close the file without the remaining data and the index; safe to call twice."""
+        """Close the file without writing the remaining data and the index. Further calls have no effect."""
         self._thread.shutdown(cancel_futures=True)
         with contextlib.suppress(OSError):  # errors were already reported
             self._file.close()
@@ -167,7 +167,7 @@ class RecordingWriter:
 
 
 def _opened(path: Path, force: bool) -> FileIO:
-    """Open an empty file and lock it against other recordings; the lock ends with the process at the latest.
+    """Return a new or emptied file, locked against other recordings. Closing the file or ending the process unlocks it.
 
     Symbolic links are refused: in a folder of another user, a link could lead to any of the user's files.
 
@@ -189,7 +189,7 @@ def _opened(path: Path, force: bool) -> FileIO:
 
 
 def _create(path: str, flags: int) -> int:
-    """Open or create a file; return its descriptor. Refuse symbolic links, and do not block on pipes."""
+    """Open or create a file, and return its descriptor. Symbolic links are refused; opening a pipe does not block."""
     return os.open(path, flags | os.O_NOFOLLOW | os.O_NONBLOCK, 0o666)
 
 

@@ -1,4 +1,7 @@
-"""Arithmetic on numbers, tuples and arrays (`omni.graph.nodes`); `broadcast` defines how their types combine."""
+"""Nodes that do arithmetic on numbers, tuples and arrays (`omni.graph.nodes`).
+
+The module `broadcast` determines the types of their results.
+"""
 
 from __future__ import annotations
 
@@ -15,56 +18,54 @@ from graphengine.nodes.data.unions import INTEGRAL_SCALARS, NUMERICS
 
 
 class Add(Folded, type="omni.graph.nodes.Add"):
-    """Sum of two or more values."""
+    """Adds two or more values."""
 
     operation = on_numbers = operator.add
 
-    a: Any = In(type=NUMERICS, required=True, doc="number, tuple or array")
-    b: Any = In(
-        type=NUMERICS, required=True, doc="added to `a`; a graph file can name further inputs `input2`, `input3`, …"
-    )
+    a: Any = In(type=NUMERICS, required=True, doc="first summand: number, tuple or array")
+    b: Any = In(type=NUMERICS, required=True, doc="second summand; a graph file can add inputs `input2`, `input3`, …")
     sum: Any = Out(type=NUMERICS, doc="sum of all inputs")
 
 
 class Subtract(Folded, type="omni.graph.nodes.Subtract"):
-    """Difference of a value and one or more others."""
+    """Subtracts one or more values from `a`."""
 
     operation = on_numbers = operator.sub
 
-    a: Any = In(type=NUMERICS, required=True, doc="number, tuple or array")
+    a: Any = In(type=NUMERICS, required=True, doc="number, tuple or array to subtract from")
     b: Any = In(
         type=NUMERICS,
         required=True,
-        doc="subtracted from `a`; a graph file can name further inputs `input2`, `input3`, …",
+        doc="value to subtract from `a`; a graph file can add inputs `input2`, `input3`, …",
     )
     difference: Any = Out(type=NUMERICS, doc="`a` minus all other inputs")
 
 
 class Multiply(Folded, type="omni.graph.nodes.Multiply"):
-    """Product of two or more values, number by number; MatrixMultiply computes the matrix product."""
+    """Multiplies two or more values, component by component; MatrixMultiply computes the matrix product."""
 
     operation = on_numbers = operator.mul
 
-    a: Any = In(type=NUMERICS, required=True, doc="number, tuple or array")
-    b: Any = In(
-        type=NUMERICS, required=True, doc="second factor; a graph file can name further inputs `input2`, `input3`, …"
-    )
+    a: Any = In(type=NUMERICS, required=True, doc="first factor: number, tuple or array")
+    b: Any = In(type=NUMERICS, required=True, doc="second factor; a graph file can add inputs `input2`, `input3`, …")
     product: Any = Out(type=NUMERICS, doc="product of all inputs")
 
 
 class Divide(Elementwise, type="omni.graph.nodes.Divide"):
-    """Quotient of a value and a scalar; the quotient of integers is a double."""
+    """Divides a value by a number, or an array by an array of numbers; quotients of integers are doubles."""
 
-    a: Any = In(type=NUMERICS, required=True, doc="number, tuple or array")
-    b: Any = In(type=NUMERICS, required=True, doc="number, or array of numbers if `a` is an array; 0 is an error")
-    result: Any = Out(type=NUMERICS, doc="`a` / `b`, of the type of `a`; doubles if `a` consists of integers")
+    a: Any = In(type=NUMERICS, required=True, doc="dividend: number, tuple or array")
+    b: Any = In(
+        type=NUMERICS, required=True, doc="divisor: number, or array of numbers if `a` is an array; 0 is an error"
+    )
+    result: Any = Out(type=NUMERICS, doc="`a` / `b`; has the type of `a`, with doubles in place of integers")
 
     @staticmethod
     def operation(a: Any, b: Any) -> Any:
-        """Divide arrays.
+        """Return the quotients of two arrays.
 
         Raises:
-            BadValueError: a number in `b` is 0.
+            BadValueError: `b` contains a 0.
         """
         if not np.all(b):
             raise BadValueError("b", b, "other than 0")
@@ -72,7 +73,7 @@ class Divide(Elementwise, type="omni.graph.nodes.Divide"):
 
     @staticmethod
     def on_numbers(a: Any, b: Any) -> Any:
-        """Divide two numbers.
+        """Return the quotient of two numbers.
 
         Raises:
             BadValueError: `b` is 0.
@@ -85,7 +86,7 @@ class Divide(Elementwise, type="omni.graph.nodes.Divide"):
         """Return the type of `a`, with doubles in place of integers.
 
         Raises:
-            ValueError: `b` is neither a scalar nor an array with one number per element of `a`.
+            ValueError: `b` consists of tuples, or `b` is an array but `a` is not.
         """
         a, b = given["a"], given["b"]
         if b.count > 1 or (b.array and not a.array):
@@ -94,15 +95,15 @@ class Divide(Elementwise, type="omni.graph.nodes.Divide"):
 
 
 class Modulo(Elementwise, type="omni.graph.nodes.Modulo"):
-    """Remainder of an integer division that truncates toward 0, so it has the sign of `a`; 0 if `b` is 0."""
+    """Computes the remainder of an integer division. The remainder has the sign of `a`, and is 0 if `b` is 0."""
 
-    a: Any = In(type=INTEGRAL_SCALARS, required=True, doc="dividend")
-    b: Any = In(type=INTEGRAL_SCALARS, required=True, doc="divisor")
+    a: Any = In(type=INTEGRAL_SCALARS, required=True, doc="dividend, an integer")
+    b: Any = In(type=INTEGRAL_SCALARS, required=True, doc="divisor, an integer")
     result: Any = Out(type=INTEGRAL_SCALARS, doc="`a` - `b` * trunc(`a` / `b`); 0 if `b` is 0")
 
     @staticmethod
     def operation(a: int, b: int) -> int:
-        """Compute the remainder of two integers."""
+        """Return the remainder with the sign of `a`; 0 if `b` is 0."""
         if b == 0:
             return 0
         return abs(a) % abs(b) if a >= 0 else -(abs(a) % abs(b))
@@ -111,18 +112,18 @@ class Modulo(Elementwise, type="omni.graph.nodes.Modulo"):
 
 
 class Negate(Elementwise, type="omni.graph.nodes.Negate"):
-    """A value with its sign inverted."""
+    """Inverts the sign of a value."""
 
     operation = on_numbers = operator.neg
 
-    input_in: Any = In(type=NUMERICS, name="input", required=True, doc="number, tuple or array")
+    input_in: Any = In(type=NUMERICS, name="input", required=True, doc="number, tuple or array to negate")
     output: Any = Out(type=NUMERICS, doc="`input` times -1")
 
     def result_type(self, given: Mapping[str, PortType]) -> PortType:
-        """Return the type of the input.
+        """Return the type of the output, which is the type of the input.
 
         Raises:
-            ValueError: the type is unsigned.
+            ValueError: the input type is unsigned.
         """
         if given["input"].base in ("uchar", "uint", "uint64"):
             raise ValueError(f"input is {given['input']}, which has no negative numbers")
@@ -130,21 +131,26 @@ class Negate(Elementwise, type="omni.graph.nodes.Negate"):
 
 
 def _incremented(value: int, increment: float) -> float:
-    """The sum. Two integers are added exactly: Unix times in nanoseconds need 61 bits, and a double has only 53."""
+    """Return the sum of a value and an increment.
+
+    Whole increments are added to integers exactly, without doubles: Unix times in ns need 61 bits, but a double has only 53.
+    """
     return value + (int(increment) if increment.is_integer() else increment)
 
 
 class Increment(Elementwise, type="omni.graph.nodes.Increment"):
-    """Sum of a value and a number, of the value's type: the integer 4 plus 3.2 is 7."""
+    """Adds `increment` to each number of `value`. The result keeps the type of `value`: the integer 4 plus 3.2 gives 7."""
 
     like = "value"
 
-    value: Any = In(type=NUMERICS, required=True, doc="number, tuple or array")
+    value: Any = In(type=NUMERICS, required=True, doc="number, tuple or array to add to")
     increment: float = In(default=1.0, doc="number to add to each number of `value`")
-    result: Any = Out(type=NUMERICS, doc="sum, of the type of `value`; truncated toward 0 if that is an integer type")
+    result: Any = Out(
+        type=NUMERICS, doc="sum; has the type of `value`; if that is an integer type, the sum is truncated toward 0"
+    )
 
     def lifted(self, inputs: Sequence[PortType], output: PortType) -> Operation:
-        """Return the addition, which truncates toward 0 if the output is an integer."""
+        """Return the addition as a function of port values; integer results are truncated toward 0."""
         if is_real(output):
             return lift(operator.add, inputs, output, operator.add)
         return lift(lambda value, increment: np.trunc(value + increment), inputs, output, _incremented)

@@ -1,7 +1,7 @@
-"""Array operations (`omni.graph.nodes`).
+"""Nodes that read and change arrays (`omni.graph.nodes`).
 
-Every node makes a new array. A string counts as the array of its UTF-8 bytes. ArrayGetSize is "Get Array Size" in Isaac Sim's
-menu. Isaac Sim's ArrayLength is missing here: it is a node for bundles.
+Every node outputs a new array and leaves its inputs unchanged. A string is treated as an array of its UTF-8 bytes. In Isaac Sim's
+menu, ArrayGetSize is called "Get Array Size". Isaac Sim's ArrayLength, a node for bundles, is not available.
 """
 
 from __future__ import annotations
@@ -28,10 +28,10 @@ SEQUENCES = f"{ARRAYS}|string"
 
 
 class ArrayNode(Node):
-    """Base of nodes whose arrays all have the same type, and whose other values are elements of such an array."""
+    """Base class of nodes whose array ports all have one type, and whose element ports have the element type of the arrays."""
 
     def resolve_types(self, known: Mapping[str, PortType], variables: Mapping[str, PortType]) -> Mapping[str, PortType]:
-        """Return the types of all arrays and elements, once the type of one array is known."""
+        """Return the types of the array and element ports; empty until the type of one array is known."""
         fields = type(self).fields.items()
         unions = {name: port.type for name, port in fields if isinstance(port.type, UnionType)}
         arrays = [name for name, union in unions.items() if PortType("bool", array=True) in union.alternatives]
@@ -46,57 +46,57 @@ class ArrayNode(Node):
 
 
 class ArrayEdit(ArrayNode):
-    """Base of nodes that output a changed copy of an array."""
+    """Base class of nodes that output a changed copy of an array."""
 
     array_in: Any = In(type=SEQUENCES, name="array", required=True)
     array_out: Any = Out(type=SEQUENCES, name="array")
 
     def compute(self) -> None:
-        """Join the parts of the new array.
+        """Set the output to the new array, joined from its parts.
 
         Raises:
-            BadValueError: an index is out of range.
+            BadValueError: an index is out of range, or the new array is too long.
         """
         self.array_out = joined(self.array_in, *self._parts(as_array(self.array_in)))
 
     def _parts(self, array: Any) -> Iterable[Any]:
-        """The parts of the new array, in order: arrays and lists of elements."""
+        """Return the parts of the new array in order; each part is an array or a list of elements."""
         raise NotImplementedError
 
 
 class ArrayGetSize(Node, type="omni.graph.nodes.ArrayGetSize"):
-    """Number of elements in an array, or of UTF-8 bytes in a string."""
+    """Counts the elements of an array, or the UTF-8 bytes of a string."""
 
     array: Any = In(type=SEQUENCES, required=True)
     size: Int = Out()
 
     def compute(self) -> None:
-        """Count the elements."""
+        """Set `size` to the number of elements or bytes."""
         self.size = len(as_array(self.array))
 
 
 class ArrayIndex(ArrayNode, type="omni.graph.nodes.ArrayIndex"):
-    """The element of an array at an index."""
+    """Reads the element at `index` of an array."""
 
     array: Any = In(type=SEQUENCES, required=True)
     index: Int = In(default=0, doc=INDEX)
     value: Any = Out(type=ELEMENTS, doc="element at `index`")
 
     def compute(self) -> None:
-        """Look up the element.
+        """Set `value` to the element at `index`.
 
         Raises:
-            BadValueError: the index is out of range.
+            BadValueError: `index` is out of range.
         """
         array = as_array(self.array)
         self.value = plain(array[position(self.index, len(array))])
 
 
 class ArraySetIndex(ArrayEdit, type="omni.graph.nodes.ArraySetIndex"):
-    """An array with the element at an index replaced."""
+    """Replaces the element at `index` of an array."""
 
     index: Int = In(default=0, doc=INDEX)
-    resize_to_fit: bool = In(default=False, doc="true: an `index` beyond the end extends the array with zeros")
+    resize_to_fit: bool = In(default=False, doc="true: if `index` is beyond the end, extend the array with zeros")
     value: Any = In(type=ELEMENTS, required=True, doc="new element at `index`")
 
     def _parts(self, array: Any) -> Iterable[Any]:
@@ -107,7 +107,7 @@ class ArraySetIndex(ArrayEdit, type="omni.graph.nodes.ArraySetIndex"):
 
 
 class ArrayAppendValue(ArrayEdit, type="omni.graph.nodes.ArrayAppendValue"):
-    """An array with a value appended."""
+    """Appends an element to an array."""
 
     value: Any = In(type=ELEMENTS, required=True, doc="element to append")
 
@@ -116,9 +116,11 @@ class ArrayAppendValue(ArrayEdit, type="omni.graph.nodes.ArrayAppendValue"):
 
 
 class ArrayInsertValue(ArrayEdit, type="omni.graph.nodes.ArrayInsertValue"):
-    """An array with a value inserted before an index."""
+    """Inserts an element into an array, before the element at `index`."""
 
-    index: Int = In(default=0, doc="index of the new element; below 0 inserts at the start, beyond the end appends")
+    index: Int = In(
+        default=0, doc="index of the new element; values below 0 insert at the start, values beyond the end append"
+    )
     value: Any = In(type=ELEMENTS, required=True, doc="element to insert")
 
     def _parts(self, array: Any) -> Iterable[Any]:
@@ -127,7 +129,7 @@ class ArrayInsertValue(ArrayEdit, type="omni.graph.nodes.ArrayInsertValue"):
 
 
 class ArrayRemoveIndex(ArrayEdit, type="omni.graph.nodes.ArrayRemoveIndex"):
-    """An array without the element at an index."""
+    """Removes the element at `index` from an array."""
 
     index: Int = In(default=0, doc=INDEX)
 
@@ -137,10 +139,10 @@ class ArrayRemoveIndex(ArrayEdit, type="omni.graph.nodes.ArrayRemoveIndex"):
 
 
 class ArrayRemoveValue(ArrayEdit, type="omni.graph.nodes.ArrayRemoveValue"):
-    """An array without the first element equal to a value, or without all such elements."""
+    """Removes the first element that equals `value` from an array, or all elements that equal `value`."""
 
     value: Any = In(type=ELEMENTS, required=True, doc="value to remove")
-    remove_all: bool = In(default=False, doc="older name of `removeAllFound`; if either is true, all are removed")
+    remove_all: bool = In(default=False, doc="older name of `removeAllFound`; if either input is true, all are removed")
     remove_all_found: bool = In(default=False, doc="true: remove all elements equal to `value`; false: only the first")
     found: bool = Out(doc="whether the array contained `value`")
 
@@ -154,10 +156,10 @@ class ArrayRemoveValue(ArrayEdit, type="omni.graph.nodes.ArrayRemoveValue"):
 
 
 class ArrayReplaceValue(ArrayEdit, type="omni.graph.nodes.ArrayReplaceValue"):
-    """An array in which the first element equal to a value is replaced, or all such elements."""
+    """Replaces the first array element that equals `value`, or all elements that equal `value`."""
 
     value: Any = In(type=ELEMENTS, required=True, doc="value to search for")
-    new_value: Any = In(type=ELEMENTS, required=True, doc="element to put in place of `value`")
+    new_value: Any = In(type=ELEMENTS, required=True, doc="element that replaces `value`")
     replace_all_found: bool = In(
         default=False, doc="true: replace all elements equal to `value`; false: only the first"
     )
@@ -172,31 +174,33 @@ class ArrayReplaceValue(ArrayEdit, type="omni.graph.nodes.ArrayReplaceValue"):
 
 
 class ArrayFindValue(ArrayNode, type="omni.graph.nodes.ArrayFindValue"):
-    """Index of the first element equal to a value."""
+    """Finds the first array element that equals a value."""
 
     array: Any = In(type=SEQUENCES, required=True)
     value: Any = In(type=ELEMENTS, required=True, doc="value to search for")
     index: Int = Out(doc="index of the first element equal to `value`, from 0; -1 if there is none")
 
     def compute(self) -> None:
-        """Search for the value."""
+        """Set `index` to the index of the first match, or to -1."""
         self.index = next(iter(places(as_array(self.array), self.value)), -1)
 
 
 class ArrayFill(ArrayNode, type="omni.graph.nodes.ArrayFill"):
-    """An array of the same length as the input array, filled with one value."""
+    """Fills an array with one value; the length and the type stay the same."""
 
-    array_in: Any = In(type=SEQUENCES, name="array", required=True, doc="array whose length and type the output gets")
+    array_in: Any = In(
+        type=SEQUENCES, name="array", required=True, doc="array that gives the output its length and type"
+    )
     fill_value: Any = In(type=ELEMENTS, required=True, doc="value of every element")
     array_out: Any = Out(type=SEQUENCES, name="array")
 
     def compute(self) -> None:
-        """Repeat the value."""
+        """Set the output to an array in which every element is `fillValue`."""
         self.array_out = joined(self.array_in, [self.fill_value] * len(as_array(self.array_in)))
 
 
 class ArrayResize(ArrayEdit, type="omni.graph.nodes.ArrayResize"):
-    """An array with a new length, truncated or extended with zeros."""
+    """Changes the length of an array: truncates it, or extends it with zeros."""
 
     new_size: Int = In(default=0, doc="new length; negative values count as 0")
 
@@ -206,9 +210,9 @@ class ArrayResize(ArrayEdit, type="omni.graph.nodes.ArrayResize"):
 
 
 class ArrayRotate(ArrayEdit, type="omni.graph.nodes.ArrayRotate"):
-    """An array rotated to the right; elements shifted out at the end are shifted in at the start."""
+    """Shifts the elements of an array to the right; elements shifted out at the end enter at the start."""
 
-    steps: Int = In(default=0, doc="positions to shift; negative values shift to the left")
+    steps: Int = In(default=0, doc="number of positions to shift to the right; negative values shift to the left")
 
     def _parts(self, array: Any) -> Iterable[Any]:
         cut = -self.steps % len(array) if len(array) else 0
@@ -216,18 +220,18 @@ class ArrayRotate(ArrayEdit, type="omni.graph.nodes.ArrayRotate"):
 
 
 class ArrayReverse(ArrayEdit, type="omni.graph.nodes.ArrayReverse"):
-    """An array in reverse order."""
+    """Reverses the order of the elements of an array."""
 
     def _parts(self, array: Any) -> Iterable[Any]:
         return (array[::-1],)
 
 
 class ArraySlice(ArrayEdit, type="omni.graph.nodes.ArraySlice"):
-    """The elements of an array from index `start` to the end of the array, or up to but not including index `end`."""
+    """Extracts the elements from index `start` to the end of an array, or up to but not including index `end`."""
 
     start: Int = In(
         default=0,
-        doc="index of the first element; negative values count from the end, values out of range are clamped",
+        doc="index of the first element; negative values count from the end; values out of range are clamped",
     )
     end: Int = In(
         default=0,
@@ -242,16 +246,16 @@ class ArraySlice(ArrayEdit, type="omni.graph.nodes.ArraySlice"):
 
 
 class AppendArray(ArrayNode, type="omni.graph.nodes.AppendArray"):
-    """Concatenation of arrays."""
+    """Concatenates two or more arrays."""
 
     numbered: ClassVar[Numbered] = {"input": lambda: In(type=SEQUENCES)}
 
     input0: Any = In(type=SEQUENCES, required=True, doc="first array")
     input1: Any = In(
-        type=SEQUENCES, required=True, doc="second array; a graph file can name further inputs `input2`, `input3`, …"
+        type=SEQUENCES, required=True, doc="second array; a graph file can add inputs `input2`, `input3`, …"
     )
     array: Any = Out(type=SEQUENCES)
 
     def compute(self) -> None:
-        """Concatenate the arrays."""
+        """Set `array` to the concatenation of all inputs."""
         self.array = joined(self.input0, *(as_array(getattr(self, name)) for name in self.series["input"]))

@@ -1,12 +1,14 @@
-"""Operations on numbers of different types and sizes: their result types, and numpy functions applied to port values.
+"""Element-wise operations on port values of different types: their result types, and their computation with numpy.
 
-Sizes: a scalar combines with everything, a tuple with tuples of its length, an array with arrays of its length or of one
-element, and with scalars or tuples, which apply to each element. The base type of the result is the widest one, in the order
-uchar, int, uint, int64, uint64, half, float, double: an int and a float give a float. Only timecodes give a timecode. Tuples
-of integers are tuples of int.
+Shapes: a scalar combines with any value, and a tuple combines with a tuple of the same length. An array combines with an array
+of the same length or of one element; it also combines with a scalar or a tuple, which is applied to each element.
 
-Real numbers are computed as doubles. A result array is rounded to its base type, but a scalar float stays a Python float,
-with the precision of a double. Integers that exceed the range of their base type wrap around.
+Types: the base type of the result is the widest base type of the operands, in the order uchar, int, uint, int64, uint64, half,
+float, double: an int and a float give a float. The result is a timecode only if all operands are timecodes. Tuples of integers
+always have the base type int.
+
+Precision: real numbers are computed as doubles. A result array is rounded to its base type, but a scalar float stays a Python
+float with the precision of a double. Integers that exceed the range of their base type wrap around.
 """
 
 from __future__ import annotations
@@ -29,27 +31,27 @@ _REALS = ("half", "float", "double", "timecode")
 
 @dataclass(frozen=True, slots=True)
 class Operand(PortType):
-    """The type of an operand, with the name of its input."""
+    """The type of an operand, and the name of its input for error messages."""
 
     port: str = ""
-    """OmniGraph's name of the input."""
+    """OmniGraph name of the input."""
 
     @staticmethod
     def of(port_type: PortType, port: str) -> Operand:
-        """Return the operand with this type at the input with this name."""
+        """Return an operand from its type and the OmniGraph name of its input."""
         return Operand(port_type.base, port_type.count, port_type.array, port_type.role, port)
 
 
 def is_real(port_type: PortType) -> bool:
-    """Whether a type consists of real numbers: half, float, double or timecode."""
+    """Return whether a type consists of real numbers: half, float, double or timecode."""
     return port_type.base in _REALS
 
 
 def common(operands: Mapping[str, PortType]) -> PortType:
-    """Return the result type of an operation on the operands.
+    """Return the common type of the operands, which is the result type of an element-wise operation.
 
     Args:
-        operands: types of the operands, by port name.
+        operands: types of the operands by port name.
 
     Raises:
         ValueError: two operands are tuples of different lengths.
@@ -58,7 +60,7 @@ def common(operands: Mapping[str, PortType]) -> PortType:
     first = next(iter(tuples), "")
     for name, operand in tuples.items():
         if operand.count != tuples[first].count:
-            raise ValueError(f"{first} is {tuples[first]} and {name} is {operand}; tuples need the same length")
+            raise ValueError(f"{first} is {tuples[first]} and {name} is {operand}; tuples must have the same length")
     count = tuples[first].count if tuples else 1
     base = _widest((operand.base for operand in operands.values()), count)
     role = tuples[first].role if tuples and base in _REALS else ""
@@ -74,7 +76,7 @@ def _widest(bases: Iterable[str], count: int) -> str:
 
 
 def type_of(value: Any) -> PortType:
-    """Return the type to assume for a port value of a node outside a graph, where no types are resolved."""
+    """Return the port type that matches a Python value. Nodes outside a graph use it, because their types are not resolved."""
     if isinstance(value, np.ndarray):
         base = next(base for base in _WIDENING if PortType(base).dtype == value.dtype)
         return PortType(base, value.shape[1] if value.ndim == 2 else 1, True)
@@ -88,16 +90,16 @@ def type_of(value: Any) -> PortType:
 def lift(
     function: Operation, inputs: Sequence[PortType], output: PortType, on_numbers: Operation | None = None
 ) -> Operation:
-    """Turn a function of numpy arrays into a function of port values.
+    """Return a function of port values that applies a function of numpy arrays.
+
+    The returned function raises BadValueError if two arrays differ in length.
 
     Args:
-        function: function of arrays that broadcast; if there are tuples, the last axis holds their components.
-        inputs: types of the arguments; errors name the port of an `Operand`.
+        function: function of arrays that broadcast against each other. If an argument is a tuple or an array of tuples, the
+            last axis holds the components.
+        inputs: types of the arguments. An `Operand` also gives the port name for the error message.
         output: type of the result.
-        on_numbers: the same function of Python numbers, used for scalars and tuples, where numpy takes ten times as long.
-
-    Raises:
-        BadValueError: the returned function raises it if two arrays differ in length.
+        on_numbers: the same function for Python numbers. It computes scalars and tuples, for which numpy takes ten times as long.
     """
     one_by_one = output.count == max(given.count for given in inputs) and not any(
         one.array for one in (*inputs, output)
@@ -125,13 +127,13 @@ def lift(
 
 
 def _check_lengths(names: str, lengths: Sequence[int]) -> None:
-    """Check that arrays have the same length, or a single element."""
+    """Check that all arrays have the same length, except for arrays of one element."""
     if len(set(lengths) - {1}) > 1:
         raise BadValueError(names, list(lengths), "of the same length, or of one element")
 
 
 def _of_tuples(on_numbers: Operation, inputs: Sequence[PortType], output: PortType) -> Operation:
-    """Turn a function of numbers into a function of port values, which applies it to each component of tuples."""
+    """Return a function of scalars and tuples that applies a function of numbers to each component."""
     one = _of_numbers(on_numbers, [replace(given, count=1) for given in inputs], replace(output, count=1))
     if output.count == 1:
         return one
@@ -158,18 +160,18 @@ def _of_numbers(function: Operation, inputs: Sequence[PortType], output: PortTyp
 
 
 def _whole(number: float, output: PortType) -> int:
-    """A real number truncated toward 0."""
+    """Return a real number truncated toward 0, as an integer of the output type."""
     low, high = INTEGERS[output.base]
     if not low - 1 < number < high + 1:
-        raise BadValueError("result", number, f"of {output.base}, {low} to {high}")
+        raise BadValueError("result", number, f"in the range of {output.base}, {low} to {high}")
     return int(number)
 
 
 def represented(result: Any, output: PortType) -> Any:
-    """Return a numpy result as a value of a port type.
+    """Return a numpy result in the Python representation of a port type.
 
     Raises:
-        BadValueError: the type has integers, and a real number is NaN or out of their range.
+        BadValueError: the port type consists of integers, and a real number in the result is NaN or out of range.
     """
     array = np.asarray(result)
     if array.dtype.kind == "f" and not is_real(output) and output.base != "bool":

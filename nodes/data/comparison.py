@@ -1,4 +1,4 @@
-"""Comparisons of values with each other and with 0 (`omni.graph.nodes`)."""
+"""Nodes that compare values with each other or with 0 (`omni.graph.nodes`)."""
 
 from __future__ import annotations
 
@@ -26,25 +26,28 @@ _COMPARED = f"bool|{NUMERICS}|bool[]|token|string|path|token[]"
 
 
 class Compare(TypedNode, type="omni.graph.nodes.Compare"):
-    """Compares two values by an operator such as `<`: arrays by element, tuples and strings lexicographically."""
+    """Compares two values with an operator such as `<`.
+
+    Arrays are compared element by element, tuples and strings lexicographically.
+    """
 
     a: Any = In(type=_COMPARED, required=True, doc="left operand")
     b: Any = In(type=_COMPARED, required=True, doc="right operand")
     operation: Token = In(default=">", tokens=tuple(_OPERATIONS))
-    result: Any = Out(type=BOOLEANS, doc="bool, or array of bools if `a` or `b` is an array")
+    result: Any = Out(type=BOOLEANS, doc="result of the comparison; array of bools if `a` or `b` is an array")
 
     operands: Any = Bound()
 
     def setup(self, context: Context) -> None:
-        """Choose the implementation for the resolved types."""
+        """Select the comparison of whole values or of array elements, according to the resolved port types."""
         known = self.port_types()
         self.operands = _as_they_are if not known["result"].array else _pairs(known["a"], known["b"])
 
     def result_type(self, given: Mapping[str, PortType]) -> PortType:
-        """Return a bool, or an array of bools if an operand is an array.
+        """Return the type bool, or bool[] if an operand is an array.
 
         Raises:
-            ValueError: one operand is a number and the other a string, or their tuple lengths differ.
+            ValueError: only one operand is numeric, or the operands have different numbers of components.
         """
         a, b = given["a"], given["b"]
         if a.is_number != b.is_number or a.count != b.count:
@@ -52,10 +55,10 @@ class Compare(TypedNode, type="omni.graph.nodes.Compare"):
         return PortType("bool", 1, a.array or b.array)
 
     def compute(self) -> None:
-        """Compare the operands.
+        """Set `result` to the result of the comparison.
 
         Raises:
-            BadValueError: the operation is unknown, or arrays differ in length.
+            BadValueError: `operation` is not a known operator, or two arrays differ in length.
         """
         operation = _OPERATIONS[one_of("operation", self.operation, _OPERATIONS)]
         self.result = self.operands(operation, self.a, self.b)
@@ -67,7 +70,7 @@ def _as_they_are(operation: Operation, a: Any, b: Any) -> bool:
 
 
 def _pairs(a: PortType, b: PortType) -> Operation:
-    """The comparison by elements, for one or two array operands."""
+    """Return the element-wise comparison for operands of which at least one is an array."""
 
     def columns(operation: Operation, one: Any, other: Any) -> Any:
         operands = [Operand.of(a, "a"), Operand.of(b, "b")]
@@ -90,60 +93,60 @@ def _elements(value: Any, port_type: PortType) -> list[Any]:
 
 
 class _Zero(Elementwise):
-    """Base of nodes that compare numbers with 0 within a tolerance."""
+    """Base class of nodes that compare numbers with 0 within a tolerance."""
 
     tolerance: float = In(default=0.0, doc="largest absolute value that counts as 0")
     value: Any = In(type=NUMERICS, required=True, doc="number, tuple or array to compare with 0")
 
     def result_type(self, given: Mapping[str, PortType]) -> PortType:
-        """Return the type of the output: bool."""
+        """Return the type of the output, which is bool for all input types."""
         return PortType("bool")
 
 
 class IsZero(_Zero, type="omni.graph.nodes.IsZero"):
-    """Whether all numbers of a value are 0."""
+    """Checks whether all numbers of a value are 0."""
 
     result: bool = Out(doc="whether all numbers of `value` are 0")
 
     @staticmethod
     def operation(tolerance: Any, value: Any) -> Any:
-        """Compare arrays."""
+        """Return whether all numbers of an array are 0 within the tolerance."""
         return np.all(np.abs(value) <= tolerance)
 
     @staticmethod
     def on_numbers(tolerance: float, value: float) -> bool:
-        """Compare one number."""
+        """Return whether one number is 0 within the tolerance."""
         return abs(value) <= tolerance
 
 
 class AnyZero(_Zero, type="omni.graph.nodes.AnyZero"):
-    """Whether any number of a value is 0; for an array of tuples, whether any tuple consists of zeros."""
+    """Checks whether any number of a value is 0; for an array of tuples, whether any tuple consists only of zeros."""
 
-    result: bool = Out(doc="whether any number is 0; for an array of tuples, whether any tuple consists of zeros")
+    result: bool = Out(doc="whether any number is 0; for an array of tuples, whether any tuple consists only of zeros")
 
     def lifted(self, inputs: Sequence[PortType], output: PortType) -> Operation:
-        """Return the comparison of numbers, or of each tuple of an array as a whole."""
+        """Return a function of the port values that checks whether any number or tuple is 0."""
         zeros = _zeros(inputs[1])
         return lift(lambda tolerance, value: np.any(zeros(tolerance, value)), inputs, output)
 
 
 class EachZero(_Zero, type="omni.graph.nodes.EachZero"):
-    """Compares each number of a value with 0; for an array of tuples, each tuple as a whole."""
+    """Checks for each number of a value whether it is 0; for an array of tuples, whether each tuple consists only of zeros."""
 
-    result: Any = Out(type=BOOLEANS, doc="bool for a number; array of bools for the elements of a tuple or an array")
+    result: Any = Out(type=BOOLEANS, doc="bool for a number; array of bools, one per element, for a tuple or an array")
 
     def lifted(self, inputs: Sequence[PortType], output: PortType) -> Operation:
-        """Return the comparison of numbers, or of each tuple of an array as a whole."""
+        """Return a function of the port values that checks for each number or tuple whether it is 0."""
         return lift(_zeros(inputs[1]), inputs, output)
 
     def result_type(self, given: Mapping[str, PortType]) -> PortType:
-        """Return a bool for a number, else an array of bools."""
+        """Return the type bool for a number, and bool[] for a tuple or an array."""
         value = given["value"]
         return PortType("bool", 1, value.array or value.count > 1)
 
 
 def _zeros(port_type: PortType) -> Operation:
-    """The comparison with 0 of numbers, or of each tuple of an array as a whole."""
+    """Return a function that compares each number with 0; in an array of tuples, it compares each tuple as a whole."""
     if port_type.array and port_type.count > 1:
         return lambda tolerance, value: np.all(np.abs(value) <= tolerance, axis=-1)
     return lambda tolerance, value: np.abs(value) <= tolerance

@@ -1,4 +1,7 @@
-"""Constants (`omni.graph.nodes`). A constant has no output: wires start at its input `value`."""
+"""Nodes that hold constants (`omni.graph.nodes`).
+
+Only ConstantPi and ConstantE have an output. The other constants have none: wires start at their input `value`.
+"""
 
 from __future__ import annotations
 
@@ -25,18 +28,20 @@ _TYPES |= {
 _TYPES |= {f"Quat{bits}": f"quat{bits}[4]" for bits in "dfh"}
 _TYPES |= {f"Matrix{size}d": f"matrixd[{size}]" for size in (2, 3, 4)} | {"Frame": "frame[4]"}
 _TYPES |= {"Path": "path", "String": "string", "Target": "target", "Token": "token"}
-"""OmniGraph's type of each constant, by the end of the node type's name."""
+"""OmniGraph type of each constant; the key is the name of the node type without `Constant`."""
 
 
 def _constant(suffix: str, port_type: str) -> type[Node]:
-    """The node type of a constant, which has only an input."""
+    """Return the node type of a constant; its only port is the input `value`."""
     # A quaternion that the file does not set is no rotation.
     initial = {"default": (0.0, 0.0, 0.0, 0.0)} if suffix.startswith("Quat") else {}
     namespace = {
         "__module__": __name__,
         "__qualname__": f"Constant{suffix}",
-        "__doc__": f"A value of type {port_type} that other nodes read.",
-        "value": In(type=port_type, doc="value; wires start here: `NODE.inputs:value -> ...`", **initial),
+        "__doc__": f"Holds a value of type {port_type} for other nodes.",
+        "value": In(
+            type=port_type, doc="the constant; wires start at this input: `NODE.inputs:value -> ...`", **initial
+        ),
     }
     made: Any = NodeMeta(f"Constant{suffix}", (Node,), namespace, type=f"omni.graph.nodes.Constant{suffix}")
     return made  # type: ignore[no-any-return]
@@ -46,23 +51,23 @@ globals().update({f"Constant{suffix}": _constant(suffix, port_type) for suffix, 
 
 
 class ConstantPi(Node, type="omni.graph.nodes.ConstantPi"):
-    """A multiple of pi."""
+    """Multiplies pi by a factor."""
 
     factor: float = In(default=1.0, doc="factor by which to multiply pi")
     value: float = Out(doc="`factor` * pi")
 
     def compute(self) -> None:
-        """Multiply the factor by pi."""
+        """Set `value` to `factor` * pi."""
         self.value = self.factor * math.pi
 
 
 class ConstantE(Node, type="omni.graph.nodes.ConstantE"):
-    """A power of Euler's number."""
+    """Raises Euler's number e to a power."""
 
-    exponent: float = In(default=1.0, doc="power to which e is raised")
+    exponent: float = In(default=1.0, doc="exponent of e")
     value: float = Out(doc="e to the power of `exponent`")
 
     def compute(self) -> None:
-        """Raise e to the exponent."""
+        """Set `value` to e to the power of `exponent`, or to infinity if that is too large for a double."""
         with np.errstate(over="ignore"):  # what is too large is infinite
             self.value = float(np.exp(self.exponent))

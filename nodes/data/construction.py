@@ -1,4 +1,7 @@
-"""Nodes that build arrays from elements (`omni.graph.nodes`). ConstructArray is "Make Array" in Isaac Sim's menu."""
+"""Nodes that build arrays from elements (`omni.graph.nodes`).
+
+In Isaac Sim's menu, ConstructArray is called "Make Array".
+"""
 
 from __future__ import annotations
 
@@ -22,16 +25,16 @@ _FIVE = "|".join(element for element in ELEMENTS.split("|") if element not in ("
 
 
 class ConstructedNode(Node):
-    """Base of nodes that build an array of `arraySize` elements; the last one is repeated if too few are given."""
+    """Base class of nodes that build an array of `arraySize` elements; if too few are given, the last one is repeated."""
 
     array_size: Int
     array: Any
 
     def element_type(self, known: Mapping[str, PortType]) -> PortType | None:
-        """Return the first type among the elements to which all other elements convert; None until all types are known.
+        """Return the first element type to which all other elements convert; None until the types of all elements are known.
 
         Raises:
-            ValueError: no element has such a type.
+            ValueError: the elements have no such type.
         """
         elements = self.elements()
         given = [known[name] for name in elements if name in known]
@@ -49,7 +52,7 @@ class ConstructedNode(Node):
         raise NotImplementedError
 
     def resolve_types(self, known: Mapping[str, PortType], variables: Mapping[str, PortType]) -> Mapping[str, PortType]:
-        """Return the type of the array, and its element type for inputs whose own type does not convert to it.
+        """Return the type of the array, and the element type for each input that does not convert to the element type.
 
         Raises:
             ValueError: the elements have incompatible types.
@@ -61,7 +64,7 @@ class ConstructedNode(Node):
         return dict.fromkeys(misfits, element) | {"array": PortType(element.base, element.count, True, element.role)}
 
     def compute(self) -> None:
-        """Build the array."""
+        """Set `array` to the first `arraySize` elements; if there are fewer, repeat the last one."""
         size = checked_length("arraySize", self.array_size)
         values = [getattr(self, name) for name in self.elements()][:size]
         values += values[-1:] * (size - len(values))
@@ -74,7 +77,7 @@ class ConstructedNode(Node):
 
 
 class ConstructArray(ConstructedNode, type="omni.graph.nodes.ConstructArray"):
-    """An array of the elements `input0`, `input1`, …; the last one is repeated up to `arraySize` elements."""
+    """Builds an array of `arraySize` elements from `input0`, `input1`, …; if these are too few, the last one is repeated."""
 
     numbered: ClassVar[Numbered] = {"input": lambda: In(type=ELEMENTS)}
 
@@ -84,19 +87,19 @@ class ConstructArray(ConstructedNode, type="omni.graph.nodes.ConstructArray"):
     array_type: Token = In(
         default="auto",
         tokens=ARRAY_TYPES,
-        doc="type of the array; auto: that of the first input to which all others convert",
+        doc="type of the array; auto: its elements have the first input type to which all other inputs convert",
     )
     input0: Any = In(
-        type=ELEMENTS, required=True, doc="first element; a graph file can name further inputs `input1`, `input2`, …"
+        type=ELEMENTS, required=True, doc="first element; a graph file can add inputs `input1`, `input2`, …"
     )
     array: Any = Out(type=ARRAYS, doc="array of type `arrayType`")
 
     def elements(self) -> Sequence[str]:
-        """Return the Python names of the numbered inputs."""
+        """Return the Python names of the inputs `input0`, `input1`, …, in order."""
         return self.series["input"]
 
     def element_type(self, known: Mapping[str, PortType]) -> PortType | None:
-        """Return the element type of `arrayType`; for auto, the first to which all other elements convert."""
+        """Return the element type of `arrayType`; for auto, the first element type to which all other elements convert."""
         if self.array_type == "auto":
             return super().element_type(known)
         asked = types.parse(self.array_type)
@@ -104,21 +107,24 @@ class ConstructArray(ConstructedNode, type="omni.graph.nodes.ConstructArray"):
         return element_of(asked)
 
     def resolve_types(self, known: Mapping[str, PortType], variables: Mapping[str, PortType]) -> Mapping[str, PortType]:
-        """Return the type of the array, and its element type for inputs whose own type does not convert to it.
+        """Return the type of the array, and the element type for each input that does not convert to the element type.
 
         Raises:
-            ValueError: the elements have incompatible types, or one of them is missing.
+            ValueError: the elements have incompatible types, or the input numbers have a gap.
         """
         for number, name in enumerate(self.elements()):
             if int(name.removeprefix("input")) != number:
-                raise ValueError(f"{name} is given, but not input{number} before it")
+                raise ValueError(f"{name} is given, but input{number} is missing")
         return super().resolve_types(known, variables)
 
 
 class MakeArray(ConstructedNode, type="omni.graph.nodes.MakeArray"):
-    """An array of the first `arraySize` elements of `a` to `e`; `e` is repeated after the fifth. Older than ConstructArray."""
+    """Builds an array of `arraySize` elements from `a` to `e`; after the fifth element, `e` is repeated.
 
-    array_size: Int = In(default=0, ge=0, doc="number of elements; input `e` is repeated after the fifth")
+    ConstructArray is the newer node type.
+    """
+
+    array_size: Int = In(default=0, ge=0, doc="number of elements; after the fifth element, `e` is repeated")
     a: Any = In(type=_FIVE, required=True, doc="first element")
     b: Any = In(type=_FIVE, required=True, doc="second element")
     c: Any = In(type=_FIVE, required=True, doc="third element")

@@ -1,4 +1,4 @@
-"""Type conversions (`omni.graph.nodes`). Unlike the conversion that a wire does, they can lose information."""
+"""Nodes that convert values to other types (`omni.graph.nodes`). Unlike conversions on wires, they can lose information."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def _with_roles(base: str) -> str:
 
 
 class Conversion(Node):
-    """Base of nodes that convert the numbers of a value and keep its shape."""
+    """Base class of nodes that convert the numbers of a value to another base type and keep the shape."""
 
     base: ClassVar[str]
 
@@ -37,18 +37,18 @@ class Conversion(Node):
     converted: Any
 
     def resolve_types(self, known: Mapping[str, PortType], variables: Mapping[str, PortType]) -> Mapping[str, PortType]:
-        """Return the type of the output: the node's number type in the shape of the value."""
+        """Return the type of the output: the base type of the node in the shape of the input."""
         return {"converted": self.result_type(known["value"])} if "value" in known else {}
 
     def result_type(self, given: PortType) -> PortType:
-        """Return the output type for an input type."""
+        """Return the output type for the given input type."""
         return PortType(self.base, given.count, given.array or given.base == "string")
 
     def compute(self) -> None:
-        """Convert the value.
+        """Set the output to the converted value.
 
         Raises:
-            BadValueError: the output type cannot represent a number.
+            BadValueError: a real number is to become an integer, but it is NaN or too large.
         """
         value = np.frombuffer(self.value.encode(), np.uint8) if isinstance(self.value, str) else self.value
         given = self.settled.get("value") or type_of(self.value)
@@ -57,35 +57,35 @@ class Conversion(Node):
 
 
 def numbers(array: np.ndarray[Any, Any], base: str) -> np.ndarray[Any, Any]:
-    """Convert numbers to another base type.
+    """Return an array of numbers converted to another base type.
 
-    For integer types, real numbers are truncated toward 0; numbers out of range wrap around as in C.
+    On conversion to integers, real numbers are truncated toward 0, and numbers out of range wrap around as in C.
 
     Raises:
-        BadValueError: a real number that is to become an integer of n bits is NaN, or its magnitude is 2^n or more.
+        BadValueError: a real number is to become an integer of n bits, but it is NaN or its magnitude is 2^n or more.
     """
     dtype = PortType(base).dtype
     if array.dtype.kind == "f" and np.dtype(dtype).kind in "iu":
         whole, bits = np.trunc(array.astype(np.float64)), np.iinfo(dtype).bits
         wrong = whole[~(np.abs(whole) < 2.0**bits)]
         if wrong.size:
-            raise BadValueError("value", float(wrong.flat[0]), f"a number that a {base} can hold")
+            raise BadValueError("value", float(wrong.flat[0]), f"a number that the type {base} can hold")
         wrapped = [int(number) % 2**bits for number in whole.ravel().tolist()]
         return np.array(wrapped, np.uint64).reshape(array.shape).astype(dtype)
     with np.errstate(over="ignore"):
         return array.astype(dtype)
 
 
-_ROLE = "role of the output; ignored if it has no tuples of the value's length"
+_ROLE = "role of the output; ignored if the role has no tuples of the value's length"
 
 
 class RoledConversion(Conversion):
-    """Base of nodes that convert to real numbers. The output has the chosen role if the role has tuples of the value's length."""
+    """Base class of conversions to real numbers. The input `role` selects the role of the output, such as Color."""
 
     role: Token
 
     def result_type(self, given: PortType) -> PortType:
-        """Return the output type for an input type, with the chosen role if it has tuples of that length."""
+        """Return the output type for the given input type, with the chosen role if the role has tuples of that length."""
         bare, role = super().result_type(given), _ROLES[self.role]
         wanted, legal = replace(bare, role=role), type(self).fields["converted"].type
         assert isinstance(legal, UnionType)
@@ -93,93 +93,93 @@ class RoledConversion(Conversion):
 
 
 class ScalarConversion(Conversion):
-    """Base of conversions that accept numbers and arrays of numbers, but no tuples."""
+    """Base class of conversions that accept numbers and arrays of numbers, but no tuples."""
 
-    value: Any = In(type=_SCALARS, required=True, doc="number, or array of numbers")
+    value: Any = In(type=_SCALARS, required=True, doc="number to convert, or array of numbers")
 
 
 class ToBool(ScalarConversion, type="omni.graph.nodes.ToBool"):
-    """Numbers as booleans: false for 0, true for every other number."""
+    """Converts numbers to booleans: 0 becomes false, every other number becomes true."""
 
     base = "bool"
 
-    converted: Any = Out(type="bool|bool[]", doc="converted value, of the same shape")
+    converted: Any = Out(type="bool|bool[]", doc="converted numbers, in the shape of `value`")
 
 
 class ToInt(Conversion, type="omni.graph.nodes.ToInt"):
-    """Numbers as 32 bit integers: real numbers are truncated toward 0, integers wrap around."""
+    """Converts numbers to 32 bit integers; real numbers are truncated toward 0, numbers out of range wrap around."""
 
     base = "int"
 
-    value: Any = In(type=_NUMBERS, required=True, doc="number, tuple or array")
-    converted: Any = Out(type=_tuples("int"), doc="converted value, of the same shape")
+    value: Any = In(type=_NUMBERS, required=True, doc="number, tuple or array to convert")
+    converted: Any = Out(type=_tuples("int"), doc="converted numbers, in the shape of `value`")
 
 
 class ToInt64(ScalarConversion, type="omni.graph.nodes.ToInt64"):
-    """Numbers as 64 bit integers; real numbers are truncated toward 0."""
+    """Converts numbers to 64 bit integers; real numbers are truncated toward 0, numbers out of range wrap around."""
 
     base = "int64"
 
-    converted: Any = Out(type="int64|int64[]", doc="converted value, of the same shape")
+    converted: Any = Out(type="int64|int64[]", doc="converted numbers, in the shape of `value`")
 
 
 class ToUint(ScalarConversion, type="omni.graph.nodes.ToUint"):
-    """Numbers as unsigned 32 bit integers; real numbers are truncated toward 0, -1 becomes 2^32 - 1."""
+    """Converts numbers to unsigned 32 bit integers; real numbers are truncated toward 0, and -1 becomes 2^32 - 1."""
 
     base = "uint"
 
-    converted: Any = Out(type="uint|uint[]", doc="converted value, of the same shape")
+    converted: Any = Out(type="uint|uint[]", doc="converted numbers, in the shape of `value`")
 
 
 class ToUint64(ScalarConversion, type="omni.graph.nodes.ToUint64"):
-    """Numbers as unsigned 64 bit integers; real numbers are truncated toward 0, -1 becomes 2^64 - 1."""
+    """Converts numbers to unsigned 64 bit integers; real numbers are truncated toward 0, and -1 becomes 2^64 - 1."""
 
     base = "uint64"
 
-    converted: Any = Out(type="uint64|uint64[]", doc="converted value, of the same shape")
+    converted: Any = Out(type="uint64|uint64[]", doc="converted numbers, in the shape of `value`")
 
 
 class ToUchar(Conversion, type="omni.graph.nodes.ToUchar"):
-    """Numbers as unsigned 8 bit integers, truncated toward 0; -1 becomes 255. A string becomes its UTF-8 bytes."""
+    """Converts numbers to unsigned 8 bit integers, truncated toward 0; -1 becomes 255. A string becomes its UTF-8 bytes."""
 
     base = "uchar"
 
-    value: Any = In(type=f"{_SCALARS}|string", required=True, doc="number, array of numbers, or string")
-    converted: Any = Out(type="uchar|uchar[]", doc="converted value, of the same shape")
+    value: Any = In(type=f"{_SCALARS}|string", required=True, doc="number, array of numbers or string to convert")
+    converted: Any = Out(type="uchar|uchar[]", doc="converted numbers, in the shape of `value`")
 
 
 class ToHalf(RoledConversion, type="omni.graph.nodes.ToHalf"):
-    """Numbers rounded to 16 bit real numbers; numbers from 65520 on become infinite."""
+    """Converts numbers to 16 bit real numbers; numbers with a magnitude of 65520 or more become infinite."""
 
     base = "half"
 
     role: Token = In(default="None", tokens=_HALF_ROLES, doc=_ROLE)
-    value: Any = In(type=_NUMBERS, required=True, doc="number, tuple or array")
-    converted: Any = Out(type=_with_roles("half"), doc="converted value, of the same shape")
+    value: Any = In(type=_NUMBERS, required=True, doc="number, tuple or array to convert")
+    converted: Any = Out(type=_with_roles("half"), doc="converted numbers, in the shape of `value`")
 
 
 class ToFloat(RoledConversion, type="omni.graph.nodes.ToFloat"):
-    """Numbers rounded to 32 bit real numbers."""
+    """Converts numbers to 32 bit real numbers, rounded to the nearest one."""
 
     base = "float"
 
     role: Token = In(
         default="None", tokens=("None", "Color", "Normal", "Point", "Quaternion", "TexCoord", "Vector"), doc=_ROLE
     )
-    value: Any = In(type=_NUMBERS, required=True, doc="number, tuple or array")
-    converted: Any = Out(type=_with_roles("float"), doc="converted value, of the same shape")
+    value: Any = In(type=_NUMBERS, required=True, doc="number, tuple or array to convert")
+    converted: Any = Out(type=_with_roles("float"), doc="converted numbers, in the shape of `value`")
 
 
 class ToDouble(Conversion, type="omni.graph.nodes.ToDouble"):
-    """Numbers as 64 bit real numbers."""
+    """Converts numbers to 64 bit real numbers."""
 
     base = "double"
 
-    value: Any = In(type=_NUMBERS, required=True, doc="number, tuple or array")
-    converted: Any = Out(type=_tuples("double"), doc="converted value, of the same shape")
+    value: Any = In(type=_NUMBERS, required=True, doc="number, tuple or array to convert")
+    converted: Any = Out(type=_tuples("double"), doc="converted numbers, in the shape of `value`")
 
     def compute(self) -> None:
-        """Convert the value; scalars without numpy, which is fifty times slower."""
+        """Set the output to the converted value. Scalars are converted without numpy, which would take fifty times as long."""
         if isinstance(self.value, int | float):
             self.converted = float(self.value)
         else:
@@ -187,34 +187,34 @@ class ToDouble(Conversion, type="omni.graph.nodes.ToDouble"):
 
 
 class TextConversion(Node):
-    """Base of nodes that format a value as text."""
+    """Base class of nodes that format a value as text."""
 
     value: Any = In(required=True, doc="value of any type")
     converted: str
 
     def compute(self) -> None:
-        """Format the value."""
+        """Set the output to the value as text."""
         self.converted = text_of(self.value)
 
 
 class ToString(TextConversion, type="omni.graph.nodes.ToString"):
-    """A value as text.
+    """Formats a value as a string.
 
     Real numbers have six significant digits, as in C++. Tuples and arrays are written as Python lists, with quotation marks
-    around strings. A uchar[] is decoded as UTF-8 text.
+    around strings. A uchar[] array is decoded as UTF-8.
     """
 
     converted: String = Out(doc="`value` as text")
 
 
 class ToToken(TextConversion, type="omni.graph.nodes.ToToken"):
-    """A value as a token, formatted as by ToString."""
+    """Formats a value as a token, in the format of ToString."""
 
     converted: Token = Out(doc="`value` as text")
 
 
 def text_of(value: Any) -> str:
-    """Return a port's value as text, in the format of ToString."""
+    """Return a port value as text, in the format of the node ToString."""
     if isinstance(value, str):
         return value
     if isinstance(value, np.ndarray):
@@ -226,13 +226,15 @@ def text_of(value: Any) -> str:
 
 
 class ToTarget(Node, type="omni.graph.nodes.ToTarget"):
-    """Prim paths as a target, which is a list of prims."""
+    """Converts prim paths to a target, which is a list of prims."""
 
-    value: Any = In(type="path|string|token|token[]", required=True, doc="prim path or paths; empty for no prim")
+    value: Any = In(
+        type="path|string|token|token[]", required=True, doc="prim path or paths; an empty path is left out"
+    )
     converted: Target = Out(doc="the prims at these paths")
 
     def compute(self) -> None:
-        """Convert the paths.
+        """Set the output to the prims at the paths, without empty paths.
 
         Raises:
             TypeError: the value is not a string or a list of strings.

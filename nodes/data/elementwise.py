@@ -1,4 +1,4 @@
-"""Bases of nodes that compute with numbers of any type: a subclass defines ports and an operation on arrays."""
+"""Base classes of nodes that compute with numbers of any type; a subclass defines the ports and the operation."""
 
 from __future__ import annotations
 
@@ -14,16 +14,16 @@ from graphengine.nodes.data.unions import NUMERICS
 
 
 class TypedNode(Node):
-    """Base of nodes whose output types follow from their input types."""
+    """Base class of nodes whose output types follow from their input types."""
 
     like: ClassVar[str] = ""
-    """Name of the input whose type the outputs get; empty if all inputs together determine the type.
+    """Name of the input whose type is the type of the outputs; if empty, the outputs have the common type of all inputs.
 
-    The outputs are arrays if any input is an array.
+    If any input is an array, the outputs are arrays too.
     """
 
     def resolve_types(self, known: Mapping[str, PortType], variables: Mapping[str, PortType]) -> Mapping[str, PortType]:
-        """Return the types of the outputs, once all input types are known.
+        """Return the types of the outputs; empty until the types of all inputs are known.
 
         Raises:
             ValueError: the input types are incompatible.
@@ -37,10 +37,10 @@ class TypedNode(Node):
         return {port.field: result for port in ports if port.side == "outputs"}
 
     def result_type(self, given: Mapping[str, PortType]) -> PortType:
-        """Return the type of the outputs.
+        """Return the type of the outputs for the given input types.
 
         Args:
-            given: types of the inputs that accept several types, by name.
+            given: types of the union inputs, by port name.
 
         Raises:
             ValueError: the types are incompatible.
@@ -50,7 +50,7 @@ class TypedNode(Node):
         return common(given)
 
     def port_types(self) -> Mapping[str, PortType]:
-        """Return all port types by Python name: those that the graph resolved, or outside a graph the types of the values."""
+        """Return the types of all ports by Python name. Outside a graph, types are those of the values."""
         fields = type(self).fields.values()
         known = {port.field: port.type for port in fields if isinstance(port.type, PortType)} | dict(self.settled)
         for port in fields:
@@ -60,10 +60,11 @@ class TypedNode(Node):
 
 
 class Elementwise(TypedNode):
-    """Base of nodes with one output that apply the same operation to all numbers of their operands.
+    """Base class of nodes with one output that apply the same operation to all numbers of their operands.
 
-    `operation` takes the operands as arrays that broadcast, in the order of the ports. Where numpy would be slow, `on_numbers`
-    replaces it for scalars, and `on_tuples` for whole tuples.
+    `operation` takes one numpy array per operand, in the order of the ports; the arrays broadcast against each other. A subclass
+    can add faster functions that replace `operation`: `on_numbers` takes Python numbers and computes scalars and components of
+    tuples, `on_tuples` takes whole values of which none is an array.
     """
 
     operation: ClassVar[Operation]
@@ -75,7 +76,7 @@ class Elementwise(TypedNode):
     output_field: str = Bound()
 
     def setup(self, context: Context) -> None:
-        """Choose the implementation for the resolved types."""
+        """Select the implementation for the resolved port types."""
         cls, known, fields = type(self), self.port_types(), self.operands()
         self.output_field = next(port.field for port in cls.fields.values() if port.side == "outputs")
         operands = [Operand.of(known[field], cls.fields[field].name) for field in fields]
@@ -84,11 +85,11 @@ class Elementwise(TypedNode):
         self.operand_values = operator.attrgetter(*fields) if len(fields) > 1 else lambda node: (one(node),)
 
     def compute(self) -> None:
-        """Apply the operation to the operands, and set the output to the result."""
+        """Set the output to the result of the operation on the operands."""
         setattr(self, self.output_field, self.operate(*self.operand_values(self)))
 
     def lifted(self, inputs: Sequence[PortType], output: PortType) -> Operation:
-        """Return the operation on port values of the given types."""
+        """Return the operation as a function of port values of the given types."""
         cls = type(self)
         if cls.on_tuples is not None and not any(one.array for one in inputs):
             return cls.on_tuples
@@ -96,18 +97,18 @@ class Elementwise(TypedNode):
 
     @classmethod
     def operands(cls) -> list[str]:
-        """Return the Python names of the operands, which are the inputs that are numbers or accept several types."""
+        """Return the Python names of the operands: all inputs with a numeric type or a union type."""
         inputs = [port for port in cls.fields.values() if port.side == "inputs"]
         return [port.field for port in inputs if isinstance(port.type, UnionType) or port.type.is_number]
 
 
 class Folded(Elementwise):
-    """Base of nodes that combine their inputs from left to right: `a`, `b`, then `input2`, `input3`, … if the graph has them."""
+    """Base class of nodes that combine inputs from left to right: `a`, `b`, then `input2`, `input3`, … if a graph adds them."""
 
     numbered: ClassVar[Numbered] = {"input": lambda: In(type=NUMERICS, required=True)}
 
     def lifted(self, inputs: Sequence[PortType], output: PortType) -> Operation:
-        """Return the operation on two or more port values, applied from left to right."""
+        """Return a function of two or more port values that applies the operation from left to right."""
         if len(inputs) == 2:
             return super().lifted(inputs, output)
         cls = type(self)

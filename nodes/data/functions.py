@@ -1,4 +1,4 @@
-"""Functions of numbers (`omni.graph.nodes`), applied to each number in tuples and arrays."""
+"""Nodes that apply a mathematical function to each number of a value (`omni.graph.nodes`)."""
 
 from __future__ import annotations
 
@@ -17,25 +17,27 @@ _INTS = with_arrays(f"int|{INTEGRAL_TUPLES}")
 
 
 class Absolute(Elementwise, type="omni.graph.nodes.Absolute"):
-    """Absolute value of each number."""
+    """Computes the absolute value of each number of a value."""
 
     operation = on_numbers = abs
 
-    input_in: Any = In(type=PLAIN_NUMERICS, name="input", required=True, doc="number, tuple or array")
+    input_in: Any = In(
+        type=PLAIN_NUMERICS, name="input", required=True, doc="number, tuple or array to take the absolute value of"
+    )
     absolute: Any = Out(type=PLAIN_NUMERICS)
 
 
 class Clamp(Elementwise, type="omni.graph.nodes.Clamp"):
-    """A value limited to the range from `lower` to `upper`."""
+    """Limits each number of a value to the range from `lower` to `upper`."""
 
-    input_in: Any = In(type=NUMERICS, name="input", required=True, doc="number, tuple or array")
+    input_in: Any = In(type=NUMERICS, name="input", required=True, doc="number, tuple or array to limit")
     lower: Any = In(type=NUMERICS, required=True, doc="lower bound; must not be above `upper`")
     upper: Any = In(type=NUMERICS, required=True, doc="upper bound")
     result: Any = Out(type=NUMERICS, doc="`input` limited to the range from `lower` to `upper`")
 
     @staticmethod
     def operation(value: Any, lower: Any, upper: Any) -> Any:
-        """Clamp arrays.
+        """Return the numbers of an array limited to their bounds.
 
         Raises:
             BadValueError: `lower` is above `upper`.
@@ -46,7 +48,7 @@ class Clamp(Elementwise, type="omni.graph.nodes.Clamp"):
 
     @staticmethod
     def on_numbers(value: Any, lower: Any, upper: Any) -> Any:
-        """Clamp one number; NaN stays NaN.
+        """Return a number limited to its bounds; NaN stays NaN.
 
         Raises:
             BadValueError: `lower` is above `upper`.
@@ -57,45 +59,45 @@ class Clamp(Elementwise, type="omni.graph.nodes.Clamp"):
 
 
 class _ToWhole(Elementwise):
-    """Base of functions that round a real number to an integer."""
+    """Base class of nodes that round real numbers to integers."""
 
-    a: Any = In(type=DECIMALS, required=True, doc="number, tuple or array")
-    result: Any = Out(type=_INTS, doc="rounded number, of type int; a number out of the range of int is an error")
+    a: Any = In(type=DECIMALS, required=True, doc="number, tuple or array to round")
+    result: Any = Out(type=_INTS, doc="rounded numbers, of type int; a number out of the range of int is an error")
 
     def result_type(self, given: Mapping[str, PortType]) -> PortType:
-        """Return integers in the shape of the input."""
+        """Return the type of the output: int, in the shape of the input."""
         return PortType("int", given["a"].count, given["a"].array)
 
 
 def _of_finite(function: Operation) -> Operation:
-    """Extend a function of one number to NaN and infinities, which it returns unchanged."""
+    """Return a function that applies `function` to finite numbers and returns NaN and infinities unchanged."""
     return lambda value: function(value) if math.isfinite(value) else value
 
 
 class Floor(_ToWhole, type="omni.graph.nodes.Floor"):
-    """The largest integer not above a real number."""
+    """Rounds real numbers down to integers."""
 
     operation, on_numbers = np.floor, _of_finite(math.floor)
 
 
 class Ceil(_ToWhole, type="omni.graph.nodes.Ceil"):
-    """The smallest integer not below a real number."""
+    """Rounds real numbers up to integers."""
 
     operation, on_numbers = np.ceil, _of_finite(math.ceil)
 
 
 class Round(Elementwise, type="omni.graph.nodes.Round"):
-    """A real number rounded to a number of decimals, halves away from 0."""
+    """Rounds real numbers to a given number of decimals; halves are rounded away from 0."""
 
     like = "input"
 
-    input_in: Any = In(type=DECIMALS, name="input", required=True, doc="number, tuple or array")
-    decimals: Int = In(default=0, doc="digits to keep after the decimal point; negative values round digits before it")
-    output: Any = Out(type=DECIMALS, doc="rounded number")
+    input_in: Any = In(type=DECIMALS, name="input", required=True, doc="number, tuple or array to round")
+    decimals: Int = In(default=0, doc="number of digits after the decimal point; -1 rounds to tens, -2 to hundreds")
+    output: Any = Out(type=DECIMALS, doc="rounded value, of the type of `input`")
 
     @staticmethod
     def operation(value: Any, decimals: Any) -> Any:
-        """Round arrays, halves away from 0."""
+        """Return the numbers of an array rounded to `decimals` digits, halves away from 0."""
         power = np.float64(10.0) ** abs(int(decimals))
         scaled = value * power if decimals > 0 else value / power
         whole = np.trunc(scaled)
@@ -106,34 +108,37 @@ class Round(Elementwise, type="omni.graph.nodes.Round"):
 
 
 class _Power(Elementwise):
-    """Base of functions of one number whose result is a double if the number is an integer."""
+    """Base class of nodes that compute real numbers from one value; integers give doubles."""
 
     def result_type(self, given: Mapping[str, PortType]) -> PortType:
-        """Return the type of the input, or doubles of the same shape for integers."""
+        """Return the type of the input, with the base type double in place of integers."""
         (base,) = given.values()
         return base if is_real(base) else PortType("double", base.count, base.array)
 
 
 class Exponent(_Power, type="omni.graph.nodes.Exponent"):
-    """A number raised to an integer power."""
+    """Raises each number of a value to an integer power."""
 
     operation = np.power
 
-    base: Any = In(type=NUMERICS, required=True, doc="number, tuple or array")
+    base: Any = In(type=NUMERICS, required=True, doc="number, tuple or array to raise to the power")
     exponent: Int = In(default=2)
-    result: Any = Out(type=NUMERICS, doc="`base` to the power of `exponent`; a double if `base` is an integer")
+    result: Any = Out(type=NUMERICS, doc="`base` to the power of `exponent`; doubles if `base` consists of integers")
 
 
 class NthRoot(_Power, type="omni.graph.nodes.NthRoot"):
-    """The n-th root of a value, where n is `nthRoot`; NaN for a negative value if n is even, infinite if n is 0."""
+    """Computes the n-th root of a value, where n is `nthRoot`.
 
-    nth_root: Int = In(default=2, doc="degree of the root: 2 is the square root, 3 the cube root")
-    value: Any = In(type=NUMERICS, required=True, doc="number, tuple or array")
-    result: Any = Out(type=NUMERICS, doc="root of `value`; a double if `value` is an integer")
+    The root of a negative number is NaN if n is even. All roots are infinite if n is 0.
+    """
+
+    nth_root: Int = In(default=2, doc="degree of the root: 2 for the square root, 3 for the cube root")
+    value: Any = In(type=NUMERICS, required=True, doc="number, tuple or array to take the root of")
+    result: Any = Out(type=NUMERICS, doc="root of `value`; doubles if `value` consists of integers")
 
     @staticmethod
     def operation(degree: Any, value: Any) -> Any:
-        """Compute the roots of arrays."""
+        """Return the roots of the numbers of an array."""
         n = int(degree)
         if n == 0:
             return np.full_like(value, np.inf)
@@ -143,18 +148,18 @@ class NthRoot(_Power, type="omni.graph.nodes.NthRoot"):
 
 
 class Logarithm(_Power, type="omni.graph.nodes.Logarithm"):
-    """Logarithm of a value to a base."""
+    """Computes the logarithm of a value to a given base."""
 
-    base: float = In(default=10.0, gt=0.0, doc="base of the logarithm; must be above 0 and not 1")
-    value: Any = In(type=NUMERICS, required=True, doc="number, tuple or array; must be above 0")
-    result: Any = Out(type=NUMERICS, doc="logarithm of `value`; a double if `value` is an integer")
+    base: float = In(default=10.0, gt=0.0, doc="base of the logarithm; must be above 0 and other than 1")
+    value: Any = In(type=NUMERICS, required=True, doc="number, tuple or array; all numbers must be above 0")
+    result: Any = Out(type=NUMERICS, doc="logarithm of `value`; doubles if `value` consists of integers")
 
     @staticmethod
     def operation(base: Any, value: Any) -> Any:
-        """Compute the logarithms of arrays, exactly for powers of 10 and 2.
+        """Return the logarithms of the numbers of an array; for base 2 and base 10, logarithms of powers of the base are exact.
 
         Raises:
-            BadValueError: the base is not above 0 or is 1, or a number is not above 0.
+            BadValueError: `base` is 1 or not above 0, or a number is not above 0.
         """
         if not base > 0.0 or base == 1.0:
             raise BadValueError("base", float(base), "above 0 and not 1")

@@ -1,4 +1,4 @@
-"""Interpolation between values (`omni.graph.nodes`)."""
+"""Nodes that interpolate between values (`omni.graph.nodes`)."""
 
 from __future__ import annotations
 
@@ -19,21 +19,24 @@ from graphengine.nodes.data.unions import DECIMALS
 
 
 class InterpolateTo(Elementwise, type="omni.graph.nodes.InterpolateTo"):
-    """One step from a value toward a target, by a fraction of the way: 1 - (1 - `speed` * `deltaSeconds`)^`exponent`.
+    """Moves a value one step toward a target.
 
-    OmniGraph's documentation lacks the leading `1 -`, without which no step would reach the target. Quaternions are interpolated
-    along the shorter arc, other values along a line.
+    The step covers the fraction 1 - (1 - `speed` * `deltaSeconds`)^`exponent` of the way. OmniGraph's documentation lacks the
+    leading `1 -`; without it, a higher speed would give a shorter step. Quaternions move along the shorter arc, other values
+    along a straight line.
     """
 
-    current: Any = In(type=DECIMALS, required=True, doc="number, tuple or array")
+    current: Any = In(type=DECIMALS, required=True, doc="value before the step: number, tuple or array")
     target: Any = In(type=DECIMALS, required=True, doc="value to approach, of the same size as `current`")
-    speed: float = In(default=1.0, unit="1/s", doc="fraction of the way per second, if `exponent` is 1")
+    speed: float = In(default=1.0, unit="1/s", doc="fraction of the way to cover per second, if `exponent` is 1")
     delta_seconds: float = In(default=0.0, unit="s", doc="duration of the step")
-    exponent: Float = In(default=2.0, ge=0.0, doc="1 is linear in `deltaSeconds`, higher values start faster")
-    result: Any = Out(type=DECIMALS, doc="value after the step, of the common type of `current` and `target`")
+    exponent: Float = In(
+        default=2.0, ge=0.0, doc="exponent in the formula of the step; higher values give longer steps"
+    )
+    result: Any = Out(type=DECIMALS, doc="value after the step; has the common type of `current` and `target`")
 
     def lifted(self, inputs: Sequence[PortType], output: PortType) -> Operation:
-        """Return the interpolation: along an arc for quaternions, along a line for other values."""
+        """Return a function that computes the step: along an arc for quaternions, along a line for other values."""
         ends_and_share = [*inputs[:2], PortType("double")]
         between = (
             lift(slerp, ends_and_share, output) if output.role == "quat" else lift(_lerp, ends_and_share, output, _lerp)
@@ -56,11 +59,11 @@ EASINGS = ("EaseIn", "EaseOut", "EaseInOut", "Linear", "SinIn", "SinOut", "SinIn
 
 
 def curve(name: str, exponent: int) -> Callable[[Any], Any]:
-    """Return the easing function with this name, which maps the range from 0 to 1 onto itself.
+    """Return the easing function with the given name; it maps the range from 0 to 1 onto itself.
 
     Args:
         name: one of `EASINGS`.
-        exponent: exponent of the functions whose name starts with Ease.
+        exponent: exponent of EaseIn, EaseOut and EaseInOut; the other functions ignore it.
 
     Raises:
         BadValueError: the name is unknown.
@@ -80,48 +83,52 @@ def curve(name: str, exponent: int) -> Callable[[Any], Any]:
 class Ease(Elementwise, type="omni.graph.nodes.Ease"):
     """Interpolates between two values with an easing function, for a gentle start or end."""
 
-    alpha: Any = In(type="float|float[]", required=True, doc="elapsed fraction of the time, 0 to 1")
+    alpha: Any = In(
+        type="float|float[]",
+        required=True,
+        doc="elapsed fraction of the duration; values are limited to the range from 0 to 1",
+    )
     blend_exponent: Int = In(default=2, doc="exponent of EaseIn, EaseOut and EaseInOut: 1 is linear, 2 quadratic, …")
     ease_func: Token = In(
         default="EaseInOut",
         tokens=EASINGS,
         doc="easing function; names with In start gently, names with Out end gently",
     )
-    end: Any = In(type=DECIMALS, required=True, doc="value for `alpha` = 1")
-    start: Any = In(type=DECIMALS, required=True, doc="value for `alpha` = 0")
-    result: Any = Out(type=DECIMALS, doc="value for `alpha`, of the common type of `start` and `end`")
+    end: Any = In(type=DECIMALS, required=True, doc="value at `alpha` = 1")
+    start: Any = In(type=DECIMALS, required=True, doc="value at `alpha` = 0")
+    result: Any = Out(type=DECIMALS, doc="value at `alpha`; has the common type of `start` and `end`")
 
     def lifted(self, inputs: Sequence[PortType], output: PortType) -> Operation:
-        """Return the interpolation along a line."""
+        """Return a function that interpolates linearly between `start` and `end`."""
         known = self.port_types()
         share = Operand("double", 1, known["alpha"].array, port="alpha")
         return lift(_lerp, [Operand.of(known["start"], "start"), Operand.of(known["end"], "end"), share], output)
 
     def result_type(self, given: Mapping[str, PortType]) -> PortType:
-        """Return the common type of both ends, as an array if `alpha` is an array."""
+        """Return the common type of `start` and `end`; an array type if any input is an array."""
         ends = common({"start": given["start"], "end": given["end"]})
         return replace(ends, array=ends.array or given["alpha"].array)
 
     def compute(self) -> None:
-        """Choose the easing function and interpolate."""
+        """Set `result` to the value that the easing function gives for `alpha`."""
         with np.errstate(all="ignore"):  # an exponent below 0 leaves alpha 0 no value
             share = curve(self.ease_func, self.blend_exponent)(np.clip(self.alpha, 0.0, 1.0))
         self.result = self.operate(self.start, self.end, share)
 
 
 class Interpolator(Node, type="omni.graph.nodes.Interpolator"):
-    """Interpolates linearly between samples; the value is constant before the first and after the last sample."""
+    """Interpolates linearly between samples. Before the first and after the last sample, the value is constant."""
 
-    knots: Floats = In(default=np.zeros(0, np.float32), doc="positions of the samples, ascending")
+    knots: Floats = In(default=np.zeros(0, np.float32), doc="positions of the samples, in ascending order")
     param: Float = In(default=0.0, doc="position to interpolate at")
-    values: Floats = In(default=np.zeros(0, np.float32), doc="samples, one per knot")
-    value: Float = Out(doc="interpolated value; 0 without samples")
+    values: Floats = In(default=np.zeros(0, np.float32), doc="values of the samples, one per knot")
+    value: Float = Out(doc="interpolated value; 0 if there are no samples")
 
     def compute(self) -> None:
-        """Interpolate the samples.
+        """Set `value` to the interpolated value at `param`.
 
         Raises:
-            BadValueError: the numbers of values and knots differ.
+            BadValueError: `knots` and `values` differ in length.
         """
         knots: NDArray[np.float32] = self.knots
         same_length(knots=knots, values=self.values)

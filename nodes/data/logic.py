@@ -1,4 +1,4 @@
-"""Boolean operations (`omni.graph.nodes`) on scalars, and on arrays element by element."""
+"""Nodes that combine booleans (`omni.graph.nodes`); arrays are combined element by element."""
 
 from __future__ import annotations
 
@@ -14,79 +14,79 @@ from graphengine.nodes.data.unions import BOOLEANS
 
 
 class _Gate(Folded):
-    """Base of operations on two or more booleans."""
+    """Base class of logic gates with two or more boolean inputs."""
 
     numbered: ClassVar[Numbered] = {"input": lambda: In(type=BOOLEANS, required=True)}
 
-    a: Any = In(type=BOOLEANS, required=True, doc="bool, or array of bools")
+    a: Any = In(type=BOOLEANS, required=True, doc="first operand: bool, or array of bools")
     b: Any = In(
         type=BOOLEANS,
         required=True,
-        doc="bool, or array as long as `a`; a graph file can name further inputs `input2`, `input3`, …",
+        doc="second operand: bool, or array as long as `a`; a graph file can add inputs `input2`, `input3`, …",
     )
     result: Any = Out(type=BOOLEANS, doc="bool, or array of bools if an input is an array")
 
 
 class _InvertedGate(_Gate):
-    """Base of operations on two or more booleans with a negated result."""
+    """Base class of logic gates with a negated result: NAND and NOR."""
 
     def lifted(self, inputs: Sequence[PortType], output: PortType) -> Operation:
-        """Return the negated operation."""
+        """Return the operation with a negated result."""
         joined = super().lifted(inputs, output)
         return lambda *values: True ^ joined(*values)
 
 
 class BooleanAnd(_Gate, type="omni.graph.nodes.BooleanAnd"):
-    """Whether all inputs are true."""
+    """Checks whether all inputs are true."""
 
     operation = on_numbers = operator.and_
 
 
 class BooleanOr(_Gate, type="omni.graph.nodes.BooleanOr"):
-    """Whether at least one input is true."""
+    """Checks whether at least one input is true."""
 
     operation = on_numbers = operator.or_
 
 
 class BooleanNand(_InvertedGate, type="omni.graph.nodes.BooleanNand"):
-    """Whether at least one input is false."""
+    """Checks whether at least one input is false."""
 
     operation = on_numbers = operator.and_
 
 
 class BooleanNor(_InvertedGate, type="omni.graph.nodes.BooleanNor"):
-    """Whether all inputs are false."""
+    """Checks whether all inputs are false."""
 
     operation = on_numbers = operator.or_
 
 
 class BooleanNot(Elementwise, type="omni.graph.nodes.BooleanNot"):
-    """Negation of a boolean."""
+    """Negates a boolean, or each boolean of an array."""
 
     value_in: Any = In(type=BOOLEANS, required=True)
     value_out: Any = Out(type=BOOLEANS)
 
     @staticmethod
     def operation(value: Any) -> Any:
-        """Negate arrays and scalars."""
+        """Return the negation of a boolean or of an array of booleans."""
         return True ^ value
 
     on_numbers = operation
 
 
 class BooleanExpr(Node, type="omni.graph.nodes.BooleanExpr"):
-    """Combines two booleans by the operator that an input names."""
+    """Combines two booleans with the logical operator that the input `operator` names."""
 
     a: bool = In(default=False, doc="first operand")
     b: bool = In(default=False, doc="second operand")
-    operator_in: Token = In(default="AND", name="operator", doc="AND, OR, NAND, NOR, XOR or XNOR")
+    operator_in: Token = In(default="AND", name="operator", doc="name of the operator: AND, OR, NAND, NOR, XOR or XNOR")
     result: bool = Out(doc="result of the operation")
 
     def compute(self) -> None:
-        """Apply the operator.
+        """Set `result` to `a` and `b` combined with the operator.
 
         Raises:
-            BadValueError: the operator is unknown.
+            BadValueError: `operator` is not a known operator.
         """
         joined = {"AND": self.a and self.b, "OR": self.a or self.b, "XOR": self.a != self.b, "XNOR": self.a == self.b}
         joined |= {"NAND": not joined["AND"], "NOR": not joined["OR"]}

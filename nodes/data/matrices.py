@@ -1,6 +1,6 @@
-"""Construction, decomposition and multiplication of matrices (`omni.graph.nodes`).
+"""Nodes that build, split, multiply, transpose and invert matrices (`omni.graph.nodes`).
 
-Points are row vectors to the left of the matrix, so the fourth row of a 4 x 4 matrix is its translation.
+Points are row vectors to the left of the matrix, so the translation of a 4 x 4 matrix is its fourth row.
 """
 
 from __future__ import annotations
@@ -30,22 +30,22 @@ _LARGEST_FLOAT = float(np.finfo(np.float32).max)
 
 
 def square(flat: Any) -> Any:
-    """Reshape numbers (..., n * n) to matrices (..., n, n)."""
+    """Return matrices (..., n, n) from their numbers (..., n * n), given row by row."""
     size = math.isqrt(flat.shape[-1])
     return flat.reshape(*flat.shape[:-1], size, size)
 
 
 def flat(squares: Any) -> Any:
-    """Reshape matrices (..., n, n) to numbers (..., n * n)."""
+    """Return the numbers (..., n * n) of matrices (..., n, n), row by row."""
     return squares.reshape(*squares.shape[:-2], squares.shape[-2] * squares.shape[-1])
 
 
 class _MakeMatrix(Elementwise):
-    """Base of nodes that make a matrix from its rows."""
+    """Base class of nodes that build a matrix from its rows."""
 
     @staticmethod
     def operation(*rows: Any) -> Any:
-        """Join arrays of rows; rows of three numbers in a 4 x 4 matrix get the fourth column 0, 0, 0, 1."""
+        """Return matrices built from arrays of rows. For four rows of three numbers, the fourth column is 0, 0, 0, 1."""
         size = len(rows)
         ends = [0.0] * (size - 1) + [1.0]
         whole = [
@@ -57,53 +57,53 @@ class _MakeMatrix(Elementwise):
         return flat(np.stack(np.broadcast_arrays(*whole), axis=-2))
 
     def result_type(self, given: Mapping[str, PortType]) -> PortType:
-        """Return a matrix, or an array of matrices if a row is an array."""
+        """Return the type of the output: a matrix, or an array of matrices if any row input is an array."""
         return PortType("double", len(given) ** 2, any(row.array for row in given.values()), "matrixd")
 
 
 class MakeMatrix2(_MakeMatrix, type="omni.graph.nodes.MakeMatrix2"):
-    """A 2 x 2 matrix from its rows."""
+    """Builds a 2 x 2 matrix from its rows."""
 
-    x: Any = In(type=with_arrays("double[2]"), required=True, doc="first row")
-    y: Any = In(type=with_arrays("double[2]"), required=True, doc="second row")
+    x: Any = In(type=with_arrays("double[2]"), required=True, doc="first row of the matrix")
+    y: Any = In(type=with_arrays("double[2]"), required=True, doc="second row of the matrix")
     matrix: Any = Out(type=matrices(2))
 
 
 class MakeMatrix3(_MakeMatrix, type="omni.graph.nodes.MakeMatrix3"):
-    """A 3 x 3 matrix from its rows."""
+    """Builds a 3 x 3 matrix from its rows."""
 
-    x: Any = In(type=with_arrays("double[3]"), required=True, doc="first row")
-    y: Any = In(type=with_arrays("double[3]"), required=True, doc="second row")
-    z: Any = In(type=with_arrays("double[3]"), required=True, doc="third row")
+    x: Any = In(type=with_arrays("double[3]"), required=True, doc="first row of the matrix")
+    y: Any = In(type=with_arrays("double[3]"), required=True, doc="second row of the matrix")
+    z: Any = In(type=with_arrays("double[3]"), required=True, doc="third row of the matrix")
     matrix: Any = Out(type=matrices(3))
 
 
 class MakeMatrix4(_MakeMatrix, type="omni.graph.nodes.MakeMatrix4"):
-    """A 4 x 4 matrix from its rows; rows of three numbers get the fourth column 0, 0, 0, 1."""
+    """Builds a 4 x 4 matrix from its rows; if the rows have three numbers, the fourth column is 0, 0, 0, 1."""
 
-    x: Any = In(type=with_arrays("double[4]|double[3]"), required=True, doc="first row")
-    y: Any = In(type=with_arrays("double[4]|double[3]"), required=True, doc="second row")
-    z: Any = In(type=with_arrays("double[4]|double[3]"), required=True, doc="third row")
-    w: Any = In(type=with_arrays("double[4]|double[3]"), required=True, doc="fourth row")
+    x: Any = In(type=with_arrays("double[4]|double[3]"), required=True, doc="first row of the matrix")
+    y: Any = In(type=with_arrays("double[4]|double[3]"), required=True, doc="second row of the matrix")
+    z: Any = In(type=with_arrays("double[4]|double[3]"), required=True, doc="third row of the matrix")
+    w: Any = In(type=with_arrays("double[4]|double[3]"), required=True, doc="fourth row of the matrix")
     matrix: Any = Out(type=matrices(4))
 
 
 class _BreakMatrix(TypedNode):
-    """Base of nodes that output the rows of a `size` x `size` matrix, or of each matrix in an array."""
+    """Base class of nodes that output the rows of a `size` x `size` matrix, or of each matrix in an array."""
 
     size: ClassVar[int]
     matrix: Any
 
     def width(self) -> int:
-        """Return the number of columns to output."""
+        """Return the number of columns in each output row."""
         return self.size
 
     def result_type(self, given: Mapping[str, PortType]) -> PortType:
-        """Return the type of a row, or of an array of rows if the input is an array."""
+        """Return the type of the outputs: a row, or an array of rows if the input is an array."""
         return PortType("double", self.width(), given["matrix"].array)
 
     def compute(self) -> None:
-        """Split the matrix into its rows."""
+        """Set the outputs to the rows of the matrix."""
         columns = [slice(start, start + self.width()) for start in range(0, self.size**2, self.size)]
         whole = self.matrix
         for name, part in zip("xyzw", columns, strict=False):
@@ -111,28 +111,28 @@ class _BreakMatrix(TypedNode):
 
 
 class BreakMatrix2(_BreakMatrix, type="omni.graph.nodes.BreakMatrix2"):
-    """The two rows of a 2 x 2 matrix."""
+    """Splits a 2 x 2 matrix into its two rows."""
 
     size = 2
 
     matrix: Any = In(type=matrices(2), required=True)
-    x: Any = Out(type=with_arrays("double[2]"), doc="first row")
-    y: Any = Out(type=with_arrays("double[2]"), doc="second row")
+    x: Any = Out(type=with_arrays("double[2]"), doc="first row of the matrix")
+    y: Any = Out(type=with_arrays("double[2]"), doc="second row of the matrix")
 
 
 class BreakMatrix3(_BreakMatrix, type="omni.graph.nodes.BreakMatrix3"):
-    """The three rows of a 3 x 3 matrix."""
+    """Splits a 3 x 3 matrix into its three rows."""
 
     size = 3
 
     matrix: Any = In(type=matrices(3), required=True)
-    x: Any = Out(type=with_arrays("double[3]"), doc="first row")
-    y: Any = Out(type=with_arrays("double[3]"), doc="second row")
-    z: Any = Out(type=with_arrays("double[3]"), doc="third row")
+    x: Any = Out(type=with_arrays("double[3]"), doc="first row of the matrix")
+    y: Any = Out(type=with_arrays("double[3]"), doc="second row of the matrix")
+    z: Any = Out(type=with_arrays("double[3]"), doc="third row of the matrix")
 
 
 class BreakMatrix4(_BreakMatrix, type="omni.graph.nodes.BreakMatrix4"):
-    """The four rows of a 4 x 4 matrix: all four numbers of each row, or only the first three."""
+    """Splits a 4 x 4 matrix into its four rows, with all four numbers of each row or only the first three."""
 
     size = 4
 
@@ -143,13 +143,13 @@ class BreakMatrix4(_BreakMatrix, type="omni.graph.nodes.BreakMatrix4"):
         setup=True,
         doc="type of each row; double[3] leaves out the fourth column",
     )
-    x: Any = Out(type=with_arrays("double[4]|double[3]"), doc="first row")
-    y: Any = Out(type=with_arrays("double[4]|double[3]"), doc="second row")
-    z: Any = Out(type=with_arrays("double[4]|double[3]"), doc="third row")
-    w: Any = Out(type=with_arrays("double[4]|double[3]"), doc="fourth row")
+    x: Any = Out(type=with_arrays("double[4]|double[3]"), doc="first row of the matrix")
+    y: Any = Out(type=with_arrays("double[4]|double[3]"), doc="second row of the matrix")
+    z: Any = Out(type=with_arrays("double[4]|double[3]"), doc="third row of the matrix")
+    w: Any = Out(type=with_arrays("double[4]|double[3]"), doc="fourth row of the matrix")
 
     def width(self) -> int:
-        """Return the row length that `outputType` gives, 3 or 4."""
+        """Return the number of columns that `outputType` selects, 3 or 4."""
         return int(self.output_type[-2])
 
 
@@ -157,14 +157,16 @@ _FACTORS = "|".join((with_arrays(f"{REAL_TUPLES}|{MATRICES}"), DECIMAL_TUPLES.re
 
 
 class MatrixMultiply(Elementwise, type="omni.graph.nodes.MatrixMultiply"):
-    """The matrix product of two factors: each is a matrix or a vector, a row on the left or a column on the right."""
+    """Computes the matrix product of `a` and `b`. A vector is a row vector as `a`, and a column vector as `b`."""
 
     a: Any = In(type=_FACTORS, required=True, doc="left factor: matrix, row vector, or array of these")
     b: Any = In(type=_FACTORS, required=True, doc="right factor: matrix, column vector, or array of these")
-    output: Any = Out(type=f"{_FACTORS}|{with_arrays(REALS)}", doc="matrix, vector or number, or array of these")
+    output: Any = Out(
+        type=f"{_FACTORS}|{with_arrays(REALS)}", doc="product `a` * `b`: matrix, vector or number, or array of these"
+    )
 
     def lifted(self, inputs: Sequence[PortType], output: PortType) -> Operation:
-        """Return the matrix product for operands of these types."""
+        """Return the matrix product as a function of port values of the given types."""
         a_is_matrix, b_is_matrix = map(_is_matrix, inputs)
 
         def multiply(a: Any, b: Any) -> Any:
@@ -184,7 +186,7 @@ class MatrixMultiply(Elementwise, type="omni.graph.nodes.MatrixMultiply"):
         a, b = given["a"], given["b"]
         sizes = [math.isqrt(one.count) if _is_matrix(one) else one.count for one in (a, b)]
         if sizes[0] != sizes[1]:
-            raise ValueError(f"a is {a} and b is {b}; give as many columns in a as rows in b")
+            raise ValueError(f"a is {a} and b is {b}; a must have as many columns as b has rows")
         array = a.array or b.array
         if _is_matrix(a) and _is_matrix(b):
             return replace(a, array=array, role="matrixd" if array or a.role != b.role else a.role)
@@ -200,26 +202,26 @@ def _is_matrix(port_type: PortType) -> bool:
 
 
 class Transpose(Elementwise, type="omni.graph.nodes.Transpose"):
-    """The transpose of a matrix."""
+    """Transposes a matrix."""
 
-    matrix: Any = In(type=matrices(2, 3, 4), required=True, doc="matrix, or array of matrices")
+    matrix: Any = In(type=matrices(2, 3, 4), required=True, doc="matrix to transpose, or array of matrices")
     result: Any = Out(type=matrices(2, 3, 4), doc="transposed matrix, of the same type")
 
     @staticmethod
     def operation(matrix: Any) -> Any:
-        """Transpose arrays."""
+        """Return the transposed matrices; all matrices are given as numbers (..., n * n)."""
         return flat(np.swapaxes(square(matrix), -1, -2))
 
 
 class InvertMatrix(Elementwise, type="omni.graph.nodes.OgnInvertMatrix"):
-    """The inverse of a matrix; for a singular matrix, the identity times the largest 32 bit float."""
+    """Inverts a matrix. A singular matrix gives the identity matrix times the largest 32 bit float."""
 
-    matrix: Any = In(type=matrices(2, 3, 4), required=True, doc="matrix, or array of matrices")
+    matrix: Any = In(type=matrices(2, 3, 4), required=True, doc="matrix to invert, or array of matrices")
     inverted_matrix: Any = Out(type=matrices(2, 3, 4))
 
     @staticmethod
     def operation(matrix: Any) -> Any:
-        """Invert arrays."""
+        """Return the inverse matrices; all matrices are given as numbers (..., n * n)."""
         squares = square(matrix)
         identity = np.eye(squares.shape[-1])
         finite = np.where(np.isfinite(squares).all(axis=(-2, -1), keepdims=True), squares, 0.0)
@@ -229,17 +231,17 @@ class InvertMatrix(Elementwise, type="omni.graph.nodes.OgnInvertMatrix"):
 
 
 class TransformVector(Elementwise, type="omni.graph.nodes.TransformVector"):
-    """A row vector times a matrix; a 4 x 4 matrix treats the vector as a point, so it also translates."""
+    """Multiplies a row vector by a matrix. A 4 x 4 matrix also translates: the vector is treated as a point."""
 
     like = "vector"
 
-    matrix: Any = In(type=matrices(3, 4), required=True, doc="matrix, or array of matrices")
-    vector: Any = In(type=VECTORS, required=True, doc="vector, or array of vectors")
+    matrix: Any = In(type=matrices(3, 4), required=True, doc="3 x 3 or 4 x 4 matrix, or array of matrices")
+    vector: Any = In(type=VECTORS, required=True, doc="row vector to transform, or array of vectors")
     result: Any = Out(type=VECTORS, doc="transformed vector, of the same type")
 
     @staticmethod
     def operation(matrix: Any, vector: Any) -> Any:
-        """Transform arrays of vectors."""
+        """Return vectors (..., 3) multiplied by matrices, which are given as numbers (..., 9) or (..., 16)."""
         squares = square(matrix)
         if squares.shape[-1] == 3:
             return (vector[..., None, :] @ squares)[..., 0, :]

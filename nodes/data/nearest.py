@@ -1,4 +1,4 @@
-"""Search for the nearest range of a lidar scan."""
+"""A node that finds the nearest range in a sector of a lidar scan."""
 
 from __future__ import annotations
 
@@ -10,23 +10,25 @@ from graphengine.node import Float, Float2, Floats, In, Node, Out
 
 
 class NearestRange(Node, type="graphengine.data.NearestRange"):
-    """Searches a sector of a lidar scan for the nearest range.
+    """Finds the nearest range in a sector of a lidar scan.
 
-    The beams are evenly spaced from the first to the last azimuth, as those of one ring from IsaacReadLidarBeams.
+    The beams are evenly spaced from the first to the last azimuth, like the beams of one ring that IsaacReadLidarBeams outputs.
     """
 
-    ranges: Floats = In(unit="m", doc="range of each beam, in order of azimuth; infinity and NaN are ignored")
+    ranges: Floats = In(unit="m", doc="measured range of each beam, in order of azimuth; infinity and NaN are ignored")
     azimuth_range: Float2 = In(default=(-180.0, 180.0), unit="deg", doc="azimuths of the first and the last beam")
     sector: Float2 = In(
         default=(-180.0, 180.0),
         unit="deg",
         doc="lowest and highest azimuth to search; 0 is ahead, positive is left",
     )
-    distance: Float = Out(default=math.inf, unit="m", doc="nearest range in the sector; infinite if there is none")
-    azimuth: Float = Out(default=0.0, unit="deg", doc="azimuth of the nearest range; 0 if there is none in the sector")
+    distance: Float = Out(
+        default=math.inf, unit="m", doc="nearest range in the sector; infinite if there is no finite range"
+    )
+    azimuth: Float = Out(default=0.0, unit="deg", doc="azimuth of the nearest range; 0 if there is no finite range")
 
     def compute(self) -> None:
-        """Find the smallest range of the sector."""
+        """Set the outputs to the smallest finite range in the sector and to its azimuth."""
         azimuths = np.linspace(*self.azimuth_range, len(self.ranges))
         right, left = self.sector
         seen = np.flatnonzero((right <= azimuths) & (azimuths <= left) & np.isfinite(self.ranges))

@@ -1,7 +1,8 @@
-"""Conversions between quaternions, rotation matrices and angles, in arrays whose last axes hold one rotation.
+"""Functions that convert between quaternions, rotation matrices and angles about x, y and z.
 
-Quaternions are (x, y, z, w). Matrices are for row vectors, as everywhere in OmniGraph, so they are the transposes of the usual
-ones. Angles are in degrees about the fixed axes x, y and z; an order such as XYZ says which is applied first.
+The last axis of an array holds one quaternion or three angles; the last two axes hold one matrix. Quaternions are (x, y, z, w).
+Matrices multiply row vectors, as everywhere in OmniGraph, so they are the transposes of matrices for column vectors. Angles are
+in degrees about the fixed axes x, y and z. A rotation order such as XYZ lists the axes in the order in which angles are applied.
 """
 
 from __future__ import annotations
@@ -19,7 +20,7 @@ ORDERS = ("XYZ", "XZY", "YXZ", "YZX", "ZXY", "ZYX")
 
 
 def matrix_of_quaternions(quaternions: Array) -> Array:
-    """Return rotation matrices (..., 3, 3) of quaternions (..., 4) of any norm above 0."""
+    """Return the rotation matrices (..., 3, 3) of quaternions (..., 4), whose norms may be any number above 0."""
     x, y, z, w = np.moveaxis(unit(quaternions), -1, 0)
     rows = [
         [1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y + w * z), 2.0 * (x * z - w * y)],
@@ -30,10 +31,10 @@ def matrix_of_quaternions(quaternions: Array) -> Array:
 
 
 def quaternions_of(matrices: Array) -> Array:
-    """Return unit quaternions (..., 4) with w >= 0 of rotation matrices (..., 3, 3).
+    """Return the unit quaternions (..., 4) with w >= 0 of rotation matrices (..., 3, 3).
 
-    A rotation matrix determines the 4 x 4 matrix of all products q_i q_j. Its row with the largest q_i^2 is the quaternion times
-    q_i; this row is normalized.
+    A rotation matrix determines the 4 x 4 matrix of the products 4 q_i q_j of all quaternion components. Each row of these
+    products is a multiple of the quaternion; the row with the largest diagonal element is normalized.
     """
     (xx, xy, xz), (yx, yy, yz), (zx, zy, zz) = np.moveaxis(matrices, (-2, -1), (0, 1))
     products = np.array(
@@ -51,16 +52,16 @@ def quaternions_of(matrices: Array) -> Array:
 
 
 def axes_of(order: str) -> list[int]:
-    """Return the indices (0 to 2) of the axes in an order such as XYZ.
+    """Return the axes of a rotation order such as XYZ, as indices from 0 to 2.
 
     Raises:
-        BadValueError: the order is unknown.
+        BadValueError: the order is not one of `ORDERS`.
     """
     return ["XYZ".index(axis) for axis in one_of("rotationOrder", order, ORDERS)]
 
 
 def matrix_of_angles(degrees: Array, order: str) -> Array:
-    """Return rotation matrices (..., 3, 3) of angles (..., 3) in degrees about x, y and z, applied in that order."""
+    """Return the rotation matrices (..., 3, 3) of angles (..., 3) about x, y and z, in degrees, applied in the given order."""
     total: Array = np.broadcast_to(np.eye(3), (*degrees.shape[:-1], 3, 3))
     for axis in axes_of(order):
         total = total @ _about_own_axis(axis, degrees[..., axis])
@@ -68,7 +69,7 @@ def matrix_of_angles(degrees: Array, order: str) -> Array:
 
 
 def _about_own_axis(axis: int, degrees: Array) -> Array:
-    """Rotation matrices (..., 3, 3) about the axis x, y or z, given by its index."""
+    """Return the matrices (..., 3, 3) of rotations about a coordinate axis, given by its index from 0 to 2."""
     cosine, sine = np.cos(np.radians(degrees)), np.sin(np.radians(degrees))
     second, third = (axis + 1) % 3, (axis + 2) % 3
     turn = np.zeros((*degrees.shape, 3, 3))
@@ -79,9 +80,9 @@ def _about_own_axis(axis: int, degrees: Array) -> Array:
 
 
 def angles_of(matrices: Array, order: str) -> Array:
-    """Return angles (..., 3) in degrees about x, y and z of rotation matrices (..., 3, 3), for the given order.
+    """Return the angles (..., 3) about x, y and z, in degrees, of rotation matrices (..., 3, 3), for the given rotation order.
 
-    If the angle applied second is 90 or -90 degrees (gimbal lock), the angle applied last is 0.
+    If the angle applied second is 90 or -90 degrees (gimbal lock), the angle applied last is set to 0.
     """
     first, second, third = axes_of(order)
     sign = 1.0 if order in ("XYZ", "YZX", "ZXY") else -1.0
@@ -100,7 +101,7 @@ def angles_of(matrices: Array, order: str) -> Array:
 
 
 def matrix_about(axis: Array, degrees: Array) -> Array:
-    """Return matrices (..., 3, 3) of rotations by angles in degrees about axes (..., 3) of any length above 0."""
+    """Return the matrices (..., 3, 3) of rotations by angles (...), in degrees, about axes (..., 3) of any length above 0."""
     half = np.radians(degrees)[..., None] / 2.0
     vector = unit(axis) * np.sin(half)
     return matrix_of_quaternions(
@@ -109,9 +110,9 @@ def matrix_about(axis: Array, degrees: Array) -> Array:
 
 
 def without_scale(matrices: Array) -> Array:
-    """Return the rotations in linear maps (..., 3, 3) that scale, then rotate.
+    """Return the rotations (..., 3, 3) of linear maps (..., 3, 3) that first scale and then rotate.
 
-    A map that mirrors is taken to mirror all three axes.
+    A map with a negative determinant is assumed to mirror all three axes.
     """
     rows = unit(matrices)
     mirrored = np.linalg.det(rows)[..., None, None] < 0.0
@@ -120,11 +121,13 @@ def without_scale(matrices: Array) -> Array:
 
 
 def rotation_matrix(values: Array, order: str = "XYZ") -> Array:
-    """Return rotation matrices (..., 3, 3) of port values; the number of components selects the representation.
+    """Return rotation matrices (..., 3, 3) for transformation matrices, quaternions or angles.
+
+    The number of components selects the representation.
 
     Args:
-        values: array whose last axis holds 16 or 9 numbers of a matrix, 4 of a quaternion, or 3 angles in degrees.
-        order: order in which angles are applied.
+        values: array whose last axis holds the 16 or 9 numbers of a matrix, the 4 of a quaternion, or 3 angles in degrees.
+        order: rotation order of angles.
     """
     match values.shape[-1]:
         case 16:
@@ -137,7 +140,7 @@ def rotation_matrix(values: Array, order: str = "XYZ") -> Array:
 
 
 def unit(vectors: Any) -> Array:
-    """Return unit vectors (..., n) in the directions of the given ones; zero vectors stay zero."""
+    """Return vectors (..., n) scaled to length 1; zero vectors stay zero."""
     lengths = np.linalg.norm(vectors, axis=-1, keepdims=True)
     units: Array = np.divide(vectors, lengths, out=np.zeros_like(vectors), where=lengths > 0.0)
     return units

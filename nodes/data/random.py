@@ -1,8 +1,8 @@
-"""Random numbers (`omni.graph.nodes`).
+"""Nodes that output random numbers (`omni.graph.nodes`).
 
-Without `useSeed`, they depend on the session's seed and the node's prim path, so a run can be repeated. With `useSeed`, they
-depend on the node's `seed` only: two nodes with the same `seed` give the same numbers. With `isNoise`, the same `seed` gives the
-same number at every execution.
+By default, the numbers depend on the session's seed and the node's prim path, so a run can be repeated. With `useSeed`, the
+numbers depend only on the input `seed`: two nodes with the same `seed` output the same numbers. With `isNoise`, a node outputs
+the same number at every execution as long as `seed` stays the same.
 """
 
 from __future__ import annotations
@@ -18,12 +18,12 @@ from graphengine.nodes.data.unions import DECIMALS, NUMERICS
 
 
 class RandomNode(Node):
-    """Base of nodes that output the next random value at each execution."""
+    """Base class of nodes that output a new random value at each execution."""
 
     exec_in = ExecIn()
     seed: UInt64 = In(default=0, doc="seed of the random numbers; used if `useSeed` or `isNoise` is true")
     use_seed: bool = In(
-        default=False, doc="true: numbers depend on `seed` only; false: on the session's seed and the node's path"
+        default=False, doc="true: the numbers depend only on `seed`; false: on the session's seed and the node's path"
     )
     is_noise: bool = In(default=False, doc="true: every execution with the same `seed` gives the same number")
     exec_out = ExecOut()
@@ -32,11 +32,11 @@ class RandomNode(Node):
     own: tuple[int, np.random.Generator] | None = State(default=None)
 
     def setup(self, context: Context) -> None:
-        """Bind the random numbers that the session gives this node."""
+        """Store the generator that depends on the session's seed and the node's path."""
         self.common_numbers = context.random()
 
     def generator(self) -> np.random.Generator:
-        """Return the generator that draws the next value."""
+        """Return the random generator for the next value, as selected by `isNoise` and `useSeed`."""
         if self.is_noise:
             return np.random.Generator(np.random.Philox(key=self.seed))
         if not self.use_seed:
@@ -47,52 +47,54 @@ class RandomNode(Node):
 
 
 class RandomBoolean(RandomNode, type="omni.graph.nodes.RandomBoolean"):
-    """Random boolean, true with probability 1/2."""
+    """Outputs a random boolean, which is true with probability 1/2."""
 
-    random: bool = Out(doc="drawn boolean")
+    random: bool = Out(doc="random boolean")
 
     def compute(self) -> None:
-        """Draw a boolean."""
+        """Set `random` to a new random boolean."""
         self.random = bool(self.generator().integers(2))
 
 
 class RandomUnitVector(RandomNode, type="omni.graph.nodes.RandomUnitVector"):
-    """Random direction in space, uniformly distributed."""
+    """Outputs a random direction in space, uniformly distributed."""
 
-    random: Any = Out(type="vectorf[3]", doc="unit vector")
+    random: Any = Out(type="vectorf[3]", doc="direction as a unit vector")
 
     def compute(self) -> None:
-        """Draw a direction."""
+        """Set `random` to a new random direction."""
         self.random = unit(self.generator(), 3)
 
 
 class RandomUnitQuaternion(RandomNode, type="omni.graph.nodes.RandomUnitQuaternion"):
-    """Random orientation in space, uniformly distributed."""
+    """Outputs a random orientation in space, uniformly distributed."""
 
-    random: Any = Out(type="quatf[4]", doc="unit quaternion (x, y, z, w)")
+    random: Any = Out(type="quatf[4]", doc="orientation as a unit quaternion (x, y, z, w)")
 
     def compute(self) -> None:
-        """Draw an orientation."""
+        """Set `random` to a new random orientation."""
         self.random = unit(self.generator(), 4)
 
 
 def unit(generator: np.random.Generator, size: Literal[3, 4]) -> tuple[float, ...]:
-    """Draw a uniformly distributed point of the unit sphere, by normalizing a normally distributed vector."""
+    """Return a random unit vector of `size` components; all directions are equally likely."""
     vector = generator.normal(size=size)
     return tuple((vector / np.linalg.norm(vector)).tolist())
 
 
 class RandomNumeric(TypedNode, RandomNode, type="omni.graph.nodes.RandomNumeric"):
-    """Uniformly distributed random number between `min` and `max`, or a tuple or array of such numbers."""
+    """Outputs uniformly distributed random numbers between `min` and `max`: one number, a tuple or an array."""
 
-    minimum: Any = In(type=NUMERICS, name="min", default=0, doc="lower bound, included")
+    minimum: Any = In(type=NUMERICS, name="min", default=0, doc="lower bound (inclusive)")
     maximum: Any = In(
-        type=NUMERICS, name="max", default=1.0, doc="upper bound; included for integers, excluded for real numbers"
+        type=NUMERICS, name="max", default=1.0, doc="upper bound; inclusive for integers, exclusive for real numbers"
     )
-    random: Any = Out(type=NUMERICS, doc="drawn numbers, as many as in `min` or `max`; a scalar bound applies to all")
+    random: Any = Out(
+        type=NUMERICS, doc="random numbers, as many as in `min` or `max`; a scalar bound applies to all of them"
+    )
 
     def compute(self) -> None:
-        """Draw from a uniform distribution.
+        """Set `random` to new numbers from a uniform distribution.
 
         Raises:
             BadValueError: `min` is above `max`.
@@ -100,7 +102,7 @@ class RandomNumeric(TypedNode, RandomNode, type="omni.graph.nodes.RandomNumeric"
         self.random = drawn(self, ("minimum", "maximum"), self.between)
 
     def between(self, low: Any, high: Any) -> Any:
-        """Draw uniformly distributed numbers between arrays of bounds."""
+        """Return uniformly distributed numbers between two arrays of bounds."""
         if np.any(low > high):
             raise BadValueError("min, max", (self.minimum, self.maximum), "in ascending order")
         shape = np.broadcast_shapes(np.shape(low), np.shape(high))
@@ -110,21 +112,21 @@ class RandomNumeric(TypedNode, RandomNode, type="omni.graph.nodes.RandomNumeric"
 
 
 class RandomGaussian(TypedNode, RandomNode, type="omni.graph.nodes.RandomGaussian"):
-    """Normally distributed random number, or a tuple or array of such numbers."""
+    """Outputs normally distributed random numbers: one number, a tuple or an array."""
 
-    mean: Any = In(type=DECIMALS, default=0.0, doc="mean of the number, or of its logarithm if `useLog` is true")
+    mean: Any = In(type=DECIMALS, default=0.0, doc="mean of the numbers, or of their logarithms if `useLog` is true")
     stdev: Any = In(
         type=DECIMALS,
         default=1.0,
-        doc="standard deviation of the number, or of its logarithm if `useLog` is true",
+        doc="standard deviation of the numbers, or of their logarithms if `useLog` is true",
     )
     use_log: bool = In(default=False, doc="true: draw from a log-normal distribution; false: from a normal one")
     random: Any = Out(
-        type=DECIMALS, doc="drawn numbers, as many as in `mean` or `stdev`; a scalar input applies to all"
+        type=DECIMALS, doc="random numbers, as many as in `mean` or `stdev`; a scalar input applies to all of them"
     )
 
     def compute(self) -> None:
-        """Draw from a normal or log-normal distribution.
+        """Set `random` to new numbers from a normal or log-normal distribution.
 
         Raises:
             BadValueError: `stdev` is negative.
@@ -132,7 +134,7 @@ class RandomGaussian(TypedNode, RandomNode, type="omni.graph.nodes.RandomGaussia
         self.random = drawn(self, ("mean", "stdev"), self.around)
 
     def around(self, mean: Any, deviation: Any) -> Any:
-        """Draw normally or log-normally distributed numbers, for arrays of means and standard deviations."""
+        """Return normally or log-normally distributed numbers for arrays of means and standard deviations."""
         if np.any(deviation < 0.0):
             raise BadValueError("stdev", self.stdev, "0 or more")
         shape = np.broadcast_shapes(np.shape(mean), np.shape(deviation))
@@ -141,12 +143,12 @@ class RandomGaussian(TypedNode, RandomNode, type="omni.graph.nodes.RandomGaussia
 
 
 def drawn(node: TypedNode, inputs: tuple[str, str], draw: Operation) -> Any:
-    """Draw numbers in the common shape of two inputs, and return them as a value of the output `random`.
+    """Return random numbers in the common shape of two inputs, as a value of the output `random`.
 
     Args:
-        node: node with the inputs and the output.
-        inputs: Python names of the inputs.
-        draw: function that draws numbers for the arrays of both inputs, which broadcast.
+        node: node with the two inputs and the output.
+        inputs: Python names of the two inputs.
+        draw: function that takes the values of the inputs as two arrays, which broadcast, and returns random numbers.
     """
     known = node.port_types()
     operands = [Operand.of(known[name], type(node).fields[name].name) for name in inputs]

@@ -1,7 +1,7 @@
-"""Translation, rotation and scale in transformation matrices (`omni.graph.nodes`).
+"""Nodes that read and set translation, rotation and scale in transformation matrices (`omni.graph.nodes`).
 
-Matrices are for row vectors, so the translation is the fourth row. Angles are in degrees about the fixed axes x, y and z, applied
-in the order of `rotationOrder`. Quaternions are (x, y, z, w).
+Matrices multiply row vectors, so the translation is the fourth row. Angles are in degrees about the fixed axes x, y and z, and
+are applied in the order of `rotationOrder`. Quaternions are (x, y, z, w).
 """
 
 from __future__ import annotations
@@ -25,47 +25,47 @@ _MATRIX4 = matrices(4)
 _VECTOR3 = with_arrays("vectord[3]")
 _AXES = {"X": (1.0, 0.0, 0.0), "Y": (0.0, 1.0, 0.0), "Z": (0.0, 0.0, 1.0)}
 _ANGLES = "angles about x, y and z (deg)"
-_ORDER = "order in which angles about the fixed axes x, y and z are applied"
+_ORDER = "order in which the angles about the fixed axes x, y and z are applied"
 
 
 class _FromMatrix(Elementwise):
-    """Base of nodes that read a part of a transformation matrix or of a rotation."""
+    """Base class of nodes that output one part of a transformation matrix, or convert a rotation."""
 
     part = PortType("double", 3, False, "vector")
 
     def result_type(self, given: Mapping[str, PortType]) -> PortType:
-        """Return the output type with the base type of the input, as an array if the input is an array."""
+        """Return the type of the output; the base type is that of the input, and an array input gives an array."""
         (source,) = given.values()
         return replace(self.part, base=source.base, array=source.array)
 
 
 class GetMatrix4Translation(_FromMatrix, type="omni.graph.nodes.GetMatrix4Translation"):
-    """Translation of a transformation matrix."""
+    """Outputs the translation of a transformation matrix."""
 
-    matrix: Any = In(type=_MATRIX4, required=True, doc="matrix, or array of matrices")
+    matrix: Any = In(type=_MATRIX4, required=True, doc="transformation matrix, or array of matrices")
     translation: Any = Out(type=_VECTOR3, unit="m")
 
     def lifted(self, inputs: Sequence[PortType], output: PortType) -> Operation:
-        """Return the function that reads the translation of one matrix, or of each in an array."""
+        """Return a function that reads the translation of a matrix, or of each matrix in an array."""
         if output.array:
             return lambda matrices: np.ascontiguousarray(matrices[:, 12:15])
         return operator.itemgetter(slice(12, 15))
 
 
 class GetMatrix4Scale(_FromMatrix, type="omni.graph.nodes.GetMatrix4Scale"):
-    """Scale of a transformation matrix along x, y and z."""
+    """Outputs the scale of a transformation matrix along x, y and z."""
 
-    matrix: Any = In(type=matrices(3, 4), required=True, doc="matrix, or array of matrices")
+    matrix: Any = In(type=matrices(3, 4), required=True, doc="transformation matrix, or array of matrices")
     scale: Any = Out(type=_VECTOR3, doc="scale factors along x, y and z")
 
     @staticmethod
     def operation(matrix: Any) -> Any:
-        """Compute the scales of an array of matrices."""
+        """Return the scales (..., 3) of matrices, which are given as numbers (..., 9) or (..., 16)."""
         return np.linalg.norm(square(matrix)[..., :3, :3], axis=-1)
 
 
 class GetMatrix4Quaternion(_FromMatrix, type="omni.graph.nodes.GetMatrix4Quaternion"):
-    """Rotation of a transformation matrix, or of angles about x, y and z, as a quaternion."""
+    """Outputs a rotation as a quaternion; the input is a transformation matrix, or angles about x, y and z."""
 
     part = PortType("double", 4, False, "quat")
 
@@ -74,24 +74,24 @@ class GetMatrix4Quaternion(_FromMatrix, type="omni.graph.nodes.GetMatrix4Quatern
     quaternion: Any = Out(type=QUATERNIONS, doc="unit quaternion (x, y, z, w) with w >= 0")
 
     def lifted(self, inputs: Sequence[PortType], output: PortType) -> Operation:
-        """Return the conversion, which uses the current `rotationOrder`."""
+        """Return the conversion as a function of port values; it reads `rotationOrder` at each execution."""
         return lift(lambda one: quaternions_of(rotation_matrix(one, self.rotation_order)), inputs, output)
 
 
 class GetMatrix4Rotation(_FromMatrix, type="omni.graph.nodes.GetMatrix4Rotation"):
-    """Rotation of a transformation matrix or of a quaternion, as angles about x, y and z."""
+    """Outputs a rotation as angles about x, y and z; the input is a transformation matrix or a quaternion."""
 
     matrix: Any = In(type=f"{matrices(3, 4)}|{QUATERNIONS}", required=True, doc="matrix, quaternion, or array of these")
     rotation_order: Token = In(default="XYZ", tokens=ORDERS, doc=_ORDER)
     rotation: Any = Out(type=VECTORS, unit="deg", doc="angles about x, y and z")
 
     def lifted(self, inputs: Sequence[PortType], output: PortType) -> Operation:
-        """Return the conversion, which uses the current `rotationOrder`."""
+        """Return the conversion as a function of port values; it reads `rotationOrder` at each execution."""
         return lift(lambda one: angles_of(rotation_matrix(one), self.rotation_order), inputs, output)
 
 
 class GetMatrix4RotationMatrix(_FromMatrix, type="omni.graph.nodes.GetMatrix4RotationMatrix"):
-    """Rotation of a transformation matrix, of angles or of a quaternion, as a 3 x 3 matrix."""
+    """Outputs a rotation as a 3 x 3 matrix; the input is a transformation matrix, angles or a quaternion."""
 
     part = PortType("double", 9, False, "matrixd")
 
@@ -102,18 +102,18 @@ class GetMatrix4RotationMatrix(_FromMatrix, type="omni.graph.nodes.GetMatrix4Rot
     rotation: Any = Out(type=matrices(3), doc="rotation matrix, without scale")
 
     def lifted(self, inputs: Sequence[PortType], output: PortType) -> Operation:
-        """Return the conversion, which uses the current `rotationOrder`."""
+        """Return the conversion as a function of port values; it reads `rotationOrder` at each execution."""
         return lift(lambda one: flat(rotation_matrix(one, self.rotation_order)), inputs, output)
 
 
 class _OnMatrix(Elementwise):
-    """Base of nodes that set a part of a transformation matrix."""
+    """Base class of nodes that replace one part of a transformation matrix."""
 
     like = "matrix"
 
 
 def _with_rotation(matrix: Any, rotation: Any) -> Any:
-    """4 x 4 matrices with a new rotation (..., 3, 3) and without scale."""
+    """Return 4 x 4 matrices with the given rotations (..., 3, 3) and without scale; the translations are kept."""
     changed = np.broadcast_to(
         square(matrix), np.broadcast_shapes(square(matrix).shape, (*rotation.shape[:-2], 4, 4))
     ).copy()
@@ -122,15 +122,15 @@ def _with_rotation(matrix: Any, rotation: Any) -> Any:
 
 
 class SetMatrix4Translation(_OnMatrix, type="omni.graph.nodes.SetMatrix4Translation"):
-    """A transformation matrix with its translation replaced."""
+    """Replaces the translation of a transformation matrix."""
 
-    matrix_in: Any = In(type=_MATRIX4, name="matrix", required=True, doc="matrix, or array of matrices")
+    matrix_in: Any = In(type=_MATRIX4, name="matrix", required=True, doc="matrix to change, or array of matrices")
     translation: Any = In(type=_VECTOR3, required=True, unit="m")
     matrix_out: Any = Out(type=_MATRIX4, name="matrix", doc="matrix with the new translation as its fourth row")
 
     @staticmethod
     def operation(matrix: Any, translation: Any) -> Any:
-        """Set the translation of an array of matrices."""
+        """Return matrices (..., 16) with new translations (..., 3)."""
         shape = np.broadcast_shapes(matrix.shape[:-1], translation.shape[:-1])
         changed = np.broadcast_to(matrix, (*shape, 16)).copy()
         changed[..., 12:15] = translation
@@ -138,17 +138,19 @@ class SetMatrix4Translation(_OnMatrix, type="omni.graph.nodes.SetMatrix4Translat
 
 
 class SetMatrix4Scale(_OnMatrix, type="omni.graph.nodes.SetMatrix4Scale"):
-    """A transformation matrix with its scale replaced."""
+    """Replaces the scale of a transformation matrix."""
 
-    matrix_in: Any = In(type=matrices(3, 4), name="matrix", required=True, doc="matrix, or array of matrices")
+    matrix_in: Any = In(type=matrices(3, 4), name="matrix", required=True, doc="matrix to change, or array of matrices")
     scale: Any = In(type=_VECTOR3, required=True, doc="scale factors along x, y and z")
     matrix_out: Any = Out(
-        type=matrices(3, 4), name="matrix", doc="matrix whose first three rows have the lengths in `scale`"
+        type=matrices(3, 4),
+        name="matrix",
+        doc="matrix with the new scale; its first three rows have the lengths in `scale`",
     )
 
     @staticmethod
     def operation(matrix: Any, scale: Any) -> Any:
-        """Set the scale of an array of matrices."""
+        """Return matrices, given as numbers (..., 9) or (..., 16), with new scales (..., 3)."""
         squares = square(matrix)
         changed = np.broadcast_to(squares, np.broadcast_shapes(squares.shape, (*scale.shape[:-1], 1, 1))).copy()
         changed[..., :3, :3] = unit(changed[..., :3, :3]) * scale[..., None]
@@ -156,42 +158,42 @@ class SetMatrix4Scale(_OnMatrix, type="omni.graph.nodes.SetMatrix4Scale"):
 
 
 class SetMatrix4Quaternion(_OnMatrix, type="omni.graph.nodes.SetMatrix4Quaternion"):
-    """A transformation matrix with its rotation replaced by a quaternion's, and without scale.
+    """Replaces the rotation of a transformation matrix by a quaternion, and removes the scale.
 
-    An older type than SetMatrix4Rotation.
+    SetMatrix4Rotation is the newer node type.
     """
 
-    matrix_in: Any = In(type=_MATRIX4, name="matrix", required=True, doc="matrix, or array of matrices")
+    matrix_in: Any = In(type=_MATRIX4, name="matrix", required=True, doc="matrix to change, or array of matrices")
     quaternion: Any = In(
-        type=with_arrays("quatd[4]"), required=True, doc="new rotation, a quaternion of any norm above 0"
+        type=with_arrays("quatd[4]"), required=True, doc="new rotation: quaternion (x, y, z, w) of any norm above 0"
     )
     matrix_out: Any = Out(type=_MATRIX4, name="matrix", doc="matrix with the new rotation and without scale")
 
     @staticmethod
     def operation(matrix: Any, quaternion: Any) -> Any:
-        """Set the rotation of an array of matrices."""
+        """Return matrices (..., 16) with the rotations of quaternions (..., 4) and without scale."""
         return _with_rotation(matrix, rotation_matrix(quaternion))
 
 
 class SetMatrix4Rotation(_OnMatrix, type="omni.graph.nodes.SetMatrix4Rotation"):
-    """A transformation matrix with its rotation replaced and without scale."""
+    """Replaces the rotation of a transformation matrix, and removes the scale."""
 
     fixed_rotation_axis: Token = In(
         default="Y", tokens=("X", "Y", "Z", "Custom"), doc="axis of rotation; used if `rotationAngle` is a scalar"
     )
-    matrix_in: Any = In(type=_MATRIX4, name="matrix", required=True, doc="matrix, or array of matrices")
+    matrix_in: Any = In(type=_MATRIX4, name="matrix", required=True, doc="matrix to change, or array of matrices")
     rotation_angle: Any = In(
         type=with_arrays("double|vectord[3]|quatd[4]|matrixd[3]"),
         required=True,
         unit="deg",
-        doc="new rotation: one angle about an axis, angles about x, y and z, a quaternion, or a 3 x 3 matrix",
+        doc="new rotation: angle about an axis, angles about x, y and z, quaternion, or 3 x 3 matrix",
     )
     rotation_axis: Vector3d = In(default=(0.0, 1.0, 0.0), doc="axis of rotation; used if `fixedRotationAxis` is Custom")
     rotation_order: Token = In(default="XYZ", tokens=ORDERS, doc=_ORDER)
     matrix_out: Any = Out(type=_MATRIX4, name="matrix", doc="matrix with the new rotation and without scale")
 
     def lifted(self, inputs: Sequence[PortType], output: PortType) -> Operation:
-        """Return the function that sets the rotation, about an axis if `rotationAngle` is a scalar."""
+        """Return a function that replaces the rotation; a scalar `rotationAngle` is an angle about the given axis."""
         angles = inputs[1]
 
         def turned(matrix: Any, rotation: Any, axis: Any) -> Any:
@@ -202,10 +204,10 @@ class SetMatrix4Rotation(_OnMatrix, type="omni.graph.nodes.SetMatrix4Rotation"):
         return lift(turned, inputs, output)
 
     def compute(self) -> None:
-        """Set the rotation.
+        """Set the output to the matrix with the new rotation.
 
         Raises:
-            BadValueError: `fixedRotationAxis` is unknown.
+            BadValueError: `fixedRotationAxis` or `rotationOrder` is unknown.
         """
         axis = self.rotation_axis
         if self.fixed_rotation_axis != "Custom":
@@ -214,7 +216,7 @@ class SetMatrix4Rotation(_OnMatrix, type="omni.graph.nodes.SetMatrix4Rotation"):
 
 
 class MakeTransform(Node, type="omni.graph.nodes.MakeTransform"):
-    """A transformation matrix that scales, then rotates, then translates."""
+    """Builds a transformation matrix that scales, then rotates, then translates."""
 
     rotation_order: Token = In(default="XYZ", tokens=ORDERS, doc=_ORDER)
     rotation_xyz: Vector3d = In(default=(0.0, 0.0, 0.0), name="rotationXYZ", unit="deg", doc="angles about x, y and z")
@@ -223,10 +225,10 @@ class MakeTransform(Node, type="omni.graph.nodes.MakeTransform"):
     transform: Matrix4d = Out(doc="4 x 4 matrix, row by row, with the translation as its fourth row")
 
     def compute(self) -> None:
-        """Build the matrix.
+        """Set `transform` to the matrix.
 
         Raises:
-            BadValueError: the rotation order is unknown.
+            BadValueError: `rotationOrder` is unknown.
         """
         matrix = np.eye(4)
         with np.errstate(all="ignore"):
@@ -237,7 +239,10 @@ class MakeTransform(Node, type="omni.graph.nodes.MakeTransform"):
 
 
 class MakeTransformLookAt(Node, type="omni.graph.nodes.MakeTransformLookAt"):
-    """The pose of a camera whose -z axis points at `center`, with y as close to `up` as possible and x to the right."""
+    """Builds the pose of a camera that looks at a point.
+
+    The -z axis of the camera points at `center`, the y axis is as close to `up` as possible, and the x axis points to the right.
+    """
 
     center: Vector3d = In(default=(0.0, 0.0, 0.0), unit="m", doc="point to look at")
     eye: Vector3d = In(default=(1.0, 0.0, 0.0), unit="m", doc="position of the camera")
@@ -249,7 +254,7 @@ class MakeTransformLookAt(Node, type="omni.graph.nodes.MakeTransformLookAt"):
     )
 
     def compute(self) -> None:
-        """Build the matrix."""
+        """Set `transform` to the pose of the camera."""
         matrix, eye = np.eye(4), np.array(self.eye)
         with np.errstate(all="ignore"):
             backward = unit(eye - np.array(self.center))
@@ -260,19 +265,21 @@ class MakeTransformLookAt(Node, type="omni.graph.nodes.MakeTransformLookAt"):
 
 
 class RotateVector(Elementwise, type="omni.graph.nodes.RotateVector"):
-    """A vector rotated by angles, a quaternion or a matrix; the translation of a 4 x 4 matrix is ignored."""
+    """Rotates a vector by angles, a quaternion or a matrix; the translation of a 4 x 4 matrix is ignored."""
 
     like = "vector"
 
     rotation: Any = In(
-        type=f"{matrices(3, 4)}|{QUATERNIONS}|{VECTORS}", required=True, doc=f"{_ANGLES}, quaternion or matrix"
+        type=f"{matrices(3, 4)}|{QUATERNIONS}|{VECTORS}",
+        required=True,
+        doc=f"rotation: {_ANGLES}, quaternion or matrix",
     )
     rotation_order: Token = In(default="XYZ", tokens=ORDERS, doc=_ORDER)
-    vector: Any = In(type=VECTORS, required=True, doc="vector, or array of vectors")
+    vector: Any = In(type=VECTORS, required=True, doc="vector to rotate, or array of vectors")
     result: Any = Out(type=VECTORS, doc="rotated vector, of the same type")
 
     def lifted(self, inputs: Sequence[PortType], output: PortType) -> Operation:
-        """Return the function that applies the linear part of a matrix, or the rotation of angles or a quaternion."""
+        """Return a function that rotates vectors; a matrix also applies its scale."""
         linear = inputs[0].count > 4
 
         def turned(rotation: Any, vector: Any) -> Any:

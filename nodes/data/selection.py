@@ -1,4 +1,4 @@
-"""Selection between values (`omni.graph.nodes`)."""
+"""Nodes that select one of two values, or check whether a value is empty (`omni.graph.nodes`)."""
 
 from __future__ import annotations
 
@@ -20,19 +20,20 @@ _CHOICE = ("condition", "ifTrue", "ifFalse")
 
 
 class SelectIf(Node, type="omni.graph.nodes.SelectIf"):
-    """Selects one of two values by a condition; with arrays, element by element."""
+    """Selects one of two values by a condition. If an input is an array, the elements are selected one by one."""
 
-    condition: Any = In(type=BOOLEANS, required=True, doc="true selects `ifTrue`, false `ifFalse`")
+    condition: Any = In(type=BOOLEANS, required=True, doc="true selects `ifTrue`, false selects `ifFalse`")
     if_true: Any = In(type=ANYTHING, required=True)
     if_false: Any = In(type=ANYTHING, required=True)
     result: Any = Out(
-        type=ANYTHING, doc="selected value; an array if any input is an array: the other inputs are then repeated"
+        type=ANYTHING,
+        doc="selected value, or an array if any input is an array; the other inputs then apply to all elements",
     )
 
     choose: Operation = Bound()
 
     def resolve_types(self, known: Mapping[str, PortType], variables: Mapping[str, PortType]) -> Mapping[str, PortType]:
-        """Return the type to which both values convert.
+        """Return the type of the output, to which both values convert; empty until all input types are known.
 
         Raises:
             ValueError: the values have no common type.
@@ -47,7 +48,7 @@ class SelectIf(Node, type="omni.graph.nodes.SelectIf"):
         raise ValueError(f"ifTrue is {known['if_true']} and ifFalse is {known['if_false']}, which have no common type")
 
     def setup(self, context: Context) -> None:
-        """Choose the implementation for the resolved types."""
+        """Select the implementation for the resolved port types."""
         known = dict(self.settled)
         for name in ("condition", "if_true", "if_false"):
             known.setdefault(name, type_of(getattr(self, name)))
@@ -56,16 +57,16 @@ class SelectIf(Node, type="omni.graph.nodes.SelectIf"):
         self.choose = _each_of(arrays, result) if result.array else _one_of(known["if_true"], known["if_false"], result)
 
     def compute(self) -> None:
-        """Select the value or the elements.
+        """Set `result` to the selected value, or to an array of the selected elements.
 
         Raises:
-            BadValueError: arrays differ in length.
+            BadValueError: two arrays differ in length.
         """
         self.result = self.choose(self.condition, self.if_true, self.if_false)
 
 
 def _one_of(yes: PortType, no: PortType, result: PortType) -> Operation:
-    """The function that selects one of two values and converts it to the result type."""
+    """Return a function that selects one of two values and converts it to the result type."""
     widen_yes, widen_no = (types.CONVERTERS.get(types.conversion(one, result) or "", _as_it_is) for one in (yes, no))
     return lambda condition, if_true, if_false: widen_yes(if_true) if condition else widen_no(if_false)
 
@@ -75,7 +76,7 @@ def _as_it_is(value: Any) -> Any:
 
 
 def _each_of(arrays: tuple[bool, ...], result: PortType) -> Operation:
-    """The function that selects element by element, for a condition or values that are arrays."""
+    """Return a function that selects element by element; `arrays` tells which of its arguments are arrays."""
     element = replace(result, array=False)
 
     def choose(*values: Any) -> Any:
@@ -89,18 +90,18 @@ def _each_of(arrays: tuple[bool, ...], result: PortType) -> Operation:
 
 
 class SelectTargetIf(Node, type="omni.graph.nodes.SelectTargetIf"):
-    """Selects one of two targets by a condition; with an array of conditions, prim by prim."""
+    """Selects one of two targets by a condition. An array of conditions selects prim by prim."""
 
-    condition: Any = In(type=BOOLEANS, required=True, doc="true selects `ifTrue`, false `ifFalse`")
+    condition: Any = In(type=BOOLEANS, required=True, doc="true selects `ifTrue`, false selects `ifFalse`")
     if_true: Target = In(default=())
     if_false: Target = In(default=())
     result: Target = Out(doc="selected prims")
 
     def compute(self) -> None:
-        """Select the target or the prims.
+        """Set `result` to the selected target, or to the prims selected one by one.
 
         Raises:
-            BadValueError: the numbers of prims and conditions differ.
+            BadValueError: `condition` is an array, and its length is not the number of prims in each target.
         """
         if not isinstance(self.condition, np.ndarray):
             self.result = self.if_true if self.condition else self.if_false
@@ -111,11 +112,11 @@ class SelectTargetIf(Node, type="omni.graph.nodes.SelectTargetIf"):
 
 
 class IsEmpty(Node, type="omni.graph.nodes.IsEmpty"):
-    """Whether a string or an array is empty; numbers and tuples are never empty."""
+    """Checks whether a string or an array is empty; numbers and tuples are never empty."""
 
     input_in: Any = In(type=ANYTHING, name="input", required=True, doc="value to check")
     is_empty: bool = Out()
 
     def compute(self) -> None:
-        """Check the length."""
+        """Set `isEmpty` to whether the input is a string or an array of length 0."""
         self.is_empty = isinstance(self.input_in, str | tuple | np.ndarray) and len(self.input_in) == 0

@@ -1,4 +1,4 @@
-"""Operations on array values of ports: numpy arrays, tuples of strings, and strings as arrays of UTF-8 bytes."""
+"""Functions for port values that are arrays: numpy arrays, tuples of strings, and strings as arrays of UTF-8 bytes."""
 
 from __future__ import annotations
 
@@ -11,19 +11,19 @@ import numpy as np
 from graphengine.node import BadValueError, PortType, types
 
 MAX_LENGTH = 10_000_000
-"""Maximum length of an array or string that a node makes."""
-INDEX = "index from 0; negative values count from the end, -1 is the last; out of range is an error"
-"""Port documentation of an index."""
+"""Maximum number of elements or characters in an array or string that a node outputs."""
+INDEX = "index from 0; negative values count from the end, -1 is the last; a value out of range is an error"
+"""Text for the `doc` of inputs that are an index."""
 _BYTE = PortType("uchar")
 
 
 def element_of(array: PortType) -> PortType:
-    """Return the element type of an array type; uchar for a string."""
+    """Return the element type of an array type; for the type string, return uchar."""
     return _BYTE if not array.array else PortType(array.base, array.count, False, array.role)
 
 
 def fits(given: PortType, element: PortType) -> bool:
-    """Whether a value of type `given` converts to the type `element`."""
+    """Return whether a value of type `given` converts to the type `element`."""
     return types.conversion(given, element) is not None
 
 
@@ -37,10 +37,10 @@ def as_array(value: Any) -> Any:
 
 
 def joined(like: Any, *parts: Any) -> Any:
-    """Join parts, which are arrays or lists of elements, into an array of the same type as `like`.
+    """Return arrays and lists of elements, joined to one array of the same type as `like`.
 
     Raises:
-        BadValueError: the result has too many elements.
+        BadValueError: the joined array has more than `MAX_LENGTH` elements.
     """
     checked_length("array", sum(map(len, parts)))
     if isinstance(like, str):
@@ -53,7 +53,7 @@ def joined(like: Any, *parts: Any) -> Any:
 
 
 def made(elements: Sequence[Any], element_type: PortType) -> Any:
-    """Return an array of the given elements, which all have the element type."""
+    """Return an array with the given elements, which all convert to the element type."""
     if not element_type.is_number:
         return tuple(elements)
     shape = (-1,) if element_type.count == 1 else (-1, element_type.count)
@@ -62,11 +62,11 @@ def made(elements: Sequence[Any], element_type: PortType) -> Any:
 
 
 def checked_length(port: str, length: int) -> int:
-    """Check the length of a new array, and return it with negative values replaced by 0.
+    """Return the length of a new array after checking it; a negative length becomes 0.
 
     Args:
-        port: OmniGraph's name of the input that determines the length, for the error.
-        length: number of elements.
+        port: OmniGraph name of the input that determines the length, for the error message.
+        length: number of elements of the new array.
 
     Raises:
         BadValueError: the length is above `MAX_LENGTH`.
@@ -86,20 +86,20 @@ def position(index: int, length: int) -> int:
         raise BadValueError(
             "index",
             index,
-            f"{-length} to {length - 1}" if length else "an index into an array or string that is not empty",
+            f"from {-length} to {length - 1}" if length else "an index into an array or string that is not empty",
         )
     return index % length
 
 
 def zeros(array: Any, count: int) -> Any:
-    """Return `count` zeros or empty strings with which to extend an array; none if `count` is negative."""
+    """Return `count` zeros, or empty strings for an array of strings; none if `count` is negative."""
     if isinstance(array, tuple):
         return ("",) * count
     return np.zeros((max(count, 0), *array.shape[1:]), array.dtype)
 
 
 def places(array: Any, value: Any) -> list[int]:
-    """Return the positions of all elements equal to a value."""
+    """Return the indices of all array elements that equal a value, in ascending order."""
     if isinstance(array, tuple):
         return [index for index, text in enumerate(array) if text == value]
     with np.errstate(over="ignore"):

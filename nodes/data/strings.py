@@ -1,4 +1,4 @@
-"""Operations on strings (`omni.graph.nodes`)."""
+"""Nodes that join, split and check strings, or change their case (`omni.graph.nodes`)."""
 
 from __future__ import annotations
 
@@ -13,29 +13,29 @@ TEXTS = "string|token|token[]"
 
 
 def check_text_length(port: str, letters: int) -> None:
-    """Check the length of the string or strings that a node makes.
+    """Check the total length of the strings that a node outputs.
 
     Args:
-        port: OmniGraph's name of the input that makes them long, for the error.
+        port: OmniGraph name of the input that determines the length, for the error message.
         letters: total number of characters.
 
     Raises:
-        BadValueError: the number is above `MAX_LENGTH`.
+        BadValueError: the number of characters is above `MAX_LENGTH`.
     """
     if letters > MAX_LENGTH:
         raise BadValueError(port, letters, f"so short that the result has {MAX_LENGTH} characters or fewer")
 
 
 def appended(port: str, texts: str | tuple[str, ...], suffix: str | tuple[str, ...]) -> str | tuple[str, ...]:
-    """Append a suffix to a string, or to each of several strings.
+    """Return a string with a suffix appended, or several strings, each with a suffix appended.
 
     Args:
-        port: OmniGraph's name of the suffix input, for the error.
+        port: OmniGraph name of the suffix input, for the error message.
         texts: string or strings to extend.
         suffix: suffix for all strings, or one for each string.
 
     Raises:
-        BadValueError: the number of suffixes is neither 1 nor that of the strings, or the result is too long.
+        BadValueError: there are several suffixes, but not one for each string; or the result is too long.
     """
     if isinstance(texts, str):
         if not isinstance(suffix, str):
@@ -50,27 +50,25 @@ def appended(port: str, texts: str | tuple[str, ...], suffix: str | tuple[str, .
 
 
 class BuildString(Node, type="omni.graph.nodes.BuildString"):
-    """Concatenation of strings; "Append String" in Isaac Sim's menu."""
+    """Concatenates strings. In Isaac Sim's menu, this node is called "Append String"."""
 
     numbered: ClassVar[Numbered] = {"input": lambda: In(type=TEXTS)}
 
     a: Any = In(
-        type=TEXTS, required=True, doc="first string, or token[]; the other inputs are appended to each of its elements"
+        type=TEXTS, required=True, doc="first string; if it is a token[], the other inputs are appended to each element"
     )
-    b: Any = In(
-        type=TEXTS, required=True, doc="second string; a graph file can name further inputs `input2`, `input3`, …"
-    )
-    value: Any = Out(type=TEXTS, doc="concatenation, of the type of `a`")
+    b: Any = In(type=TEXTS, required=True, doc="second string; a graph file can add inputs `input2`, `input3`, …")
+    value: Any = Out(type=TEXTS, doc="concatenated string; has the type of `a`")
 
     def resolve_types(self, known: Mapping[str, PortType], variables: Mapping[str, PortType]) -> Mapping[str, PortType]:
-        """Return the type of `a` for the output."""
+        """Return the type of the output, which is the type of `a`."""
         return {"value": known["a"]} if "a" in known else {}
 
     def compute(self) -> None:
-        """Concatenate the strings.
+        """Set `value` to the concatenation of all inputs.
 
         Raises:
-            BadValueError: the numbers of strings differ.
+            BadValueError: an input has several strings, but not one for each string of `a`; or the result is too long.
         """
         value = self.a
         for name in ("b", *self.series["input"]):
@@ -79,25 +77,28 @@ class BuildString(Node, type="omni.graph.nodes.BuildString"):
 
 
 class AppendString(Node, type="omni.graph.nodes.AppendString"):
-    """A string with a suffix appended. An older type than BuildString."""
+    """Appends a suffix to a string.
+
+    BuildString is the newer node type.
+    """
 
     value_in: Any = In(
-        type=TEXTS, name="value", required=True, doc="string to extend, or token[] to extend each of its elements"
+        type=TEXTS, name="value", required=True, doc="string to extend; each element of a token[] is extended"
     )
     suffix: Any = In(
-        type=TEXTS, required=True, doc="string to append, or token[] with one string for each element of `value`"
+        type=TEXTS, required=True, doc="string to append, or token[] with one suffix for each element of `value`"
     )
-    value_out: Any = Out(type=TEXTS, name="value", doc="result, of the input's type")
+    value_out: Any = Out(type=TEXTS, name="value", doc="extended string; has the type of the input")
 
     def resolve_types(self, known: Mapping[str, PortType], variables: Mapping[str, PortType]) -> Mapping[str, PortType]:
-        """Return the type of the input for the output."""
+        """Return the type of the output, which is the type of the input."""
         return {"value_out": known["value_in"]} if "value_in" in known else {}
 
     def compute(self) -> None:
-        """Append the suffix.
+        """Set the output to the string with the suffix appended.
 
         Raises:
-            BadValueError: the numbers of strings differ.
+            BadValueError: `suffix` has several strings, but not one for each string of `value`; or the result is too long.
         """
         self.value_out = appended("suffix", self.value_in, self.suffix)
 
@@ -116,16 +117,18 @@ class CapitalizeString(Node, type="omni.graph.nodes.CapitalizeString"):
     operation: Token = In(
         default="UpperCase",
         tokens=tuple(_CASES),
-        doc="change of case; Capitalize: first letter of the string, Title: first letter of each word",
+        doc="new case; Capitalize: upper case only for the first letter, Title: for the first letter of each word",
     )
-    string_in: Any = In(type=TEXTS, name="string", couple="text", required=True, doc="string, or array of tokens")
-    string_out: Any = Out(type=TEXTS, name="string", couple="text", doc="result, of the input's type")
+    string_in: Any = In(
+        type=TEXTS, name="string", couple="text", required=True, doc="string to change, or array of tokens"
+    )
+    string_out: Any = Out(type=TEXTS, name="string", couple="text", doc="changed string; has the type of the input")
 
     def compute(self) -> None:
-        """Change the case.
+        """Set the output to the string in its new case.
 
         Raises:
-            BadValueError: the operation is unknown.
+            BadValueError: `operation` is unknown.
         """
         change = _CASES[one_of("operation", self.operation, _CASES)]
         text = self.string_in
@@ -133,17 +136,19 @@ class CapitalizeString(Node, type="omni.graph.nodes.CapitalizeString"):
 
 
 class SplitString(Node, type="omni.graph.nodes.SplitString"):
-    """Splits a string at a delimiter."""
+    """Splits a string at each occurrence of a delimiter."""
 
-    delimiter: String = In(default=" ", doc="string to split at")
+    delimiter: String = In(default=" ", doc="string that separates the parts")
     string: String = In(default="", doc="string to split")
-    elements: Tokens = Out(doc="parts, which may be empty; none if `string` or `delimiter` is empty")
+    elements: Tokens = Out(
+        doc="parts of the string, which may be empty strings; no parts if `string` or `delimiter` is empty"
+    )
 
     def compute(self) -> None:
-        """Split the string.
+        """Set `elements` to the parts of the string.
 
         Raises:
-            BadValueError: the string has too many parts.
+            BadValueError: the string has more than `MAX_LENGTH` parts.
         """
         parts = self.string.split(self.delimiter) if self.string and self.delimiter else []
         checked_length("string", len(parts))
@@ -151,24 +156,24 @@ class SplitString(Node, type="omni.graph.nodes.SplitString"):
 
 
 class StartsWith(Node, type="omni.graph.nodes.StartsWith"):
-    """Whether a string starts with a prefix."""
+    """Checks whether a string starts with a prefix."""
 
     prefix: String = In(default="", doc="prefix to look for; an empty prefix matches every string")
     value: String = In(default="", doc="string to check")
     is_prefix: bool = Out(doc="whether `value` starts with `prefix`")
 
     def compute(self) -> None:
-        """Compare the start of the string with the prefix."""
+        """Set `isPrefix` to whether the string starts with the prefix."""
         self.is_prefix = self.value.startswith(self.prefix)
 
 
 class EndsWith(Node, type="omni.graph.nodes.EndsWith"):
-    """Whether a string ends with a suffix."""
+    """Checks whether a string ends with a suffix."""
 
-    suffix: String = In(default="", doc="end to look for; every string ends with the empty string")
+    suffix: String = In(default="", doc="suffix to look for; an empty suffix matches every string")
     value: String = In(default="", doc="string to check")
     is_suffix: bool = Out(doc="whether `value` ends with `suffix`")
 
     def compute(self) -> None:
-        """Compare the end of the string with the suffix."""
+        """Set `isSuffix` to whether the string ends with the suffix."""
         self.is_suffix = self.value.endswith(self.suffix)

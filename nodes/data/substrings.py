@@ -1,4 +1,7 @@
-"""Search, extraction, insertion and replacement in strings (`omni.graph.nodes`); positions count characters from 0."""
+"""Nodes that search strings and extract, insert or replace parts of them (`omni.graph.nodes`).
+
+Positions count characters from 0.
+"""
 
 from __future__ import annotations
 
@@ -12,33 +15,38 @@ _TEXT = "string|token"
 
 
 class FindString(Node, type="omni.graph.nodes.FindString"):
-    """Position of the first occurrence of `value` in `string`."""
+    """Finds the first occurrence of `value` in `string`."""
 
-    pos: Int = In(default=0, doc="position at which the search starts, from 0; beyond the end, nothing is found")
+    pos: Int = In(default=0, doc="position at which the search starts, from 0; nothing is found beyond the end")
     string: Any = In(type=_TEXT, required=True, doc="string to search in")
     value: Any = In(type=_TEXT, required=True, doc="string to search for; an empty string is never found")
-    index: Int = Out(doc="position at which `value` was found, from 0; -1 if it was not")
+    index: Int = Out(doc="position of `value` in `string`, from 0; -1 if `value` is not found")
 
     def compute(self) -> None:
-        """Search for the string."""
+        """Set `index` to the position of the first occurrence, or to -1."""
         self.index = self.string.find(self.value, max(self.pos, 0)) if self.value else -1
 
 
 class _Part(Node):
-    """Base of nodes for a part of a string, given by position and length."""
+    """Base class of nodes that extract or remove a part of a string, given by position and length."""
 
-    count: Int = In(default=-1, doc="number of characters; a negative or too large number extends to the end")
-    index: Int = In(default=0, doc=f"position of the first character: {INDEX}")
-    string_in: Any = In(type=_TEXT, name="string", couple="text", required=True, doc="input string")
+    count: Int = In(
+        default=-1, doc="number of characters in the part; a negative or too large number extends the part to the end"
+    )
+    index: Int = In(default=0, doc=f"position of the first character of the part: {INDEX}")
+    string_in: Any = In(type=_TEXT, name="string", couple="text", required=True, doc="string that contains the part")
     string_out: Any = Out(
-        type=_TEXT, name="string", couple="text", doc="result, of the input's type; empty for an empty input"
+        type=_TEXT,
+        name="string",
+        couple="text",
+        doc="result; has the type of the input, and is empty for an empty input",
     )
 
     def ends(self) -> tuple[int, int]:
-        """Return the positions of the part's first character, and of the character after its last.
+        """Return the positions of the first character in the part and of the first character after the part.
 
         Raises:
-            BadValueError: the position is out of range.
+            BadValueError: `index` is out of range.
         """
         text: str = self.string_in
         if not text:
@@ -48,43 +56,45 @@ class _Part(Node):
 
 
 class GetString(_Part, type="omni.graph.nodes.GetString"):
-    """Extracts a part of a string."""
+    """Extracts a part of a string, given by position and length."""
 
     def compute(self) -> None:
-        """Extract the part.
+        """Set the output to the part.
 
         Raises:
-            BadValueError: the position is out of range.
+            BadValueError: `index` is out of range.
         """
         start, stop = self.ends()
         self.string_out = self.string_in[start:stop]
 
 
 class RemoveString(_Part, type="omni.graph.nodes.RemoveString"):
-    """Removes a part of a string."""
+    """Removes a part of a string, given by position and length."""
 
     def compute(self) -> None:
-        """Remove the part.
+        """Set the output to the string without the part.
 
         Raises:
-            BadValueError: the position is out of range.
+            BadValueError: `index` is out of range.
         """
         start, stop = self.ends()
         self.string_out = self.string_in[:start] + self.string_in[stop:]
 
 
 class InsertString(Node, type="omni.graph.nodes.InsertString"):
-    """Inserts a string into another."""
+    """Inserts a string into another string."""
 
     index: Int = In(
-        default=0, doc="position of the inserted string; below 0 inserts at the start, beyond the end appends"
+        default=0, doc="position to insert at; values below 0 insert at the start, values beyond the end append"
     )
-    string_in: Any = In(type=_TEXT, name="string", couple="text", required=True, doc="string to insert into")
+    string_in: Any = In(
+        type=_TEXT, name="string", couple="text", required=True, doc="string into which `value` is inserted"
+    )
     value: Any = In(type=_TEXT, required=True, doc="string to insert")
-    string_out: Any = Out(type=_TEXT, name="string", couple="text", doc="result, of the input's type")
+    string_out: Any = Out(type=_TEXT, name="string", couple="text", doc="extended string; has the type of the input")
 
     def compute(self) -> None:
-        """Insert the string.
+        """Set the output to the string with `value` inserted at `index`.
 
         Raises:
             BadValueError: the result is too long.
@@ -95,16 +105,16 @@ class InsertString(Node, type="omni.graph.nodes.InsertString"):
 
 
 class ReplaceString(Node, type="omni.graph.nodes.ReplaceString"):
-    """Replaces the first occurrence of one string in another, or all occurrences."""
+    """Replaces the first or all occurrences of one string in another string."""
 
     replace: Any = In(type=_TEXT, required=True, doc="string to search for; an empty string is never found")
     replace_all: bool = In(default=False, doc="true: replace all occurrences; false: only the first")
-    string_in: Any = In(type=_TEXT, name="string", couple="text", required=True, doc="input string")
-    value: Any = In(type=_TEXT, required=True, doc="replacement, which may be empty")
-    string_out: Any = Out(type=_TEXT, name="string", couple="text", doc="result, of the input's type")
+    string_in: Any = In(type=_TEXT, name="string", couple="text", required=True, doc="string to change")
+    value: Any = In(type=_TEXT, required=True, doc="replacement for `replace`; may be empty")
+    string_out: Any = Out(type=_TEXT, name="string", couple="text", doc="changed string; has the type of the input")
 
     def compute(self) -> None:
-        """Replace the occurrences.
+        """Set the output to the string with the occurrences of `replace` replaced by `value`.
 
         Raises:
             BadValueError: the result is too long.

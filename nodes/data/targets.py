@@ -1,4 +1,4 @@
-"""Operations on targets, which are lists of prims (`omni.graph.nodes`)."""
+"""Nodes that combine, search and compare targets, which are lists of prims (`omni.graph.nodes`)."""
 
 from __future__ import annotations
 
@@ -15,17 +15,17 @@ from graphengine.nodes.data.unions import BOOLEANS
 
 
 class AppendTargets(Node, type="omni.graph.nodes.AppendTargets"):
-    """Concatenation of targets."""
+    """Concatenates two or more targets."""
 
     numbered: ClassVar[Numbered] = {"input": lambda: In(type="target")}
 
     allow_duplicates: bool = In(default=False, doc="true: keep all occurrences of a prim; false: only the first")
     input0: Target = In(default=(), doc="first target")
-    input1: Target = In(default=(), doc="second target; a graph file can name further inputs `input2`, `input3`, …")
+    input1: Target = In(default=(), doc="second target; a graph file can add inputs `input2`, `input3`, …")
     targets: Target = Out(doc="prims of all inputs, in order")
 
     def compute(self) -> None:
-        """Concatenate the targets."""
+        """Set `targets` to the prims of all inputs."""
         paths = [path for name in self.series["input"] for path in getattr(self, name)]
         self.targets = tuple(paths if self.allow_duplicates else dict.fromkeys(paths))
 
@@ -33,18 +33,21 @@ class AppendTargets(Node, type="omni.graph.nodes.AppendTargets"):
 class GetTargets(Node, type="omni.graph.nodes.GetTargets"):
     """Selects consecutive prims of a target, by index."""
 
-    count: Int = In(default=1, doc="number of prims; a negative or too large number extends to the end")
+    count: Int = In(
+        default=1, doc="number of prims to select; a negative or too large number selects all prims up to the end"
+    )
     index: Int = In(
-        default=0, doc="index of the first prim, from 0; negative values count from the end; out of range is an error"
+        default=0,
+        doc="index of the first prim, from 0; negative values count from the end; a value out of range is an error",
     )
     targets_in: Target = In(default=(), name="targets", doc="prims to select from")
     targets_out: Target = Out(name="targets", doc="selected prims; empty if the input is empty")
 
     def compute(self) -> None:
-        """Select the prims.
+        """Set the output to the selected prims.
 
         Raises:
-            BadValueError: the index is out of range.
+            BadValueError: `index` is out of range.
         """
         found = self.targets_in
         start = position(self.index, len(found)) if found else 0
@@ -52,47 +55,47 @@ class GetTargets(Node, type="omni.graph.nodes.GetTargets"):
 
 
 class FindTarget(Node, type="omni.graph.nodes.FindTarget"):
-    """Index of a prim in a target."""
+    """Finds the index of a prim in a target."""
 
-    search_target: Target = In(default=(), doc="prim to search for; only the first of several counts")
+    search_target: Target = In(default=(), doc="prim to search for; if there are several, the first one")
     targets: Target = In(default=(), doc="prims to search in")
-    index: Int = Out(doc="index of the prim in `targets`, from 0; -1 if it is not there")
+    index: Int = Out(doc="index of the prim in `targets`, from 0; -1 if `targets` does not contain the prim")
 
     def compute(self) -> None:
-        """Search for the prim."""
+        """Set `index` to the index of the prim, or to -1."""
         sought = self.search_target[:1]
         self.index = self.targets.index(sought[0]) if sought and sought[0] in self.targets else -1
 
 
 class GetParentPrims(Node, type="omni.graph.nodes.GetParentPrims"):
-    """The parents of prims, such as `/World` for `/World/box`."""
+    """Outputs the parents of prims, such as `/World` for `/World/box`."""
 
     prims: Target = In(default=(), doc="prims whose parents are output")
     parent_prims: Target = Out(doc="one parent for each prim")
 
     def compute(self) -> None:
-        """Remove the last name of each path."""
+        """Set `parentPrims` to the path of each prim without its last name."""
         self.parent_prims = tuple(map(parent_of, self.prims))
 
 
 class CompareTargets(Node, type="omni.graph.nodes.CompareTargets"):
-    """Compares two targets: as a whole, including the order of their prims, or prim by prim."""
+    """Compares two targets prim by prim, or as a whole, including the order of the prims."""
 
     a: Target = In(default=(), doc="first target")
     b: Target = In(default=(), doc="second target")
     compare_each: bool = In(default=False, setup=True, doc="true: compare prim by prim; false: as a whole")
     operation: Token = In(default="==", tokens=("==", "!="))
-    result: Any = Out(type=BOOLEANS, doc="bool, or array of bools if `compareEach` is true")
+    result: Any = Out(type=BOOLEANS, doc="result of the comparison; array of bools if `compareEach` is true")
 
     def resolve_types(self, known: Mapping[str, PortType], variables: Mapping[str, PortType]) -> Mapping[str, PortType]:
-        """Return a bool, or an array of bools to compare prim by prim."""
+        """Return the type of the output: bool, or bool[] if `compareEach` is true."""
         return {"result": PortType("bool", array=self.compare_each)}
 
     def compute(self) -> None:
-        """Compare the targets.
+        """Set `result` to the result of the comparison.
 
         Raises:
-            BadValueError: the operation is unknown, or the numbers of prims differ.
+            BadValueError: `operation` is unknown, or `compareEach` is true and the targets differ in length.
         """
         wanted = one_of("operation", self.operation, ("==", "!=")) == "=="
         if not self.compare_each:

@@ -1,4 +1,4 @@
-"""Trigonometric functions in degrees (`omni.graph.nodes`), applied to each number in tuples and arrays."""
+"""Nodes that apply a trigonometric function to each number of a value (`omni.graph.nodes`); angles are in degrees."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from graphengine.nodes.data.unions import DECIMALS
 
 
 def _or_nan(function: Operation) -> Operation:
-    """Extend a function of Python numbers to return NaN outside its domain."""
+    """Return a function that calls `function`, and returns NaN where `function` raises ValueError."""
 
     def total(number: float) -> float:
         try:
@@ -27,69 +27,69 @@ def _or_nan(function: Operation) -> Operation:
 
 
 def _of_degrees(many: Operation, one: Operation) -> tuple[Operation, Operation]:
-    """Turn functions of radians, for arrays and for single numbers, into functions of degrees."""
+    """Return functions of degrees for two functions of radians: `many` takes arrays, `one` takes single numbers."""
     return lambda angles: many(np.radians(angles)), _or_nan(lambda angle: one(math.radians(angle)))
 
 
 def _in_degrees(many: Operation, one: Operation) -> tuple[Operation, Operation]:
-    """Turn functions with results in radians, for arrays and for single numbers, into ones with results in degrees."""
+    """Return functions that give degrees for two functions that give radians: `many` takes arrays, `one` single numbers."""
     return lambda values: np.degrees(many(values)), _or_nan(lambda value: math.degrees(one(value)))
 
 
 class _OfAngle(Elementwise):
-    """Base of functions of angles in degrees."""
+    """Base class of nodes that apply a function to an angle in degrees."""
 
     value_in: Any = In(type=DECIMALS, name="value", required=True, unit="deg", doc="angle: number, tuple or array")
-    value_out: Any = Out(type=DECIMALS, name="value", doc="result, of the type of the angle")
+    value_out: Any = Out(type=DECIMALS, name="value", doc="value of the function; has the type of the input")
 
 
 class Sin(_OfAngle, type="omni.graph.nodes.Sin"):
-    """Sine of an angle."""
+    """Computes the sine of an angle."""
 
     operation, on_numbers = _of_degrees(np.sin, math.sin)
 
 
 class Cos(_OfAngle, type="omni.graph.nodes.Cos"):
-    """Cosine of an angle."""
+    """Computes the cosine of an angle."""
 
     operation, on_numbers = _of_degrees(np.cos, math.cos)
 
 
 class Tan(_OfAngle, type="omni.graph.nodes.Tan"):
-    """Tangent of an angle."""
+    """Computes the tangent of an angle."""
 
     operation, on_numbers = _of_degrees(np.tan, math.tan)
 
 
 class _ToAngle(Elementwise):
-    """Base of functions whose results are angles in degrees."""
+    """Base class of nodes that compute an angle in degrees."""
 
     value_in: Any = In(
         type=DECIMALS, name="value", required=True, doc="argument of the function: number, tuple or array"
     )
-    value_out: Any = Out(type=DECIMALS, name="value", unit="deg", doc="angle, of the type of the input")
+    value_out: Any = Out(type=DECIMALS, name="value", unit="deg", doc="angle; has the type of the input")
 
 
 class Asin(_ToAngle, type="omni.graph.nodes.Asin"):
-    """Arc sine of a number, -90 to 90 degrees; NaN outside of -1 to 1."""
+    """Computes the arc sine of a number, from -90 to 90 degrees; NaN for numbers below -1 or above 1."""
 
     operation, on_numbers = _in_degrees(np.arcsin, math.asin)
 
 
 class Acos(_ToAngle, type="omni.graph.nodes.Acos"):
-    """Arc cosine of a number, 0 to 180 degrees; NaN outside of -1 to 1."""
+    """Computes the arc cosine of a number, from 0 to 180 degrees; NaN for numbers below -1 or above 1."""
 
     operation, on_numbers = _in_degrees(np.arccos, math.acos)
 
 
 class Atan(_ToAngle, type="omni.graph.nodes.Atan"):
-    """Arc tangent of a number, -90 to 90 degrees."""
+    """Computes the arc tangent of a number, from -90 to 90 degrees."""
 
     operation, on_numbers = _in_degrees(np.arctan, math.atan)
 
 
 class ATan2(Elementwise, type="omni.graph.nodes.ATan2"):
-    """Angle from the x axis to the point (x, y), -180 to 180 degrees."""
+    """Computes the angle from the x axis to the point (x, y), from -180 to 180 degrees."""
 
     a: Any = In(type=DECIMALS, required=True, doc="y coordinate of the point")
     b: Any = In(type=DECIMALS, required=True, doc="x coordinate of the point")
@@ -97,12 +97,12 @@ class ATan2(Elementwise, type="omni.graph.nodes.ATan2"):
 
     @staticmethod
     def operation(y: Any, x: Any) -> Any:
-        """Compute the angles of arrays of points, degrees."""
+        """Return the angles of points, in degrees; the arguments are arrays of their coordinates."""
         return np.degrees(np.arctan2(y, x))
 
     @staticmethod
     def on_numbers(y: float, x: float) -> float:
-        """Compute the angle of one point, degrees."""
+        """Return the angle of one point, in degrees."""
         return math.degrees(math.atan2(y, x))
 
 

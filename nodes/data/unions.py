@@ -1,7 +1,8 @@
-"""Union types for ports of data nodes, after OmniGraph's groups of types.
+"""Union types for ports of data nodes, modeled on OmniGraph's groups of types.
 
-A literal without an explicit type gets the first type of the union that accepts it. Integers therefore come first, since they
-convert to real numbers. A list of two to four numbers becomes a tuple. Matrices come last: a graph file gives their type.
+A literal without an explicit type gets the first type of the union that accepts the literal. Integer types come first: an integer
+literal becomes an integer, which converts to a real number where one is needed. A list of two to four numbers becomes a tuple.
+Matrix types come last, so a graph file must give the type of a matrix.
 """
 
 from __future__ import annotations
@@ -10,12 +11,12 @@ from graphengine.node.types import ROLES
 
 
 def arrays_of(union: str) -> str:
-    """Return the union of the array types of a union's types."""
+    """Return the union of the array types for all types in a union."""
     return "|".join(f"{element}[]" for element in union.split("|"))
 
 
 def with_arrays(union: str) -> str:
-    """Return a union extended by the array types of its types."""
+    """Return a union extended by the array types for all its types."""
     return f"{union}|{arrays_of(union)}"
 
 
@@ -25,7 +26,7 @@ def tuples(*bases: str) -> str:
 
 
 def with_roles(letters: str) -> str:
-    """Return the union of all tuple types with roles; `letters` are base types: d, f and h for double, float, half."""
+    """Return the union of all tuple types with a role; `letters` selects the base types (dfh: double, float, half)."""
     return "|".join(f"{role}{bits}[{count}]" for role, counts in ROLES.items() for count in counts for bits in letters)
 
 
@@ -40,7 +41,7 @@ FRAMES = "frame[4]|transform[4]"
 
 DECIMALS = with_arrays(f"{DECIMAL_SCALARS}|{DECIMAL_TUPLES}")
 PLAIN_NUMERICS = with_arrays(f"{INTEGRAL_SCALARS}|{DECIMAL_SCALARS}|{INTEGRAL_TUPLES}|{DECIMAL_TUPLES}")
-"""Numbers, tuples, and arrays of both, but no matrices."""
+"""Union of numbers, tuples, and arrays of both, without matrices."""
 NUMERICS = f"{PLAIN_NUMERICS}|{with_arrays(f'{MATRICES}|{FRAMES}')}"
 BOOLEANS = "bool|bool[]"
 VECTORS = with_arrays("vectord[3]|vectorf[3]|vectorh[3]")
@@ -48,5 +49,5 @@ QUATERNIONS = with_arrays("quatd[4]|quatf[4]|quath[4]")
 
 
 def matrices(*sizes: int) -> str:
-    """Return the union of square matrices of the given sizes and of arrays of them."""
+    """Return the union of the matrix types with the given numbers of rows, and of their array types."""
     return with_arrays("|".join(f"matrixd[{size}]" for size in sizes))

@@ -1,4 +1,4 @@
-"""Operations on vectors and arrays of vectors (`omni.graph.nodes`)."""
+"""Nodes that compute with vectors and arrays of vectors (`omni.graph.nodes`)."""
 
 from __future__ import annotations
 
@@ -33,103 +33,103 @@ def _vectors(count: int) -> str:
 
 
 class _BreakVector(Node):
-    """Base of nodes that output the components of a vector, or of each vector in an array."""
+    """Base class of nodes that output the components of a vector, or of each vector in an array."""
 
     tuple_in: Any
     x: Any = Out(type=_COMPONENTS, couple="number", component=True)
     y: Any = Out(type=_COMPONENTS, couple="number", component=True)
 
     def components(self) -> Any:
-        """Return the components, in order, as numbers or arrays."""
+        """Return the components in order; an array of vectors gives one array for each component."""
         vectors = self.tuple_in
         return vectors if type(vectors) is tuple else np.ascontiguousarray(vectors.T)
 
 
 class BreakVector2(_BreakVector, type="omni.graph.nodes.BreakVector2"):
-    """The two components of a vector of any role."""
+    """Splits a vector of any role into its two components."""
 
     tuple_in: Any = In(type=_vectors(2), name="tuple", couple="number", required=True, doc=_VECTOR)
 
     def compute(self) -> None:
-        """Set the outputs to the components."""
+        """Set the outputs to the components of the vector."""
         self.x, self.y = self.components()
 
 
 class BreakVector3(_BreakVector, type="omni.graph.nodes.BreakVector3"):
-    """The three components of a vector of any role."""
+    """Splits a vector of any role into its three components."""
 
     tuple_in: Any = In(type=_vectors(3), name="tuple", couple="number", required=True, doc=_VECTOR)
     z: Any = Out(type=_COMPONENTS, couple="number", component=True)
 
     def compute(self) -> None:
-        """Set the outputs to the components."""
+        """Set the outputs to the components of the vector."""
         self.x, self.y, self.z = self.components()
 
 
 class BreakVector4(_BreakVector, type="omni.graph.nodes.BreakVector4"):
-    """The four components of a vector of any role."""
+    """Splits a vector of any role into its four components."""
 
     tuple_in: Any = In(type=_vectors(4), name="tuple", couple="number", required=True, doc=_VECTOR)
     z: Any = Out(type=_COMPONENTS, couple="number", component=True)
     w: Any = Out(type=_COMPONENTS, couple="number", component=True)
 
     def compute(self) -> None:
-        """Set the outputs to the components."""
+        """Set the outputs to the components of the vector."""
         self.x, self.y, self.z, self.w = self.components()
 
 
 class _MakeVector(Elementwise):
-    """Base of nodes that make a vector from components."""
+    """Base class of nodes that build a vector from its components."""
 
-    x: Any = In(type=_COMPONENTS, required=True, doc="number, or array of numbers")
-    y: Any = In(type=_COMPONENTS, required=True, doc="number, or array of numbers")
+    x: Any = In(type=_COMPONENTS, required=True, doc="x component: number, or array of numbers")
+    y: Any = In(type=_COMPONENTS, required=True, doc="y component: number, or array of numbers")
 
     @staticmethod
     def operation(*components: Any) -> Any:
-        """Join arrays of components."""
+        """Return vectors (..., n) built from n arrays of components."""
         return np.stack(np.broadcast_arrays(*components), axis=-1)
 
     def lifted(self, inputs: Sequence[PortType], output: PortType) -> Operation:
-        """Return the function that makes a tuple of numbers, or an array of tuples."""
+        """Return a function that builds a tuple from numbers, or an array of tuples from arrays."""
         if output.array:
             return super().lifted(inputs, output)
         number = float if is_real(output) else int
         return lambda *components: tuple(map(number, components))
 
     def result_type(self, given: Mapping[str, PortType]) -> PortType:
-        """Return a tuple type with the widest base type of all components."""
+        """Return the type of the output: a tuple, or an array of tuples, with the widest base type of the components."""
         return common({**given, "": PortType("int", len(given))})
 
 
 class MakeVector2(_MakeVector, type="omni.graph.nodes.MakeVector2"):
-    """A vector from two components, or an array of vectors from arrays."""
+    """Builds a vector from two components, or an array of vectors from arrays of components."""
 
     tuple_out: Any = Out(type=_vectors(2), name="tuple", doc="vector (x, y)")
 
 
 class MakeVector3(_MakeVector, type="omni.graph.nodes.MakeVector3"):
-    """A vector from three components, or an array of vectors from arrays."""
+    """Builds a vector from three components, or an array of vectors from arrays of components."""
 
-    z: Any = In(type=_COMPONENTS, required=True, doc="number, or array of numbers")
+    z: Any = In(type=_COMPONENTS, required=True, doc="z component: number, or array of numbers")
     tuple_out: Any = Out(type=_vectors(3), name="tuple", doc="vector (x, y, z)")
 
 
 class MakeVector4(_MakeVector, type="omni.graph.nodes.MakeVector4"):
-    """A vector from four components, or an array of vectors from arrays."""
+    """Builds a vector from four components, or an array of vectors from arrays of components."""
 
-    z: Any = In(type=_COMPONENTS, required=True, doc="number, or array of numbers")
-    w: Any = In(type=_COMPONENTS, required=True, doc="number, or array of numbers")
+    z: Any = In(type=_COMPONENTS, required=True, doc="z component: number, or array of numbers")
+    w: Any = In(type=_COMPONENTS, required=True, doc="w component: number, or array of numbers")
     tuple_out: Any = Out(type=_vectors(4), name="tuple", doc="vector (x, y, z, w)")
 
 
 class Magnitude(Elementwise, type="omni.graph.nodes.Magnitude"):
-    """Length of a vector, or absolute value of a number."""
+    """Computes the length of a vector, or the absolute value of a number."""
 
     input_in: Any = In(type=PLAIN_NUMERICS, name="input", required=True, doc="number, vector, or array of these")
     magnitude: Any = Out(type=PLAIN_NUMERICS)
 
     def lifted(self, inputs: Sequence[PortType], output: PortType) -> Operation:
-        """Return the length for tuples, the absolute value for numbers."""
+        """Return a function that computes the length of a tuple, or the absolute value of a number."""
         if inputs[0].count == 1:
             return lift(np.abs, inputs, output, abs)
         if not output.array:
@@ -137,18 +137,18 @@ class Magnitude(Elementwise, type="omni.graph.nodes.Magnitude"):
         return lift(functools.partial(np.linalg.norm, axis=-1), inputs, output)
 
     def result_type(self, given: Mapping[str, PortType]) -> PortType:
-        """Return a number of the base type of the input, but a double for tuples of integers."""
+        """Return the type of the output: a number of the base type of the input, or a double for tuples of integers."""
         vector = given["input"]
         base = vector.base if vector.count == 1 or is_real(vector) else "double"
         return PortType(base, 1, vector.array)
 
 
 class Normalize(Elementwise, type="omni.graph.nodes.Normalize"):
-    """Unit vector in the direction of a vector; a zero vector stays zero."""
+    """Scales a vector to length 1; a zero vector stays zero."""
 
     operation = unit
 
-    vector: Any = In(type=with_arrays(REAL_TUPLES), required=True, doc="vector, or array of vectors")
+    vector: Any = In(type=with_arrays(REAL_TUPLES), required=True, doc="vector to normalize, or array of vectors")
     result: Any = Out(type=with_arrays(REAL_TUPLES), doc="unit vector, of the same type")
 
 
@@ -163,30 +163,35 @@ def _dot(a: tuple[float, ...], b: tuple[float, ...]) -> float:
 
 
 class DotProduct(Elementwise, type="omni.graph.nodes.DotProduct"):
-    """Dot product of two vectors, or of pairs from two arrays of vectors; an array of numbers counts as one vector."""
+    """Computes the dot product of two vectors, or of each pair of vectors in two arrays.
+
+    An array of numbers is treated as one vector.
+    """
 
     on_tuples = _dot
 
-    a: Any = In(type=_DOT, required=True, doc="vector, or array of vectors")
-    b: Any = In(type=_DOT, required=True, doc="vector or array of the same size as `a`")
-    product: Any = Out(type=with_arrays(f"{REALS}|timecode"), doc="number, or array of numbers")
+    a: Any = In(type=_DOT, required=True, doc="first vector, or array of vectors")
+    b: Any = In(type=_DOT, required=True, doc="second vector, or array of vectors; has the same size as `a`")
+    product: Any = Out(
+        type=with_arrays(f"{REALS}|timecode"), doc="dot product, or array with the dot product of each pair of vectors"
+    )
 
     @staticmethod
     def operation(a: Any, b: Any) -> Any:
-        """Compute dot products of arrays.
+        """Return the dot products of vectors (..., n).
 
         Raises:
-            BadValueError: the vectors differ in length.
+            BadValueError: `a` and `b` have different numbers of components.
         """
         if a.shape[-1] != b.shape[-1]:
             raise BadValueError("a, b", [a.shape[-1], b.shape[-1]], "of the same length")
         return np.sum(a * b, axis=-1)
 
     def result_type(self, given: Mapping[str, PortType]) -> PortType:
-        """Return a number for each pair of vectors.
+        """Return the type of the output: a number, or an array with one number per pair of vectors.
 
         Raises:
-            ValueError: `a` and `b` are vectors of different sizes.
+            ValueError: `a` and `b` are tuples of different lengths, or only one of them consists of tuples.
         """
         both = common(given)
         if len({operand.count > 1 for operand in given.values()}) > 1:
@@ -199,32 +204,32 @@ def _cross(a: tuple[float, ...], b: tuple[float, ...]) -> tuple[float, ...]:
 
 
 class CrossProduct(Elementwise, type="omni.graph.nodes.CrossProduct"):
-    """Cross product of two vectors, or of pairs from two arrays of vectors."""
+    """Computes the cross product of two vectors, or of each pair of vectors in two arrays."""
 
     operation, on_tuples = np.cross, _cross
 
-    a: Any = In(type=VECTORS, required=True, doc="vector, or array of vectors")
-    b: Any = In(type=VECTORS, required=True, doc="vector, or array as long as `a`")
-    product: Any = Out(type=VECTORS, doc="`a` x `b`, perpendicular to both")
+    a: Any = In(type=VECTORS, required=True, doc="first vector, or array of vectors")
+    b: Any = In(type=VECTORS, required=True, doc="second vector, or array of as many vectors as `a`")
+    product: Any = Out(type=VECTORS, doc="cross product `a` x `b`, perpendicular to `a` and `b`")
 
 
 _POINTS = with_arrays("pointd[3]|pointf[3]|pointh[3]")
 
 
 class Distance3D(Elementwise, type="omni.graph.nodes.Distance3D"):
-    """Distance between two points."""
+    """Computes the distance between two points, or for two arrays of points, between the points of each pair."""
 
     on_tuples = math.dist
 
-    a: Any = In(type=_POINTS, required=True, doc="point, or array of points")
-    b: Any = In(type=_POINTS, required=True, doc="point, or array of points")
+    a: Any = In(type=_POINTS, required=True, doc="first point, or array of points")
+    b: Any = In(type=_POINTS, required=True, doc="second point, or array of points")
     distance: Any = Out(type=with_arrays(REALS), unit="m")
 
     @staticmethod
     def operation(a: Any, b: Any) -> Any:
-        """Compute distances between arrays of points."""
+        """Return the distances between points (..., 3)."""
         return np.linalg.norm(a - b, axis=-1)
 
     def result_type(self, given: Mapping[str, PortType]) -> PortType:
-        """Return a number for each pair of points."""
+        """Return the type of the output: a number, or an array with one number per pair of points."""
         return replace(common(given), count=1, role="")

@@ -84,7 +84,7 @@ def test_a_wire_from_a_value_into_execution_names_the_first_few_of_many_types(tm
 
 def test_an_element_without_the_one_before_it_is_told(tmp_path: Path) -> None:
     found = the_mistake(tmp_path, "Make: {type: ConstructArray, inputs: {arraySize: 3, input0: 1.0, input2: 3.0}}")
-    assert (found.code, found.message) == ("G206", "Make: input2 is given, but not input1 before it")
+    assert (found.code, found.message) == ("G206", "Make: input2 is given, but input1 is missing")
 
 
 def test_a_circle_out_of_which_no_type_comes_is_told_as_a_circle_and_as_nothing_else(tmp_path: Path) -> None:

@@ -148,7 +148,7 @@ def test_a_value_is_removed_once_or_wherever_it_is(
 
 
 @pytest.mark.parametrize("name", ["ArrayIndex", "ArraySetIndex", "ArrayRemoveIndex"])
-@pytest.mark.parametrize(("index", "legal"), [(3, "index must be -3 to 2"), (-4, "index must be -3 to 2")])
+@pytest.mark.parametrize(("index", "legal"), [(3, "index must be from -3 to 2"), (-4, "index must be from -3 to 2")])
 def test_an_index_beyond_the_end_says_which_there_are(name: str, index: int, legal: str) -> None:
     cls = getattr(arrays, name)
     inputs = {"array" if name == "ArrayIndex" else "array_in": NUMBERS, "index": index}
@@ -213,7 +213,7 @@ def test_a_value_that_is_no_element_is_refused(play: Player) -> None:
 
 
 def test_an_index_beyond_the_end_of_a_constant_is_told_before_the_run(play: Player) -> None:
-    with pytest.raises(CheckError, match="Third: index must be -2 to 1, it is 2"):
+    with pytest.raises(CheckError, match="Third: index must be from -2 to 1, it is 2"):
         play.graph(INDEXED)
 
 

@@ -129,7 +129,7 @@ def test_single_floats_and_tuples_of_them_stay_as_exact_as_they_are() -> None:
 
 @pytest.mark.parametrize("wrong", [float("nan"), float("inf"), 3.0e9])
 def test_a_real_number_that_no_int_is_is_told(wrong: float) -> None:
-    with pytest.raises(ValueError, match=r"result must be of int, -2147483648 to 2147483647"):
+    with pytest.raises(ValueError, match=r"result must be in the range of int, -2147483648 to 2147483647"):
         lift(np.floor, [concrete("double")], concrete("int"))(wrong)
 
 

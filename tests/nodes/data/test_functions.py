@@ -102,7 +102,7 @@ def test_roots_of_negative_numbers_exist_where_the_degree_is_odd() -> None:
 
 
 def test_in_a_graph_a_real_number_that_no_int_is_is_told_at_its_node(play: Player) -> None:
-    with pytest.raises(CheckError, match="Low: result must be of int"):
+    with pytest.raises(CheckError, match="Low: result must be in the range of int"):
         shown(play, "int Low.result", {"Low": "{type: Floor, inputs: {a: 1.0e+12}}"})
 
 

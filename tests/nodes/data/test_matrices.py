@@ -87,7 +87,9 @@ def test_matrices_rows_and_columns_multiply_as_in_numpy(a: str, b: str, expected
 
 def test_in_a_graph_factors_of_other_sizes_are_told_with_both_ports(play: Player) -> None:
     nodes = {"M": "ConstantMatrix3d", "V": "ConstantDouble2", "Product": "MatrixMultiply"}
-    with pytest.raises(CheckError, match=r"Product: a is matrixd\[3\] and b is double\[2\]; give as many columns"):
+    with pytest.raises(
+        CheckError, match=r"Product: a is matrixd\[3\] and b is double\[2\]; a must have as many columns"
+    ):
         shown(play, "double Product.output", nodes, ["M.inputs:value -> Product.a", "V.inputs:value -> Product.b"])
 
 

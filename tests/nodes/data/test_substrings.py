@@ -77,7 +77,7 @@ def test_a_text_is_found_from_a_place_on(inputs: dict[str, Any], index: int) -> 
 def test_a_part_and_what_is_left_without_it_are_the_whole(text: str, index: int, count: int) -> None:
     inputs = {"string_in": text, "index": index, "count": count}
     if text and not -len(text) <= index < len(text):
-        with pytest.raises(ValueError, match=f"index must be {-len(text)} to {len(text) - 1}, it is {index}"):
+        with pytest.raises(ValueError, match=f"index must be from {-len(text)} to {len(text) - 1}, it is {index}"):
             computed(GetString, **inputs)
         return
     part, left = computed(GetString, **inputs).string_out, computed(RemoveString, **inputs).string_out

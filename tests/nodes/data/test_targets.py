@@ -41,7 +41,7 @@ def test_some_prims_are_cut_out(inputs: dict[str, Any], expected: tuple[str, ...
 
 
 def test_a_prim_beyond_the_ends_is_an_error_and_none_of_none_is_not() -> None:
-    with pytest.raises(ValueError, match="index must be -3 to 2, it is 3"):
+    with pytest.raises(ValueError, match="index must be from -3 to 2, it is 3"):
         computed(GetTargets, targets_in=THREE, index=3)
     assert computed(GetTargets, index=3).targets_out == ()
 
@@ -86,7 +86,7 @@ def test_names_come_behind_a_path(path: str, suffix: str, whole: str) -> None:
 
 
 def test_a_path_behind_a_path_is_an_error() -> None:
-    with pytest.raises(ValueError, match="suffix must be names to append, without a / in front"):
+    with pytest.raises(ValueError, match="suffix must be names to append, without a leading /"):
         computed(AppendPath, path_in="/World", suffix="/box")
 
 

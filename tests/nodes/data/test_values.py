@@ -167,7 +167,7 @@ def test_a_value_as_another_type(name: str, value: Any, expected: Any) -> None:
 
 @pytest.mark.parametrize("value", [math.nan, math.inf, 1e19])
 def test_a_number_that_is_no_integer_is_told(value: float) -> None:
-    with pytest.raises(ValueError, match="value must be a number that a int can hold"):
+    with pytest.raises(ValueError, match="value must be a number that the type int can hold"):
         conversion.ToInt(value=value).compute()
 
 
