@@ -95,7 +95,7 @@ def _becomes_ready(client: TransportClient, timeout: float) -> bool:
 
 
 def _absent(transport: Transport, node: str, service: str, timeout: float) -> str:
-    """Return the error text for a node whose service is unavailable: it is incompatible, or other nodes exist instead."""
+    """Return the error message for an unavailable service: a warning about incompatible peers, or a list of known nodes."""
     foreign = transport.foreign_services
     if service in foreign:
         return foreign[service]

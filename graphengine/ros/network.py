@@ -65,7 +65,7 @@ class LiveNetwork(Network):
         self.identity = self.transport(0).identity
 
     def tap(self, sink: Sink) -> None:
-        """Copy all messages that nodes send or receive to a sink, which does not make publishers `wanted`."""
+        """Copy all messages that nodes send or receive to a sink; unlike `sinks`, a tap does not make publishers `wanted`."""
         self.taps.append(sink)
 
     def untap(self, sink: Sink) -> None:
@@ -163,7 +163,7 @@ class LiveNetwork(Network):
         return self._domain(end.claim.ros_context) == domain
 
     def _follow(self) -> None:
-        """Switch each subscription whose type is not published to an alternative type that is."""
+        """Switch each subscription to an alternative type if the alternative is published and its present type is not."""
         for domain, watch in self._watches.items():
             ends = [end for end in self.subscriptions if end.claim.alternatives and self._is_in(domain, end)]
             published = watch.published({end.topic for end in ends}) if ends else {}
@@ -212,7 +212,7 @@ class LiveNetwork(Network):
 
     @property
     def malformed(self) -> Counter[str]:
-        """Number of messages dropped because they do not fit the type of their topic or service, by its name."""
+        """Number of messages dropped because they do not fit the type of their topic or service, by topic or service name."""
         return +sum((Counter(transport.malformed) for transport in self._transports.values()), self.undecoded)
 
     @property

@@ -16,9 +16,9 @@ from graphengine.ros.endpoint_faults import End, Finder, published_types
 from graphengine.ros.transport import Transport
 
 PERIOD, LONGEST_PERIOD = 0.5, 5.0
-"""Shortest and longest time from the start of one search to the next, s; the longer a search takes, the longer the time."""
+"""Shortest and longest time from the start of one search to the start of the next, s; see `SHARE`."""
 SHARE = 0.005
-"""Fraction of wall time that searches may take; exceeded if one search per `LONGEST_PERIOD` already takes more."""
+"""Fraction of wall time that searches take: after a long search, the next one starts later, up to `LONGEST_PERIOD`."""
 REPORTED_A_TICK = 5
 """Maximum number of faults to report per tick; the remaining faults wait for the next tick."""
 
@@ -55,7 +55,7 @@ class Watch:
         self._clock = clock
         self._worker = ThreadPoolExecutor(1, "watch")
         self._look: Future[tuple[list[str], float]] | None = None
-        """The search in progress. Its result is the texts of the faults, and the time at which the next search is due, s."""
+        """The search in progress; its result contains the texts of the faults and the time (s) at which the next search is due."""
         self._due = 0.0
         self._found: deque[str] = deque()
 

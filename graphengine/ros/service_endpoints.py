@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 EVENTS = "/_service_event"
 """Suffix that turns a service's name into the topic of its introspection events."""
 MAX_OPEN = 1000
-"""Maximum number of unanswered requests of a server, or calls of a client; a larger QoS depth takes its place."""
+"""Maximum number of unanswered requests of a server, or calls of a client; a larger depth in the QoS profile raises it."""
 PATIENCE = 300
 """Number of ticks that calls wait for a server before the user is warned."""
 GID, IDENTITY = 16, 24
@@ -39,7 +39,7 @@ _REQUEST_SENT, _REQUEST_RECEIVED, _RESPONSE_SENT, _RESPONSE_RECEIVED = range(4)
 
 
 class _Endpoint(HeldEndpoint, Stateful, ServiceEndpoint):
-    """Base class of server and client. `claim` describes the topic of the introspection events instead of the service."""
+    """Base class of server and client. `claim` describes the topic of the introspection events, not the service itself."""
 
     _end: Any
     """The transport's server or client that carries the messages."""
@@ -142,7 +142,7 @@ class LiveServer(_Endpoint, ServiceServer):
             self._receive(*recorded)
 
     def freeze(self) -> Sequence[bytes]:
-        """Begin a tick: show the requests since the last tick to nodes, and return them as events if there are sinks."""
+        """Begin a tick: make new requests available to nodes, and return them as events if there are sinks."""
         events: list[bytes] = []
         for _ in range(len(self._arrived)):
             request_id, data = self._arrived.popleft()
@@ -190,7 +190,7 @@ class LiveServer(_Endpoint, ServiceServer):
 
 
 class LiveClient(_Endpoint, ServiceClient):
-    """A service client on a transport. Until a server exists, the last calls wait, as many as the depth of the QoS profile."""
+    """A service client on a transport. Until a server exists, it keeps the latest calls, up to the depth of the QoS profile."""
 
     kept = ("_arrived", "_calls", "_from_recording", "_numbers", "_open", "_patience", "_visible", "_waiting")
 
@@ -222,7 +222,7 @@ class LiveClient(_Endpoint, ServiceClient):
             self._from_recording.append((int.from_bytes(identity[GID:], "big"), data))
 
     def freeze(self) -> Sequence[bytes]:
-        """Begin a tick: show the responses since the last tick to nodes, and return them as events if there are sinks."""
+        """Begin a tick: make new responses available to nodes, and return them as events if there are sinks."""
         events: list[bytes] = []
         arrived, self._from_recording = self._from_recording, deque()
         for _ in range(len(self._arrived)):

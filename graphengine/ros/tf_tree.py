@@ -60,8 +60,8 @@ class Row:
     Args:
         frame: name of the frame.
         edge: transform to the parent; None for a root.
-        last: whether the frame is the last child of its parent: one value for each frame on the path from the root to this
-            frame, without the root.
+        last: one value for each frame on the path from the root (excluded) to this frame (included): whether that frame is
+            the last child of its parent.
         again: whether the frame's children are omitted, because an earlier row of the same frame shows them.
     """
 

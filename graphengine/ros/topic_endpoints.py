@@ -131,7 +131,7 @@ class LiveSubscription(HeldEndpoint, Subscription, Stateful):
         self.heard += 1
 
     def freeze(self) -> Sequence[bytes]:
-        """Begin a tick: show the messages since the last tick to nodes, and return them; another thread may call `deliver`."""
+        """Begin a tick: make new messages available to nodes, and return them; another thread may call `deliver` meanwhile."""
         if not self._arrived:
             return ()
         arrived = [self._arrived.popleft() for _ in range(len(self._arrived))]

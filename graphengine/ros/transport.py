@@ -197,7 +197,7 @@ class Transport(Protocol):
 
     @property
     def malformed(self) -> Mapping[str, int]:
-        """Number of messages dropped because they do not fit the type of their topic or service, by its name."""
+        """Number of messages dropped because they do not fit the type of their topic or service, by topic or service name."""
 
     @property
     def node(self) -> str:

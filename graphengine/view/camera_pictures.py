@@ -46,7 +46,7 @@ class CameraPictures:
         self._next = 0.0
         """Earliest wall time at which the next rendering may start, s."""
         self._shown: dict[str, tuple[float, object]] = {}
-        """Wall time of each camera's last image, s, and what identifies the image: its number, or the tick of its rendering."""
+        """Wall time, s, and identity of each camera's last image; the identity is its number, or the tick of its rendering."""
         self.error = ""
 
     def find(self, cameras: Sequence[Prim]) -> None:

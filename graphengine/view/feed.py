@@ -127,7 +127,7 @@ class Feed:
             self._tell(time.monotonic())
 
     def _tell(self, now: float) -> None:
-        """Send a frame, and before it what has changed in the scene; also send new content of panes if it is due."""
+        """Send the scene if it has changed, then a frame; also send new content of panes if an update of the panes is due."""
         self._next = now + PERIOD
         poses = self._session.services.world.poses()
         self._tell_scene(len(poses))

@@ -26,7 +26,7 @@ class FloorMaker:
         self.error = ""
 
     def take(self) -> FloorMap | None:
-        """Return the map in the first call after it is ready, otherwise None; the very first call starts the thread."""
+        """Return the map once, in the first call after it is ready, otherwise None. The thread starts at the first call."""
         if self._thread is None:
             self._thread = threading.Thread(target=self._run, name="floor map", daemon=True)
             self._thread.start()

@@ -48,7 +48,7 @@ class Layers:
         self._session = session
         self._read_only = read_only
         self._world: object = None
-        """The world in which the lidars in `_lidars` are."""
+        """The world that contains the lidars in `_lidars`."""
         self._lidars: dict[str, Lidar] = {}
         self._pictures = CameraPictures(session)
         self._make_floor = make_floor

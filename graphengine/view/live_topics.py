@@ -133,7 +133,7 @@ class LiveTopics:
                     continue
 
     def messages(self) -> Iterator[TopicMessage]:
-        """Yield the newest message of each watched topic with a new message since the last call."""
+        """Yield the newest message of each watched topic that has a new message since the last call."""
         for topic, newest in self._watched.items():
             data = newest.latest_data
             if topic in self._sent and data is self._sent[topic]:

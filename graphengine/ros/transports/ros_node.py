@@ -49,7 +49,7 @@ class RosNode(Stateful):
         self._readers: list[Any] = []
         """Readers, service servers and service clients."""
         self._mistyped = Counter[str]()
-        """Number of messages that readers which are now closed dropped because of their type definition, by topic."""
+        """Number of messages that closed readers have dropped because of a different type definition, by topic."""
         self.description = f"{self._join()}, {self._domain}" + (f"; {options.because}" if options.because else "")
         atexit.register(self.close)
 
@@ -87,7 +87,7 @@ class RosNode(Stateful):
 
     @property
     def malformed(self) -> Mapping[str, int]:
-        """Number of messages dropped because they do not fit the type of their topic or service, by its name."""
+        """Number of messages dropped because they do not fit the type of their topic or service, by topic or service name."""
         counts = Counter(self._mistyped)
         for end in tuple(self._readers):
             counts[end.name] += end.malformed
@@ -127,7 +127,7 @@ class RosNode(Stateful):
             raise TransportError(f"{name}: the transport is closed" if name else "the transport is closed")
 
     def _remove(self, end: Any) -> None:
-        """Remove an endpoint that was closed from the node and the network."""
+        """Remove a closed endpoint from the node and from the network."""
         with self._lock:
             ends = self._writers if end in self._writers else self._readers
             if self._closed or end not in ends:

@@ -17,7 +17,7 @@ AUTO = "auto"
 
 
 def transport_helps(*, reaching_others: bool = False) -> dict[str, str]:
-    """Return a line of help for `auto` and each transport, by name; optionally without transports within this process."""
+    """Return lines of help by transport name; `reaching_others` leaves out transports that stay within this process."""
     kinds, broken = _load_all()
     ranked = ", ".join(kind.name for kind in kinds if kind.auto is not None)
     shown = {kind.name: kind.help for kind in kinds if kind.reaches_others or not reaching_others}

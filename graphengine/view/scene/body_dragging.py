@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 PERIOD = 0.1
 """Minimum time between two commands, s: in wall time, and for pushes in simulation time too."""
 STIFFNESS, DAMPING = 15.0, 6.0
-"""Force of a push per kg of the entity: towards the mouse, N per m of distance; against the velocity, N per m/s."""
+"""Coefficients of the pushing force, per kg of the entity: N per m of distance to the mouse, and N per m/s of damping."""
 FARTHEST = 2.0
 """Distance to the mouse beyond which the pulling force no longer grows, m."""
 

@@ -45,9 +45,9 @@ _BATCH = 64
 _UNLIMITED = -1
 _LOOPBACK = "127.0.0.1"
 _DATAGRAM = 14720
-"""Maximum size of a datagram, bytes, as by default in Cyclone; of 65500 bytes, a default socket buffer holds only three."""
+"""Maximum size of a datagram, bytes: Cyclone's default. A default socket buffer holds only three datagrams of 65500."""
 _FRAGMENT = 14600
-"""Size of a fragment, bytes, which fills a datagram; with Cyclone's default of 1344, repairs need ten times the datagrams."""
+"""Size of a fragment that fills a datagram, bytes. With Cyclone's default, 1344, repairs need ten times as many datagrams."""
 _MAX_PARTICIPANTS = 32
 """Maximum number of ROS 2 processes on a host without multicast, as in rmw_cyclonedds_cpp."""
 
@@ -194,7 +194,7 @@ def _seconds(nanoseconds: int) -> float:
 
 @dataclass(slots=True)
 class _Joined:
-    """A DDS domain that this process has joined, and its number of participants; all share one Cyclone configuration."""
+    """A DDS domain that this process has joined, and the number of its participants, which share one configuration."""
 
     domain: Domain
     entity: Any
@@ -304,7 +304,7 @@ def _fragment(domain: Domain, interfaces: str) -> str:
 
 
 def _address(peer: str) -> str:
-    """Return the IP address of a host. Cyclone gets no host names: one that it cannot resolve would abort the process."""
+    """Return the IP address of a host; raise TransportError for an unknown host, for which Cyclone would abort the process."""
     try:
         return socket.gethostbyname(peer)
     except OSError as error:

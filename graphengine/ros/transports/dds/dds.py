@@ -135,7 +135,7 @@ class DdsTransport(RosNode):
 
     @property
     def malformed(self) -> Mapping[str, int]:
-        """Number of malformed messages by topic or service; all transports of this process in a domain share a part of it."""
+        """Number of malformed messages by topic or service; includes those of other transports of this process in the domain."""
         return Counter(LOG.malformed(self._domain.id)) + Counter(super().malformed)
 
     def graph(self, asked: Collection[tuple[str, Direction]] | None = None) -> NetworkGraph:

@@ -42,7 +42,7 @@ def identity(participant: bytes, number: int) -> str:
 
 
 def with_header(data: bytes, client: int, number: int) -> bytes:
-    """Insert a call's header into a CDR message, and pad to a multiple of 4 bytes; return malformed data unchanged."""
+    """Return a CDR message with a call's header, padded to a multiple of 4 bytes; malformed data are returned unchanged."""
     order = _HEADER.get(data[1]) if len(data) > _ENCAPSULATION else None
     if order is None:
         return data

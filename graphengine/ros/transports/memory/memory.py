@@ -266,7 +266,7 @@ class MemoryTransport:
             reader.deliver(data)
 
     def remove(self, endpoint: _MemoryEnd) -> None:
-        """Remove an endpoint and close it, if it is a writer."""
+        """Remove an endpoint from the transport; a removed writer refuses further messages."""
         topic = self._topics[endpoint.topic]
         if isinstance(endpoint, MemoryWriter):
             endpoint.is_open = False
