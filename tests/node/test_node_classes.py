@@ -46,7 +46,9 @@ def test_ports_are_called_as_in_omnigraph_unless_they_say_otherwise() -> None:
 
 @pytest.mark.parametrize("name", ["reset", "compute", "setup", "fields", "ports", "kind", "clear", "reads", "gated"])
 def test_a_port_may_not_be_called_like_a_member_of_node(name: str) -> None:
-    with pytest.raises(TypeError, match=f"{name}: the name is taken; call it {name}_in or {name}_out, and set the port's name"):
+    with pytest.raises(
+        TypeError, match=f"{name}: the name is taken; call it {name}_in or {name}_out, and set the port's name"
+    ):
         NodeMeta("Bad", (Node,), {name: ExecIn()})
 
 
