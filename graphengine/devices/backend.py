@@ -98,7 +98,7 @@ class World(Protocol):
     """Seed of the sensors' noise."""
 
     realtime: bool
-    """Whether ticks follow the wall clock. Then camera images that are rendered too late are dropped; otherwise ticks wait."""
+    """Whether ticks follow the wall clock. If so, late camera images are dropped; if not, ticks wait for them."""
 
     @property
     def dropped_pictures(self) -> Mapping[str, int]:

@@ -21,7 +21,7 @@ D = TypeVar("D")
 
 
 class Sensor(Protocol):
-    """The interface of all sensors."""
+    """The Protocol that all sensors and grippers have in common."""
 
     @property
     def prim_path(self) -> str:

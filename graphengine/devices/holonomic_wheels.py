@@ -9,7 +9,10 @@ from graphengine.devices.rotation import Vector3
 
 @dataclass(frozen=True, slots=True)
 class HolonomicWheel:
-    """A wheel with rollers, which grips the floor only along the roller axis. Its geometry is that at joint positions of zero."""
+    """A wheel with rollers, which grips the floor only along the roller axis.
+
+    The attributes describe the wheel while all joints of the robot are at position zero.
+    """
 
     joint: str
     """Name of the joint that turns the wheel."""

@@ -210,7 +210,7 @@ class Stage:
         return _is_short_for(normalize(path), prim.path)
 
     def obstacle(self, path: str) -> Prim | None:
-        """Return the prim because of which no robot can be added at a path; None if a robot can be added.
+        """Return the prim that prevents a robot from being added at a path; None if a robot can be added there.
 
         The obstacle is a prim at the path itself, or an ancestor that is not a scope.
         """
@@ -262,7 +262,7 @@ class Stage:
         return next((p for p in prim.ancestors() if p.kind == "robot"), None)
 
     def stands_for_robot(self, prim: Prim) -> Prim | None:
-        """Return the robot whose root prim, base link or articulation root a prim is; None for any other prim."""
+        """Return the robot that a prim identifies as its root prim, base link or articulation root; None for any other prim."""
         robot = self.robot_of(prim)
         if robot is None or prim is robot:
             return robot

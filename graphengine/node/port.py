@@ -36,7 +36,7 @@ class Port:
     lt: float | None = None
     tokens: tuple[str, ...] = ()
     required: bool | str = False
-    """Whether the port needs a literal or a wire. For ports with the same string, one port of this group needs one."""
+    """True if the port needs a literal or a wire. A string names a group of ports, of which one needs a literal or a wire."""
     default_counts: bool = False
     """Whether a literal that equals the default satisfies `required`; normally it does not."""
     setup: bool = False
@@ -134,8 +134,8 @@ def In(*, default: Any = MISSING, **facts: Any) -> Any:
             - `tokens`: legal strings.
             - `name`: OmniGraph name of the port; by default, the field's name in camel case.
             - `type`: OmniGraph type of the port; by default, the annotation gives the type.
-            - `required`: True if the port needs a literal or a wire. Ports with the same string form a group, of which one port
-              needs a literal or a wire.
+            - `required`: True if the port needs a literal or a wire. A string names a group of ports, of which one needs a
+              literal or a wire.
             - `default_counts`: whether a literal that equals the default satisfies `required`.
             - `setup`: whether the node reads the port in `setup`; when the value changes, the node is set up again.
             - `extension`: whether the port is missing from the node in Isaac Sim.

@@ -88,9 +88,10 @@ def of_pose(world: World, prim: Prim) -> dict[str, Attribute]:
 
 
 def of_joint(world: World, prim: Prim) -> dict[str, Attribute]:
-    """Return the attributes of a joint: its position and velocity, and the targets of its drive; degrees, m and s.
+    """Return the attributes of a joint: whether it is enabled, its position and velocity, and the targets of its drive.
 
-    The targets are writable. They exist only if the drive has them. A fixed joint has only `physics:jointEnabled`.
+    Angles are in degrees, distances in m. Only the targets are writable, and they exist only if the joint's drive has them. A
+    fixed joint has only the attribute `physics:jointEnabled`.
     """
     found = {"physics:jointEnabled": Attribute(lambda: bool(prim.facts.get("enabled", True)))}
     robot, name = world.stage.robot_of(prim), prim.facts.get("joint", prim.name)
