@@ -189,7 +189,7 @@ class CameraStub(Stub):
         self.previews += 1
         width, height = self.size
         black = np.zeros((height, width, 3), np.uint8)
-        from concurrent.futures import Future  # not at the start: most scenes have no camera
+        from concurrent.futures import Future  # a late import, because most scenes have no camera
 
         made: Future[Picture] = Future()
         made.set_result(self._picture or Picture(0.0, 0, black, np.full((height, width), np.inf, np.float32)))

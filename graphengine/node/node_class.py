@@ -152,7 +152,7 @@ class Node(metaclass=NodeMeta):
 
     def __init__(self, **values: Any) -> None:
         cls = type(self)
-        # What its graph settled ports of several types to, by Python name; a node of no graph goes by its values.
+        # The types to which the compiler resolved union and `any` ports, by Python name; empty for a node outside a graph.
         self.settled: Mapping[str, PortType] = {}
         for port in cls.fields.values():
             if port.side == "inputs":
@@ -171,7 +171,7 @@ class Node(metaclass=NodeMeta):
             except (TypeError, ValueError) as error:
                 raise type(error)(f"{cls.__name__}.{name}: {error}, got {value!r}") from None
 
-    if TYPE_CHECKING:  # a slot of latent nodes, and to checkers no argument of the constructor
+    if TYPE_CHECKING:  # latent nodes have a slot `active`; as a property, it is not an argument of the constructor
 
         @property
         def active(self) -> bool:

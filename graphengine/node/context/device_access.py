@@ -310,7 +310,7 @@ class WorldHandles:
             raise ContextError(f"there is no render product {render_product!r}", render_product, known)
         self._expect_ticks(device_of(Camera))
         other, world = self._find(prim, "camera"), self._services.world
-        world.device(Camera, other, size=product.size)  # which may be refused
+        world.device(Camera, other, size=product.size)  # raises if the world refuses the size
         product.prim = product.prim or other.path
 
         def exchange() -> None:

@@ -30,7 +30,7 @@ class PublishedTransform:
     def newest(self) -> Any | None:
         """Return the geometry_msgs/TransformStamped from the newest message; None if no message is new since the last call."""
         message = self._source.latest if self._source is not None else None
-        if message is self._seen:  # no new message: the publisher may have been opened again
+        if message is self._seen:  # no new message: the publisher may have been replaced
             self._source = next(filter(self._has_it, self._services.network.publishers), None)
             message = self._source.latest if self._source is not None else None
         if message is self._seen:

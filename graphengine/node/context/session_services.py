@@ -89,7 +89,7 @@ class Services:
         present = self.render_products
         self.render_products = {path: present.get(path, product) for path, (product, _) in products.items()}
         for path, (product, state) in products.items():
-            if self.render_products[path] is product:  # the other one has cameras of another world
+            if self.render_products[path] is product:  # a different product belongs to another world
                 product.restore(state)
         self.handles = dict(handles)
         for action, state in actions:

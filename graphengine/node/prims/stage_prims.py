@@ -140,7 +140,7 @@ class PrimAttribute:
         Raises:
             ContextError: the value is not legal for the attribute.
         """
-        assert self._attribute.write is not None  # it was asked for to be written
+        assert self._attribute.write is not None  # the handle was requested with `writable`
         try:
             given = coerce(value, self._type)
         except (TypeError, ValueError) as error:
