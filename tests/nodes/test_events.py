@@ -75,7 +75,7 @@ def test_an_impulse_for_nobody_is_told_with_who_waits(play: Player, name: str) -
 
 def test_an_impulse_for_two_names_both(play: Player) -> None:
     playing = play.graph(IMPULSE.replace("Count: Counter", "OtherImpulse: OnImpulseEvent, Count: Counter"))
-    with pytest.raises(UsageError, match="no OnImpulseEvent 'mpulse'"):
+    with pytest.raises(UsageError, match="no OnImpulseEvent node 'mpulse'"):
         playing.command("impulse", node="mpulse")
     playing.command("impulse", node="OtherImpulse")
 

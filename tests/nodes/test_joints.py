@@ -180,10 +180,10 @@ def test_after_a_stop_the_same_joints_are_commanded_again(context: RecordingCont
 def test_what_does_not_stand_for_a_robot_is_refused_with_what_does(context: RecordingContext) -> None:
     arm(context)
     context.world.stage.add("/arm/Geometry/base_link/hand", "link")
-    with pytest.raises(PrimError, match="does not stand for a robot") as caught:
+    with pytest.raises(PrimError, match="is not the root prim, base link or articulation root of a robot") as caught:
         ready(IsaacArticulationController, context, target_prim="/arm/base_link/hand")
     assert "/arm/Geometry/base_link" in "".join(caught.value.help)
-    assert "the robot file can name a link for it: articulation_root" in caught.value.help
+    assert "or make this link the articulation_root in the robot file" in caught.value.help
 
 
 def test_in_a_graph_a_wrong_width_stops_the_run_and_names_the_node(play: Player) -> None:

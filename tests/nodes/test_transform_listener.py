@@ -139,7 +139,10 @@ def test_a_rotation_that_is_almost_of_length_1_is_taken_for_one() -> None:
         ({"frame_names_map": ["/World", "a", "/World", "b"]}, "'/World' is in frameNamesMap twice"),
         ({"frame_names_map": ["/World", "a", "/World/box", "a"]}, "'a' is in frameNamesMap twice"),
         ({"frame_names_map": ["/World/bax", "a"]}, "no prim at '/World/bax'"),
-        ({"articulation_roots": ["/World/box"]}, "'/World/box' does not stand for a robot"),
+        (
+            {"articulation_roots": ["/World/box"]},
+            "'/World/box' is not the root prim, base link or articulation root of a robot",
+        ),
     ],
 )
 def test_a_map_that_cannot_be_gone_by_is_refused_in_setup(inputs: dict[str, Any], fault: str) -> None:

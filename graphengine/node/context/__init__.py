@@ -1,4 +1,4 @@
-"""The Context of nodes: handles to the world and endpoints of the network, with names checked against the stage.
+"""The Context of nodes. It gives a node handles to the world and endpoints of the network, and checks names against the stage.
 
-`check` and running sessions use the same classes; `check` has stubs of the world and the network.
+`graphrun check` and running sessions use the same classes; `graphrun check` passes stubs of the world and the network to them.
 """
