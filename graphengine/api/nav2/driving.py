@@ -1,4 +1,4 @@
-"""Nav2 parameters for driving: controller, behaviors, velocity smoother and collision monitor."""
+"""Computes the Nav2 parameters for driving: controller, behaviors, velocity smoother and collision monitor."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ from graphengine.api.nav2.robot_facts import MAP_FRAME, RobotFacts
 from graphengine.api.nav2.sourced import Sourced, nav2
 
 REACHED, FACING = 0.15, 0.2
-"""Distance (m) and angle (rad) from a goal within which the robot has reached it."""
+"""Goal tolerances: the goal counts as reached within this distance (m) and angle (rad)."""
 NEAR = "less than Nav2's 0.25, because the localization error adds to it"
 CONTROL_RATE = 10.0
-"""Commands of the controller per second."""
+"""Rate at which the controller sends velocity commands, Hz."""
 
 
 def driving(robot: RobotFacts, distribution: Distribution) -> Parameters:
@@ -75,7 +75,7 @@ def _controller(robot: RobotFacts, distribution: Distribution) -> Parameters:
 
 
 def _sideways_threshold(robot: RobotFacts) -> Sourced[float]:
-    """Return the threshold below which Nav2 takes the odometry's sideways velocity as zero, m/s."""
+    """Return the sideways velocity in the odometry below which Nav2's controller assumes zero, m/s."""
     omni = robot.limits.kinematics.value == "omni"
     return Sourced(0.001, robot.limits.kinematics.source) if omni else nav2(0.5)
 
@@ -105,7 +105,7 @@ def _turning(robot: RobotFacts, distribution: Distribution) -> Parameters:
 
 
 def _dwb(robot: RobotFacts, distribution: Distribution) -> Parameters:
-    """Return the parameters of Nav2's controller DWB: velocity limits, sampled velocities and critics."""
+    """Return the parameters of the controller DWB: velocity limits, sampled velocities and critics."""
     limits = robot.limits
     omni = limits.kinematics.value == "omni"
     sideways = limits.speed if omni else Sourced(0.0, limits.kinematics.source)
@@ -155,7 +155,7 @@ def _dwb(robot: RobotFacts, distribution: Distribution) -> Parameters:
 
 
 def _pursuit(robot: RobotFacts, distribution: Distribution) -> Parameters:
-    """Return the parameters of regulated pure pursuit for robots with car-like steering, without turns on the spot."""
+    """Return the parameters of the controller regulated pure pursuit, for robots with car-like steering."""
     limits = robot.limits
     radius = limits.turning_radius
     speeds: Parameters = {"desired_linear_vel": limits.speed}

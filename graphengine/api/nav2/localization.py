@@ -1,4 +1,4 @@
-"""Nav2 parameters for localization: map_server and AMCL."""
+"""Computes the Nav2 parameters for localization: map_server and AMCL."""
 
 from __future__ import annotations
 

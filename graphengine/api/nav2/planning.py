@@ -1,4 +1,4 @@
-"""Nav2 parameters for planning: costmaps, planner and smoother."""
+"""Computes the Nav2 parameters for planning: costmaps, planner and smoother."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ from graphengine.api.nav2.sourced import Sourced, nav2
 PADDING = 0.02
 """Distance by which the footprint is enlarged, m."""
 CLEARANCE = 0.5
-"""Distance that the inflation of obstacles reaches beyond the robot's circumscribed circle, m."""
+"""Distance by which the inflation radius of obstacles exceeds the robot's circumscribed radius, m."""
 SIMULATED = 1.7
-"""Time that the controller simulates ahead, s."""
+"""Duration of the trajectories that the controller simulates, s."""
 RESOLUTION = 0.05
-"""Side of a costmap cell, m; the map has the same."""
+"""Side of a cell of the costmaps, m; the map has cells of the same size."""
 TOLERANCE = 0.5
-"""Accepted age of transforms, s, for a busy machine."""
+"""Maximum age of transforms that Nav2 accepts, s; large enough for delays on a busy machine."""
 BUSY = "to tolerate a busy machine"
 
 
@@ -26,9 +26,9 @@ def planning(robot: RobotFacts, distribution: Distribution, *, known_map: bool) 
     """Return the parameters of the costmaps, planner_server and smoother_server.
 
     Args:
-        robot: the robot.
+        robot: properties of the robot.
         distribution: the ROS 2 distribution.
-        known_map: whether the map is complete; paths then avoid unknown cells.
+        known_map: whether the map is complete; if True, the planner avoids unknown cells.
     """
     return {
         "global_costmap": {"global_costmap": node(_global_costmap(robot))},
