@@ -203,7 +203,9 @@ class Navigator:
                 return call
             del self._sent[call]
             if time.monotonic() > deadline:
-                raise FailedError("rejected", "Nav2 did not accept the goal; check that Nav2 is active, and see its log")
+                raise FailedError(
+                    "rejected", "Nav2 did not accept the goal; check that Nav2 is active, and see its log"
+                )
             if not told:
                 told = True
                 self._say(f"{self._action} rejects the goal: waiting until Nav2 is active")
