@@ -20,7 +20,7 @@ def miss(sim: ge.Session, start: tuple[float, ...], turn: float) -> float:
 
 
 def main() -> tuple[float, float]:
-    """Return the best turn rate, rad/s, and the distance from the goal that it leaves, m."""
+    """Try all turn rates; return the best one, rad/s, and the robot's distance from the goal after it, m."""
     with ge.load("dd100_flat").session() as sim:
         sim.run(0.5)
         start = sim.robots["dd100"].pose.position

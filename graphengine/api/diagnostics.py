@@ -22,7 +22,7 @@ TOPIC, TYPE = "/diagnostics", "diagnostic_msgs/msg/DiagnosticArray"
 PERIOD = 1.0
 """Wall time between two messages, s."""
 ENOUGH = 0.9
-"""Share of its nominal rate that a topic must reach, and share of the requested pace that the simulation must reach, for OK."""
+"""A topic below this share of its nominal rate, or a simulation below this share of the requested pace, gets a warning."""
 MOST_FAULTS = 20
 """Maximum number of problems with other ROS 2 participants to keep; the oldest are dropped."""
 OK, WARN, ERROR = range(3)

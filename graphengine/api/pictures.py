@@ -69,7 +69,7 @@ def find_camera(world: Simulation, name: str) -> Prim | None:
 def look(
     world: Simulation, name: str, size: tuple[int, int] | None = None, *, segmentation: bool = False
 ) -> Picture | Image:
-    """Return an image of the world from a view, or from a camera prim with the camera's properties as graphs receive them.
+    """Return an image of the world from a view or a camera prim; from a camera prim, it is the image that graphs receive.
 
     Args:
         world: world to draw, in its current state.

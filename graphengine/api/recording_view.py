@@ -24,7 +24,7 @@ SLICE = 0.04
 WORTH = 4
 """Minimum duration of a background replay, as a multiple of the time that the session needs to return to the shown tick."""
 LONGEST_SEEK = 0.3
-"""Wall time after which a seek that has not reached its tick yet shows an earlier tick, s."""
+"""If a seek takes longer than this wall time, s, the page shows the tick that the replay has reached so far."""
 IDLE = 0.02
 """Wall time between two polls for requests of viewers while the page is idle, s."""
 
@@ -50,14 +50,14 @@ class Playback:
         self._away = False
         """Whether the session is at the last replayed tick, because of the background replay, and not at the shown tick."""
         self._return = 0.0
-        """Wall time that the session's last return from the last replayed tick to the shown tick took, s."""
+        """Duration, in wall time, of the session's latest return from the last replayed tick to the shown tick, s."""
 
     def obey(self, asked: Mapping[str, Any]) -> None:
         """Execute a request of a viewer.
 
         Args:
-            asked: request as a mapping. The key `do` is `play`, `pause`, `seek` (with the key `tick`), `step` (with the key
-                `ticks`, their number) or `speed` (with the key `factor`, one of `SPEEDS`).
+            asked: request as a mapping. The key `do` is `play`, `pause`, `seek` (with a tick number in the key `tick`), `step`
+                (with a number of ticks in the key `ticks`) or `speed` (with one of `SPEEDS` in the key `factor`).
 
         Raises:
             UsageError: the request is invalid.

@@ -26,7 +26,7 @@ def log_to_logging(severity: str, node: str, text: str) -> None:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RunOptions:
-    """Options of a session: the arguments of `Scene.session`, and these options that only the command line sets.
+    """Options of a session: the arguments of `Scene.session`, and the following options, which only the command line sets.
 
     Attributes:
         complain: function called with each problem with another ROS 2 participant; None logs the problems as warnings.
@@ -36,7 +36,7 @@ class RunOptions:
         join: function that joins a ROS 2 domain and returns a transport; used instead of `transport`.
         patient: whether DDS writers wait for slow readers.
         parameters: whether the session has ROS parameters, on transports with a ROS node.
-        seed: seed of all random generators; None takes the seed in the scene file.
+        seed: seed of all random generators; None takes the seed with which the scene was loaded.
     """
 
     transport: str = "memory"

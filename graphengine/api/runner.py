@@ -63,7 +63,7 @@ class Runner:
         self.writers: dict[object, Writer] = {}
         """Writers for messages that the user publishes, by topic, type and transport."""
         self.lock = threading.RLock()
-        """Lock that the thread which uses the session holds."""
+        """Lock of the session; a thread holds it while it uses the session."""
         self.closed = False
         self.running = False
         """Whether `run` or `step` is executing ticks or callbacks."""

@@ -46,7 +46,7 @@ class RobotInfo:
 
     Attributes:
         prim_path: path of the robot's prim.
-        namespace: absolute namespace of the robot's topics; empty for none.
+        namespace: namespace of the robot's topics, without a leading slash; empty if there is no namespace.
         joints: names of the movable joints.
     """
 

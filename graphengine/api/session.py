@@ -73,13 +73,13 @@ class Session:
     @property
     @reading
     def time(self) -> float:
-        """Simulation time since the session was last at time 0, s."""
+        """Simulation time, s; 0 at the start and after a reset of the time."""
         return self._runner.session.time
 
     @property
     @reading
     def tick(self) -> int:
-        """Number of ticks since the session was last at time 0."""
+        """Number of ticks since the start or since the last reset of the time."""
         return self._runner.session.clock.frame
 
     @property

@@ -134,7 +134,7 @@ class Publication(Stateful):
         """Send the message if its period has passed. The session calls this method after each tick.
 
         Args:
-            frame: number of ticks since the session was last at time 0.
+            frame: number of ticks since the start or since the last reset of the time.
         """
         if frame < self._last:  # time was reset
             self._begin, self._sent = frame, -1

@@ -43,7 +43,7 @@ class RecordingContext(Context):
         return self._memory
 
     def tick(self, ticks: int = 1) -> None:
-        """Begin the next tick: advance time and deliver messages that were sent to the node. Repeat this `ticks` times."""
+        """Advance time by a number of ticks; each tick delivers the messages that were sent to the node before."""
         for _ in range(ticks):
             shared = self.services
             frozen: list[Any] = [shared.network, shared.keys, *shared.queues.values(), *self.variables.values()]
