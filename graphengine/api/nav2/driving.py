@@ -42,7 +42,7 @@ def _controller(robot: RobotFacts, distribution: Distribution) -> Parameters:
                 "plugin": nav2("nav2_controller::FeasiblePathHandler"),
                 "prune_distance": nav2(2.0),
                 "enforce_path_inversion": Sourced(
-                    car, "a car stops where its path changes direction" if car else "no car"
+                    car, "a car stops where its path changes direction" if car else "the robot can turn on the spot"
                 ),
             },
         }
@@ -90,10 +90,10 @@ def _turning(robot: RobotFacts, distribution: Distribution) -> Parameters:
     return {
         "plugin": Sourced(
             "nav2_rotation_shim_controller::RotationShimController",
-            "it turns on the spot to the heading of a new path; DWB alone turns on an arc, which hits what is beside the robot",
+            "it turns on the spot to the heading of a new path; DWB alone drives an arc and may hit obstacles beside it",
         ),
         "primary_controller": Sourced(
-            "dwb_core::DWBLocalPlanner", "it takes all limits below, and needs little of a CPU"
+            "dwb_core::DWBLocalPlanner", "it respects all limits below, and needs little CPU time"
         ),
         "angular_dist_threshold": nav2(0.785),
         "forward_sampling_distance": nav2(0.5),
@@ -117,7 +117,7 @@ def _dwb(robot: RobotFacts, distribution: Distribution) -> Parameters:
         return {name: Sourced(value, example) for name, value in {"scale": scale, **more}.items()}
 
     return {
-        "min_vel_x": Sourced(0.0, "lidars seldom see backward; the behavior backup does it"),
+        "min_vel_x": Sourced(0.0, "most lidars do not see backward; only the behavior backup drives backward"),
         "max_vel_x": limits.speed,
         "min_vel_y": Sourced(-sideways.value, sideways.source),
         "max_vel_y": sideways,
@@ -165,7 +165,7 @@ def _pursuit(robot: RobotFacts, distribution: Distribution) -> Parameters:
     by_radius = f"1.2 times the turning radius, {radius.source}"
     return {
         "plugin": Sourced(
-            "nav2_regulated_pure_pursuit_controller::RegulatedPurePursuitController", "it steers along paths as a car"
+            "nav2_regulated_pure_pursuit_controller::RegulatedPurePursuitController", "it steers along paths like a car"
         ),
         **speeds,
         **_tolerance(distribution),
@@ -213,7 +213,7 @@ def _behaviors(robot: RobotFacts, distribution: Distribution) -> Parameters:
         "rotational_acc_lim": limits.turn_acceleration,
         "behavior_plugins": Sourced(
             ["spin", "backup", "drive_on_heading", "wait"],
-            "those of the default behavior trees; a car's spin ends by its time limit",
+            "behaviors of the default behavior trees; the spin of a car ends at its time limit",
         ),
         "spin": {"plugin": nav2("nav2_behaviors::Spin")},
         "backup": {"plugin": nav2("nav2_behaviors::BackUp"), **accelerations},

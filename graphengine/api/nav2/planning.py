@@ -58,7 +58,7 @@ def _global_costmap(robot: RobotFacts) -> Parameters:
 
 def _local_costmap(robot: RobotFacts) -> Parameters:
     side = local_size(robot)
-    reach = "way in the time that the controller looks ahead, on both sides"
+    reach = "distance that the robot drives while the controller simulates ahead, in both directions"
     return {
         "global_frame": Sourced(robot.odometry_frame, f"frame of {robot.odometry_topic}"),
         **_costmap(robot),
@@ -116,10 +116,12 @@ def _obstacles(robot: RobotFacts, reach: float) -> Parameters:
                 "inf_is_valid": Sourced(True, "a beam that meets nothing clears what it crosses"),
                 **heights,
                 "obstacle_min_range": Sourced(scan.ranges[0], "least range of the lidar"),
-                "obstacle_max_range": Sourced(min(reach, scan.ranges[1]), "reach of the costmap, at most of the lidar"),
+                "obstacle_max_range": Sourced(
+                    min(reach, scan.ranges[1]), "marking distance of the costmap, at most the range of the lidar"
+                ),
                 "raytrace_min_range": Sourced(scan.ranges[0], "least range of the lidar"),
                 "raytrace_max_range": Sourced(
-                    min(reach + 0.5, scan.ranges[1]), "0.5 m beyond, to clear what moved away"
+                    min(reach + 0.5, scan.ranges[1]), "0.5 m more than for marking, to clear obstacles that moved away"
                 ),
             }
             for name, scan in sources.items()
