@@ -317,7 +317,7 @@ class Runner:
         A second Ctrl-C raises KeyboardInterrupt immediately. If the program has its own SIGINT handler, Ctrl-C is left to it.
         """
         if self.running:
-            raise StateError("the session is already running: `until` and other callbacks must not run ticks")
+            raise StateError("the session is running: `until` and other callbacks must not run ticks")
         self.running, pressed, error = True, False, None
 
         def end(number: int, frame: FrameType | None) -> None:
