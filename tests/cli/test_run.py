@@ -75,7 +75,7 @@ def test_a_graph_runs_in_the_scene_that_it_names(graphrun: Graphrun, project: Pa
 
 def test_a_graph_that_asks_for_prims_is_told_to_want_a_scene(graphrun: Graphrun) -> None:
     result = graphrun("run", "dd100/cmd_vel", *MEMORY, code=2, out="")
-    assert result.err.endswith("cmd_vel.yaml uses prims of a scene; give one with --scene\n")
+    assert result.err.endswith("cmd_vel.yaml uses prims of a scene; give the scene with --scene\n")
 
 
 def test_a_file_with_errors_does_not_run(graphrun: Graphrun, project: Path) -> None:

@@ -236,7 +236,7 @@ def test_a_robot_that_others_read_cannot_go(tmp_path: Path) -> None:
     path.write_text(path.read_text() + "  watch: {use: watch.yaml}\n", encoding="utf-8")
     with Job(path) as job:
         job.run(0.1)
-        with pytest.raises(UsageError, match="/World/watch/Odometry of graph watch uses it"):
+        with pytest.raises(UsageError, match="/World/watch/Odometry of graph watch uses the robot"):
             job.remove("one")
         job.run(0.1)
         assert len(job.heard("/one/odom")) == 12

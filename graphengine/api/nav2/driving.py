@@ -1,4 +1,4 @@
-"""Nav2 parameters for driving: controller, behaviors, velocity smoother and collision monitor."""
+"""Computes the Nav2 parameters for driving: controller, behaviors, velocity smoother and collision monitor."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ from graphengine.api.nav2.robot_facts import MAP_FRAME, RobotFacts
 from graphengine.api.nav2.sourced import Sourced, nav2
 
 REACHED, FACING = 0.15, 0.2
-"""Distance (m) and angle (rad) from a goal within which the robot has reached it."""
+"""Goal tolerances: the goal counts as reached within this distance (m) and angle (rad)."""
 NEAR = "less than Nav2's 0.25, because the localization error adds to it"
 CONTROL_RATE = 10.0
-"""Commands of the controller per second."""
+"""Rate at which the controller sends velocity commands, Hz."""
 
 
 def driving(robot: RobotFacts, distribution: Distribution) -> Parameters:
@@ -42,7 +42,7 @@ def _controller(robot: RobotFacts, distribution: Distribution) -> Parameters:
                 "plugin": nav2("nav2_controller::FeasiblePathHandler"),
                 "prune_distance": nav2(2.0),
                 "enforce_path_inversion": Sourced(
-                    car, "a car stops where its path changes direction" if car else "no car"
+                    car, "a car stops where its path changes direction" if car else "the robot can turn on the spot"
                 ),
             },
         }
@@ -75,7 +75,7 @@ def _controller(robot: RobotFacts, distribution: Distribution) -> Parameters:
 
 
 def _sideways_threshold(robot: RobotFacts) -> Sourced[float]:
-    """Return the threshold below which Nav2 takes the odometry's sideways velocity as zero, m/s."""
+    """Return the sideways velocity in the odometry below which Nav2's controller assumes zero, m/s."""
     omni = robot.limits.kinematics.value == "omni"
     return Sourced(0.001, robot.limits.kinematics.source) if omni else nav2(0.5)
 
@@ -90,10 +90,10 @@ def _turning(robot: RobotFacts, distribution: Distribution) -> Parameters:
     return {
         "plugin": Sourced(
             "nav2_rotation_shim_controller::RotationShimController",
-            "it turns on the spot to the heading of a new path; DWB alone turns on an arc, which hits what is beside the robot",
+            "it turns on the spot to the heading of a new path; DWB alone drives an arc and may hit obstacles beside it",
         ),
         "primary_controller": Sourced(
-            "dwb_core::DWBLocalPlanner", "it takes all limits below, and needs little of a CPU"
+            "dwb_core::DWBLocalPlanner", "it respects all limits below, and needs little CPU time"
         ),
         "angular_dist_threshold": nav2(0.785),
         "forward_sampling_distance": nav2(0.5),
@@ -105,7 +105,7 @@ def _turning(robot: RobotFacts, distribution: Distribution) -> Parameters:
 
 
 def _dwb(robot: RobotFacts, distribution: Distribution) -> Parameters:
-    """Return the parameters of Nav2's controller DWB: velocity limits, sampled velocities and critics."""
+    """Return the parameters of the controller DWB: velocity limits, sampled velocities and critics."""
     limits = robot.limits
     omni = limits.kinematics.value == "omni"
     sideways = limits.speed if omni else Sourced(0.0, limits.kinematics.source)
@@ -117,7 +117,7 @@ def _dwb(robot: RobotFacts, distribution: Distribution) -> Parameters:
         return {name: Sourced(value, example) for name, value in {"scale": scale, **more}.items()}
 
     return {
-        "min_vel_x": Sourced(0.0, "lidars seldom see backward; the behavior backup does it"),
+        "min_vel_x": Sourced(0.0, "most lidars do not see backward; only the behavior backup drives backward"),
         "max_vel_x": limits.speed,
         "min_vel_y": Sourced(-sideways.value, sideways.source),
         "max_vel_y": sideways,
@@ -155,7 +155,7 @@ def _dwb(robot: RobotFacts, distribution: Distribution) -> Parameters:
 
 
 def _pursuit(robot: RobotFacts, distribution: Distribution) -> Parameters:
-    """Return the parameters of regulated pure pursuit for robots with car-like steering, without turns on the spot."""
+    """Return the parameters of the controller regulated pure pursuit, for robots with car-like steering."""
     limits = robot.limits
     radius = limits.turning_radius
     speeds: Parameters = {"desired_linear_vel": limits.speed}
@@ -165,7 +165,7 @@ def _pursuit(robot: RobotFacts, distribution: Distribution) -> Parameters:
     by_radius = f"1.2 times the turning radius, {radius.source}"
     return {
         "plugin": Sourced(
-            "nav2_regulated_pure_pursuit_controller::RegulatedPurePursuitController", "it steers along paths as a car"
+            "nav2_regulated_pure_pursuit_controller::RegulatedPurePursuitController", "it steers along paths like a car"
         ),
         **speeds,
         **_tolerance(distribution),
@@ -213,7 +213,7 @@ def _behaviors(robot: RobotFacts, distribution: Distribution) -> Parameters:
         "rotational_acc_lim": limits.turn_acceleration,
         "behavior_plugins": Sourced(
             ["spin", "backup", "drive_on_heading", "wait"],
-            "those of the default behavior trees; a car's spin ends by its time limit",
+            "behaviors of the default behavior trees; the spin of a car ends at its time limit",
         ),
         "spin": {"plugin": nav2("nav2_behaviors::Spin")},
         "backup": {"plugin": nav2("nav2_behaviors::BackUp"), **accelerations},

@@ -1,4 +1,4 @@
-"""Motion limits of a robot, from the controllers in its graphs, its wheels and its drives. Each limit names its source."""
+"""Computes the motion limits of a robot from the controllers in its graphs, its wheels and its drives."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ from graphengine.scene.loaded_scene import LoadedScene
 Kinematics = Literal["differential", "omni", "ackermann"]
 
 MOST_SPEED, MOST_TURN = 1.0, 1.5
-"""Highest speeds that Nav2 commands, m/s and rad/s: for indoor driving with a costmap that is updated five times a second."""
+"""Highest speed (m/s) and turn rate (rad/s) that Nav2 may command, for indoor driving with a costmap updated at 5 Hz."""
 MOST_ACCELERATION, MOST_TURN_ACCELERATION = 2.5, 3.2
-"""Accelerations if no limits are known, m/s2 and rad/s2, from Nav2's own parameter file."""
+"""Linear (m/s2) and angular (rad/s2) acceleration for robots whose limits are unknown, from Nav2's own parameter file."""
 GRIP = 0.5
-"""Deceleration that the grip of the wheels allows, as a share of gravity."""
+"""Largest acceleration and deceleration that the friction of the wheels allows, as a share of gravity."""
 SHARE_OF_FORCE = 0.8
 """Share of the drives' force that accelerates the robot; the rest overcomes friction."""
 
@@ -35,7 +35,7 @@ _CONTROLLERS: dict[str, Kinematics] = {
 
 @dataclass(frozen=True, slots=True)
 class MotionLimits:
-    """Motion limits of a robot.
+    """Motion limits of a robot; each limit comes with the source of its value.
 
     Attributes:
         kinematics: `differential`, `omni` or `ackermann`.
@@ -44,7 +44,7 @@ class MotionLimits:
         acceleration: highest acceleration, m/s2.
         deceleration: highest deceleration, m/s2.
         turn_acceleration: highest angular acceleration, rad/s2.
-        turning_radius: smallest radius of the path of the base, m; 0 if the robot turns on the spot.
+        turning_radius: smallest radius of a path that the base can follow, m; 0 if the robot turns on the spot.
     """
 
     kinematics: Sourced[Kinematics]
@@ -122,11 +122,11 @@ class _Inputs:
         return Sourced("differential", "assumed: the graphs have no wheel controller")
 
     def limits(self, *names: str) -> list[Sourced[float]]:
-        """Return the absolute values of the inputs with these names, without zeros, which mean no limit."""
+        """Return the absolute values of the inputs with these names; values of 0 mean no limit and are left out."""
         return [one for one in self._values(names) if one.value > 0.0]
 
     def first(self, *names: str) -> Sourced[float] | None:
-        """Return the absolute value of the first input with one of these names that is not 0; None if there is none."""
+        """Return the first absolute value other than 0 of the inputs with these names; None if there is no such value."""
         return next(iter(self.limits(*names)), None)
 
     def _values(self, names: Collection[str]) -> Iterator[Sourced[float]]:
@@ -173,7 +173,10 @@ def _rim_speeds(robot: RobotInstance) -> Iterator[Sourced[float]]:
 def _turning_radius(
     base: Sourced[float], steering: Sourced[float] | None, track: Sourced[float] | None
 ) -> Sourced[float]:
-    """Return the smallest turning radius of the middle of the unsteered axle, m: that of the steering limit, plus 10 %."""
+    """Return the smallest turning radius, m, of the centre of the unsteered axle.
+
+    It is 1.1 times the radius at the steering limit; if the limit is unknown, twice the wheel base.
+    """
     if steering is None or not 0.05 < steering.value < 1.3:
         return Sourced(2.0 * base.value, f"twice the wheel base, {base.source}; the steering limit is unknown")
     inner = base.value / math.tan(steering.value)

@@ -1,4 +1,4 @@
-"""Nav2's parameter file for a robot."""
+"""Generates Nav2's parameter file for a robot."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ NAVIGATION = (
 """Nodes that lifecycle_manager_navigation starts, in this order."""
 LOCALIZATION = ("map_server", "amcl")
 SLAM = ("slam_toolbox",)
-"""Nodes that lifecycle_manager_localization starts, in this order: with a map, or with slam_toolbox."""
+"""Nodes that lifecycle_manager_localization starts if slam_toolbox builds the map."""
 BOND_TIMEOUT = 20.0
 """Time without a heartbeat after which a lifecycle manager stops all its nodes, s."""
 
@@ -47,10 +47,10 @@ def nav2_parameters(robot: RobotFacts, distribution: Distribution, alphas: Sourc
     """Return the content of nav2_params.yaml.
 
     Args:
-        robot: the robot.
+        robot: properties of the robot.
         distribution: the ROS 2 distribution.
-        alphas: motion noise of AMCL; None for slam_toolbox instead of AMCL.
-        scene: name of the scene, for the first line.
+        alphas: motion noise of AMCL; None configures slam_toolbox instead of AMCL.
+        scene: name of the scene, for the comment in the first line.
     """
     place = localization(robot, alphas) if alphas is not None else slam_toolbox(robot)
     located_by = LOCALIZATION if alphas is not None else SLAM

@@ -1,4 +1,4 @@
-"""Nav2 parameters for planning: costmaps, planner and smoother."""
+"""Computes the Nav2 parameters for planning: costmaps, planner and smoother."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ from graphengine.api.nav2.sourced import Sourced, nav2
 PADDING = 0.02
 """Distance by which the footprint is enlarged, m."""
 CLEARANCE = 0.5
-"""Distance that the inflation of obstacles reaches beyond the robot's circumscribed circle, m."""
+"""Distance by which the inflation radius of obstacles exceeds the robot's circumscribed radius, m."""
 SIMULATED = 1.7
-"""Time that the controller simulates ahead, s."""
+"""Duration of the trajectories that the controller simulates, s."""
 RESOLUTION = 0.05
-"""Side of a costmap cell, m; the map has the same."""
+"""Side of a cell of the costmaps, m; the map has cells of the same size."""
 TOLERANCE = 0.5
-"""Accepted age of transforms, s, for a busy machine."""
+"""Maximum age of transforms that Nav2 accepts, s; large enough for delays on a busy machine."""
 BUSY = "to tolerate a busy machine"
 
 
@@ -26,9 +26,9 @@ def planning(robot: RobotFacts, distribution: Distribution, *, known_map: bool) 
     """Return the parameters of the costmaps, planner_server and smoother_server.
 
     Args:
-        robot: the robot.
+        robot: properties of the robot.
         distribution: the ROS 2 distribution.
-        known_map: whether the map is complete; paths then avoid unknown cells.
+        known_map: whether the map is complete; if True, the planner avoids unknown cells.
     """
     return {
         "global_costmap": {"global_costmap": node(_global_costmap(robot))},
@@ -58,7 +58,7 @@ def _global_costmap(robot: RobotFacts) -> Parameters:
 
 def _local_costmap(robot: RobotFacts) -> Parameters:
     side = local_size(robot)
-    reach = "way in the time that the controller looks ahead, on both sides"
+    reach = "distance that the robot drives while the controller simulates ahead, in both directions"
     return {
         "global_frame": Sourced(robot.odometry_frame, f"frame of {robot.odometry_topic}"),
         **_costmap(robot),
@@ -116,10 +116,12 @@ def _obstacles(robot: RobotFacts, reach: float) -> Parameters:
                 "inf_is_valid": Sourced(True, "a beam that meets nothing clears what it crosses"),
                 **heights,
                 "obstacle_min_range": Sourced(scan.ranges[0], "least range of the lidar"),
-                "obstacle_max_range": Sourced(min(reach, scan.ranges[1]), "reach of the costmap, at most of the lidar"),
+                "obstacle_max_range": Sourced(
+                    min(reach, scan.ranges[1]), "marking distance of the costmap, at most the range of the lidar"
+                ),
                 "raytrace_min_range": Sourced(scan.ranges[0], "least range of the lidar"),
                 "raytrace_max_range": Sourced(
-                    min(reach + 0.5, scan.ranges[1]), "0.5 m beyond, to clear what moved away"
+                    min(reach + 0.5, scan.ranges[1]), "0.5 m more than for marking, to clear obstacles that moved away"
                 ),
             }
             for name, scan in sources.items()

@@ -8,11 +8,11 @@ from graphengine.api.nav2.robot_facts import RobotFacts
 
 
 def readme_file(scene: str, robots: Sequence[RobotFacts], *, slam: bool, robot_state: bool) -> str:
-    """Return the README of a folder with the files for some robots of a scene.
+    """Return the text of the README of a folder with Nav2 files.
 
     Args:
         scene: name of the scene.
-        robots: the robots.
+        robots: properties of the robots for which the folder has files.
         slam: whether slam_toolbox builds the map.
         robot_state: whether the simulation has to run with `--robot-state`.
     """

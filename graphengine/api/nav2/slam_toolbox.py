@@ -1,4 +1,4 @@
-"""Parameters of slam_toolbox, which replaces map_server and AMCL: it builds the map while the robot drives."""
+"""Computes the parameters of slam_toolbox, which replaces map_server and AMCL and builds the map while the robot drives."""
 
 from __future__ import annotations
 
