@@ -251,7 +251,7 @@ def test_export_writes_a_script_that_import_reads(imports: Graphrun, graphrun: G
 @pytest.mark.parametrize(
     ("name", "complaint"),
     [
-        ("dd100_flat", "export them one by one"),
+        ("dd100_flat", "export each graph from its own file"),
         ("robot_state", "there is no graphengine.ros2.RobotStatePublisher in Isaac Sim"),
     ],
 )
