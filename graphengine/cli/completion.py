@@ -95,7 +95,7 @@ def _node_types() -> list[str]:
 
 
 def _words(name: str, words: Iterable[str]) -> dict[str, Any]:
-    """Return a completion for shtab that offers the given words; `name` is part of its function's name."""
+    """Return a completion for shtab that offers the given words; `name` is part of a function's name."""
     function, all_words = f"_graphrun_{name}", " ".join(words)
     return {
         "bash": function,
@@ -109,7 +109,7 @@ def _words(name: str, words: Iterable[str]) -> dict[str, Any]:
 
 
 def _files(name: str, words: Iterable[str]) -> dict[str, Any]:
-    """Return a completion for shtab that offers the given words, YAML files and folders; `name` is part of its function's name."""
+    """Return a completion for shtab that offers the given words, YAML files and folders; `name` is part of a function's name."""
     function, all_words = f"_graphrun_{name}_files", " ".join(words)
     local = (f'compgen -W "{all_words}"', "compgen -f -X '!*.yaml'", "compgen -f -X '!*.yml'", "compgen -d")
     return {

@@ -102,7 +102,7 @@ class Live:
         for number, handler in self._before.items():
             signal.signal(number, handler)
         for topic, number in self.transport.malformed.items():
-            print(f"WARNING: {topic}: dropped messages that do not match the topic's type: {number}", file=sys.stderr)
+            print(f"WARNING: {topic}: dropped messages that do not fit the topic's type: {number}", file=sys.stderr)
         self.transport.close()
         return kind is KeyboardInterrupt
 

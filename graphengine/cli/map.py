@@ -51,7 +51,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         default=(0.0, 0.0),
         help="point to align the grid with, m: it becomes a corner of cells (default 0 0)",
     )
-    seed = "point in free space, m; space connected to it is free, other space unknown (default: the first robot); may be repeated"
+    seed = "point in free space, m: space connected to it is free, the rest unknown (default: the first robot); may be repeated"
     numbers("--from", "X", "Y", dest="seeds", action="append", default=[], help=seed)
     prims("--include", "prim of a robot or movable body to map as an obstacle")
     prims("--exclude", "prim that is not an obstacle")

@@ -400,10 +400,10 @@ def test_messages_of_ones_own_are_found_where_the_command_line_says(
             "the name '__import__' is not allowed in an expression",
         ),
         (["echo", "/chatter", "--filter", "msg.data"], 2, "there is no 'msg'\nlegal: m, "),
-        (["echo", "/chatter", "--truncate-length", "-1"], 2, "write a whole number from 0"),
+        (["echo", "/chatter", "--truncate-length", "-1"], 2, "write a whole number, 0 or more"),
         (["echo", "/chatter", "--spin-time", "nan"], 2, "write seconds, such as 0.5"),
         (["delay", "/chatter"], 1, "std_msgs/msg/String has no header"),
-        (["hz", "/chatter", "-w", "0"], 2, "write a whole number from 1"),
+        (["hz", "/chatter", "-w", "0"], 2, "write a whole number, 1 or more"),
         (
             ["pub", "/chatter", STRING, "{date: 1}"],
             1,
