@@ -226,7 +226,10 @@ def test_a_message_of_a_users_package_is_shown_too(graphrun: Graphrun, project: 
             ["Publisher", "--message", "sensor_msgs/msg/Rang"],
             "no message type 'sensor_msgs/msg/Rang'\n  did you mean 'Range'?",
         ),
-        (["Publisher", "--message", "Range"], "--message Range: write PACKAGE/msg/NAME, such as geometry_msgs/msg/Twist"),
+        (
+            ["Publisher", "--message", "Range"],
+            "--message Range: write PACKAGE/msg/NAME, such as geometry_msgs/msg/Twist",
+        ),
         (["Publisher", "--message", ""], "--message : write PACKAGE/msg/NAME, such as geometry_msgs/msg/Twist"),
         (
             ["Publisher", "--message", "std_srvs/srv/Trigger"],

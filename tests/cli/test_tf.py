@@ -94,7 +94,7 @@ def test_what_is_wrong_is_warned_of(tree: Graphrun, peer: DdsTransport, domain: 
     assert result.err.splitlines()[1:] == [
         "warning: the tree is in 3 pieces, with the roots chassis, map, odom",
         "warning: base has 2 parents: map (by /other), odom (by /peer)",
-        "warning: /other writes /tf_static with durability volatile: tf2 does not hear it",
+        "warning: /other publishes /tf_static with durability volatile, so tf2 does not receive it",
     ]
     assert (result.code, strict.code) == (0, 1)
 
