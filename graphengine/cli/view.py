@@ -80,7 +80,7 @@ def _view(arguments: argparse.Namespace, run: RecordedRun, marks: Marks) -> int:
 
 
 def _summary(player: RecordingPlayer) -> str:
-    """Return a text for the user: the result of comparing the replay with the recording, and the error that ended the run, if any."""
+    """Return a text for the user: the result of comparing replay and recording, and the error that ended the run, if any."""
     from graphengine.cli.replay import verdict
 
     found = player.difference

@@ -138,7 +138,7 @@ def test_a_picture_is_drawn_by_the_dot_that_is_found(
     ("name", "remedy"),
     [
         ("frames.png", "or install graphviz"),
-        ("frames.jpg", "ends in .txt, .dot"),
+        ("frames.jpg", "end in one of .txt, .dot"),
     ],
 )
 def test_a_file_that_cannot_be_written_is_refused_at_once(

@@ -29,7 +29,7 @@ def execute(arguments: argparse.Namespace) -> int:
         message_type = live.type_of(topic, live.graph_with(topic))
         if "header" not in dict(live.definitions.fields(message_type)):
             raise TransportError(
-                f"the delay is unknown: {message_type}, the type of {topic}, has no header with a stamp"
+                f"{topic}: the delay is unknown, because its type {message_type} has no header with a stamp"
             )
         inbox = live.listen(topic, message_type, PRESETS["Sensor Data"], live.clock(arguments), WINDOW)
         window: deque[int] = deque(maxlen=arguments.window)
