@@ -61,8 +61,8 @@ class Parser(argparse.ArgumentParser):
     ) -> tuple[Any, list[str]]:
         """Parse arguments; exit with an error for unknown ones.
 
-        Each verb's parser does this for its own arguments, because argparse would leave it to the top-level parser, which does
-        not know the options of the verb and cannot suggest similar ones.
+        The parser of each verb reports its unknown arguments itself. With argparse, the top-level parser would report them, which
+        does not know the options of the verb and so cannot suggest similar ones.
         """
         parsed, unknown = super().parse_known_args(args, namespace)
         if unknown:

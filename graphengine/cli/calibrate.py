@@ -59,7 +59,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     form = "output format (default text); json has SI units, and null for values that were not measured"
     result.add_argument("--format", choices=("text", "json"), default="text", help=form)
     files = parser.add_argument_group("files")
-    inputs = "value for an input, [ROBOT/][GRAPH/]NODE.PORT=VALUE; globs allowed"
+    inputs = "value for an input, [ROBOT/][GRAPH/]NODE.PORT=VALUE, globs allowed"
     add_repeatable(files, "--set", "NODE.PORT=VALUE", inputs)
     files.add_argument("--seed", type=whole, default=0, help="seed of all random generators (default 0)")
     add_allow_argument(parser)
@@ -148,7 +148,8 @@ def _check(result: Calibration, bound: float) -> int:
     outside = result.outside(bound)
     for motion in outside:
         limit = bound if motion.kind == "straight" else TURN_MARGIN * bound
-        print(f"{motion.name}: {_percent(motion.share)} of the command; at most {_percent(limit)} off", file=sys.stderr)
+        allowed = f"at most {_percent(limit)} of difference are allowed"
+        print(f"{motion.name}: {_percent(motion.share)} of the commanded speed; {allowed}", file=sys.stderr)
     return 1 if outside else 0
 
 

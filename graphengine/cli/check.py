@@ -31,7 +31,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def execute(arguments: argparse.Namespace) -> int:
-    """Check the files and print all findings; return 1 if there are errors, or with `--strict` warnings, else 0."""
+    """Check the files and print all findings; return 1 if there are errors (with `--strict`, errors or warnings), else 0."""
     options = make_options(arguments)
     findings = Findings()
     files = graphs = 0

@@ -28,9 +28,9 @@ def add_file_arguments(parser: argparse.ArgumentParser, *, many: bool = False) -
     """Add the argument for a scene or graph file, or for several (`many`), and the options that change how it is loaded."""
     what = "a scene or graph file, or the name of an included one, such as dd100_warehouse or dd100/cmd_vel"
     parser.add_argument("files" if many else "file", metavar="SCENE|GRAPH", nargs="+" if many else None, help=what)
-    parser.add_argument("--scene", metavar="SCENE", help="scene to load a single graph in")
+    parser.add_argument("--scene", metavar="SCENE", help="scene in which to load a graph file")
     add_repeatable(
-        parser, "--set", "NODE.PORT=VALUE", "value for an input, [ROBOT/][GRAPH/]NODE.PORT=VALUE; globs allowed"
+        parser, "--set", "NODE.PORT=VALUE", "value for an input, [ROBOT/][GRAPH/]NODE.PORT=VALUE, globs allowed"
     )
     state = "publish the topics of robot_state_publisher for each robot"
     parser.add_argument("--robot-state", action="store_true", help=state)
@@ -91,10 +91,13 @@ def add_import_argument(parser: argparse.ArgumentParser) -> None:
 def add_page_arguments(parser: argparse.ArgumentParser) -> None:
     """Add `--view-host` and `--view-port` for the web page."""
     parser.add_argument(
-        "--view-host", metavar="ADDRESS", default="127.0.0.1", help="address to serve the page on (default 127.0.0.1)"
+        "--view-host",
+        metavar="ADDRESS",
+        default="127.0.0.1",
+        help="address to serve the web page on (default 127.0.0.1)",
     )
     parser.add_argument(
-        "--view-port", metavar="PORT", type=int, default=0, help="port to serve the page on (default: a free port)"
+        "--view-port", metavar="PORT", type=int, default=0, help="port to serve the web page on (default: a free port)"
     )
 
 
@@ -112,7 +115,7 @@ def environment(arguments: argparse.Namespace) -> dict[str, str]:
 
 
 def add_allow_argument(parser: argparse.ArgumentParser) -> None:
-    """Add `--allow` for folders, and the options for message types, `--distro` and `--msg-path`."""
+    """Add `--allow` for folders that may be read, and the options for message types, `--distro` and `--msg-path`."""
     what = "also let scenes, robots and graphs refer to files in this folder"
     add_repeatable(parser, "--allow", "FOLDER", what, type=Path)
     add_message_path(parser)
@@ -132,7 +135,7 @@ def clean(text: str) -> str:
 
 
 def explain(error: GraphError) -> str:
-    """Return the message of an error; for an exception in a node, also the first and last line of the traceback in its code."""
+    """Return the message of an error; for an exception in a node, also the first and the last frame of its traceback."""
     cause = error.__cause__ if isinstance(error, NodeError) else None
     if cause is None:
         return clean(str(error))
@@ -232,7 +235,7 @@ def make_registry(modules: Sequence[str]) -> Any:
 
 
 def _failure(error: BaseException, name: str) -> str:
-    """Return the reason why a module could not be imported, with file and line in the user's code if it ran."""
+    """Return the reason why a module could not be imported, with the last line of the user's code in the traceback, if any."""
     if isinstance(error, ModuleNotFoundError) and name.endswith(".py"):
         return f"write the name of the module, {name.removesuffix('.py')}"
     what = str(error) if isinstance(error, ImportError) else f"{type(error).__name__}: {error}"
@@ -284,7 +287,7 @@ def open_file(path: Path, options: Options, modules: Sequence[str] = (), *, grap
         path: the file.
         options: options of loading.
         modules: names of imported modules with node types.
-        graphs: also load the graphs of the scene.
+        graphs: load the graphs of the scene too.
     """
     from graphengine.api.scene_loading import open_scene
 
@@ -324,6 +327,6 @@ def table(rows: Sequence[Sequence[str]], *, indent: str = "") -> str:
 
 
 def log_problem(severity: str, node: str, message: str) -> None:
-    """Print a message of a run to stderr unless its severity is `info`."""
+    """Print a node's message on standard error, unless its severity is `info`."""
     if severity != "info":
         print(clean(f"{severity}: {node + ': ' if node else ''}{message}"), file=sys.stderr)

@@ -1,4 +1,4 @@
-"""Output of a run on standard error: a status line, messages of nodes, and a summary."""
+"""Prints the output of a run on standard error: a status line, messages of nodes, and a summary."""
 
 from __future__ import annotations
 

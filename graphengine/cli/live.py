@@ -37,9 +37,11 @@ def add_live_arguments(parser: argparse.ArgumentParser, *, clock: bool = False) 
     add_transport_argument(parser)
     spin = "time to wait for the discovery of other nodes (default 0.5 with dds, 2 with rclpy)"
     parser.add_argument("--spin-time", metavar="SECONDS", type=seconds, help=spin)
-    parser.add_argument("--no-daemon", action="store_true", help="has no effect, because there is no daemon as in ros2")
+    parser.add_argument("--no-daemon", action="store_true", help="has no effect; unlike ros2, graphrun has no daemon")
     if clock:
-        parser.add_argument("-s", "--use-sim-time", action="store_true", help="use the simulation time on /clock")
+        parser.add_argument(
+            "-s", "--use-sim-time", action="store_true", help="use the simulation time on /clock, not wall time"
+        )
     add_message_path(parser)
 
 

@@ -73,7 +73,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--convention",
         choices=("ros", "isaac"),
         default="ros",
-        help="isaac: as Isaac Sim writes maps, with the origin shifted by half a cell and RGBA colours (default ros)",
+        help="isaac: as Isaac Sim makes maps: height range half a cell wider, origin shifted by half a cell, RGBA (default ros)",
     )
     add_allow_argument(parser)
 

@@ -1,4 +1,4 @@
-"""Finds out what the robot of a new project can do, and writes commands and tests for each skill."""
+"""Finds the skills of a new project's robot, such as driving, and writes commands and tests for each skill."""
 
 from __future__ import annotations
 

@@ -32,7 +32,7 @@ class RecordedRun:
     Attributes:
         recording: the recording; no tick has been read yet.
         runner: runner of the session; its network delivers only the recorded messages.
-        plain: replaces extracted paths in a text by the file names in the recording.
+        plain: returns a text with the paths of extracted files replaced by the file names in the recording.
     """
 
     recording: Recording
@@ -115,7 +115,7 @@ def _what_to_run(arguments: argparse.Namespace, recording: Recording) -> tuple[P
     """Return the file to load and the options to load it with: those of the recorded run, changed by the command line.
 
     Raises:
-        UsageError: an option is invalid, or the recorded run needs more than this machine or the command line provides.
+        UsageError: an option is invalid, or the run needs a module with node types or numba, which is not given or installed.
     """
     from graphengine.cli.common import environment, parse_set, reading_options
     from graphengine.format.files import find_file

@@ -25,7 +25,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     against = "replay the recorded inputs to this scene or graph instead of the recorded one"
     parser.add_argument("--against", metavar="SCENE|GRAPH", help=against)
     add_repeatable(parser, "--ignore", "TOPIC", "topic to leave out of the comparison; globs allowed")
-    values = "value for an input, [ROBOT/][GRAPH/]NODE.PORT=VALUE, in addition to the values of the recorded run; globs allowed"
+    values = "value for an input, [ROBOT/][GRAPH/]NODE.PORT=VALUE, globs allowed, in addition to the values of the recorded run"
     add_repeatable(parser, "--set", "NODE.PORT=VALUE", values)
     parser.add_argument("--seed", type=whole, help="seed of all random generators (default: that of the recorded run)")
     parser.add_argument(

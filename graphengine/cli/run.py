@@ -30,7 +30,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--for", metavar="TIME", dest="duration", type=duration, help=simulated)
     pace = "realtime, max, or a factor of real time, such as 0.5 (default realtime; max with --transport memory)"
     parser.add_argument("--rate", type=rate, help=pace)
-    parser.add_argument("--paused", action="store_true", help="start paused; `graphrun ctl play` resumes the run")
+    parser.add_argument("--paused", action="store_true", help="start paused; `graphrun ctl play` starts the simulation")
     parser.add_argument("--no-control", action="store_true", help="disable `graphrun ctl` for this run")
     interfaces = (
         "offer the services of ROS 2's simulation_interfaces in this namespace (default /), with which anyone on the network"
@@ -74,7 +74,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--view-read-only", action="store_true", help="let the web page show the run, but not control it"
     )
-    quiet = "print only warnings, errors and lost messages: no status line, no summary"
+    quiet = "print only warnings, errors and losses, such as dropped messages; no status line, no summary"
     parser.add_argument("--quiet", action="store_true", help=quiet)
     parser.add_argument("--force", action="store_true", help="let --record overwrite an existing file")
 

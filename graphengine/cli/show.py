@@ -123,7 +123,7 @@ def outline(graph: Graph) -> str:
 
 
 def schedule(graph: Graph) -> str:
-    """Return the schedule of a graph as text: each region (nodes that run on one occasion) with its nodes in execution order."""
+    """Return the schedule of a graph as text: each region of the plan, and the nodes of the region in execution order."""
     lines = [_at(graph)]
     constants = [graph.instances[refresh.node].id for refresh in graph.plan.constants]
     if constants:

@@ -77,7 +77,9 @@ def only_topic(graph: NetworkGraph) -> str:
     """
     topics = sorted({end.topic for end in _readers(graph)})
     if len(topics) > 1:
-        raise UsageError(f"several topics have subscribers for velocities\n  {listing(topics, 'write one of')}")
+        raise UsageError(
+            f"several topics have subscribers of type Twist or TwistStamped\n  {listing(topics, 'write one of')}"
+        )
     return topics[0] if topics else TOPIC
 
 

@@ -34,12 +34,16 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the command-line arguments of `graphrun tf tree` to its parser."""
     verbs = parser.add_subparsers(dest="tf_verb", metavar="VERB", required=True)
     tree = add_verb(verbs, "tree", "print the frame tree with the broadcaster, rate and newest transform of each frame")
-    namespace = "namespace of the topics tf and tf_static, such as dd100_0000 (default: none if in use, else the only one in use)"
+    namespace = (
+        "namespace of tf and tf_static, such as dd100_0000 (default: the root namespace, or else the only one in use)"
+    )
     tree.add_argument("--namespace", metavar="NAME", help=namespace)
     wait = f"time to listen to transforms (default {LISTENING:g})"
     tree.add_argument("-t", "--wait-time", metavar="SECONDS", type=positive, default=LISTENING, help=wait)
-    output = "file to write: text (.txt), Graphviz source (.dot, .gv), or an image drawn by Graphviz (.png, .svg, .pdf)"
-    output += " (default: print text)"
+    output = (
+        "file to write: text (.txt), Graphviz source (.dot, .gv), or an image drawn by Graphviz (.png, .svg, .pdf);"
+    )
+    output += " default: print text"
     tree.add_argument("-o", "--output", metavar="FILE", type=Path, help=output)
     tree.add_argument("--strict", action="store_true", help="exit with code 1 if there are warnings")
     add_live_arguments(tree)
@@ -128,7 +132,9 @@ def _only_namespace(graph: NetworkGraph) -> str:
     there = _namespaces(graph)
     if len(there) < 2 or "" in there:
         return "" if "" in there else "".join(there)
-    raise TransportError(f"there are several trees\n{listing(there, 'choose with --namespace one of')}")
+    raise TransportError(
+        f"transforms are published in several namespaces\n{listing(there, 'choose with --namespace one of')}"
+    )
 
 
 def _elsewhere(graph: NetworkGraph) -> str:

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 CLOCK_PATIENCE = 5.0
 """Wall time to wait for the first message on /clock, s."""
 SAME_TIME = 5.0
-"""Maximum difference between the simulation time of a run and /clock for the run to be the publisher of /clock, s."""
+"""Maximum difference between the simulation time of a run and /clock, s; beyond it, another run publishes /clock."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -224,11 +224,11 @@ def _other_clock(truth: TruePoses | None) -> Callable[[], float]:
 
 
 def _drive(go: Callable[..., Outcome], goal: NavigationGoal, place: str) -> Outcome:
-    """Send a goal, wait until it ends, print its result, and return it; on a terminal, also show the progress.
+    """Send a goal, wait until it ends, print its outcome and return it; on a terminal, also show the progress.
 
     Args:
-        go: sends a goal and calls its second argument with the progress; returns the outcome.
-        goal: the goal.
+        go: sends the goal that is its first argument, calls its second argument with each progress, and returns the outcome.
+        goal: the goal to send.
         place: place of the goal among all goals, such as `2/5`.
     """
     line = terminal.start_live_line() if terminal.can_overwrite() else None

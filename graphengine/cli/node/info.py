@@ -42,9 +42,7 @@ def execute(arguments: argparse.Namespace) -> int:
             hint = near_topic(node, names) or listing(names, "nodes")
             raise TransportError(f"unknown node {node!r}\n{hint}\nseen over {live.transport.description}")
         if (number := names.count(node)) > 1:
-            print(
-                f"WARNING: {number} nodes have the name {node!r}; the lists are those of all together", file=sys.stderr
-            )
+            print(f"WARNING: {number} nodes have the name {node!r}; the lists below merge them", file=sys.stderr)
         sections = _sections(graph, node)
         show(node)
         for title, found in sections.items():
@@ -75,10 +73,10 @@ def _topics(graph: NetworkGraph, node: str, direction: Direction) -> set[Named]:
 
 
 def _actions(topics: Iterable[Named]) -> set[Named]:
-    """Return the actions whose feedback topic is one of the given topics.
+    """Return name and type of the actions whose feedback topic is among `topics`, which are pairs of name and type.
 
-    A server publishes the feedback topic and a client subscribes to it, so topics that a node publishes give its action servers,
-    and topics that it subscribes to give its action clients.
+    A server publishes the feedback topic, and a client subscribes to it. So the topics that a node publishes give its action
+    servers, and the topics that it subscribes to give its action clients.
     """
     return {
         (topic.removesuffix(FEEDBACK), kind.removesuffix("_FeedbackMessage"))

@@ -41,7 +41,7 @@ def execute(arguments: argparse.Namespace) -> int:
 
 
 def describe(end: Endpoint) -> str:
-    """Return all details of a publisher or subscriber as text; a detail that its peer does not announce is UNKNOWN."""
+    """Return all details of a publisher or subscriber as text; details that its peer does not announce are UNKNOWN."""
     qos = end.qos
     history = f"KEEP_LAST ({qos.depth})" if qos.history == "keepLast" else shouted(qos.history)
     lines = [
