@@ -313,7 +313,10 @@ def refuse_to_overwrite(paths: Iterable[Path], *, force: bool) -> None:
 
 
 def print_findings(findings: Findings | Sequence[Finding], *, stream: Any = None, notes: bool = True) -> None:
-    """Print findings in the order of files and lines, each with an excerpt of its file; leave out notes unless `notes` is set."""
+    """Print findings, each with an excerpt of its file; leave out notes unless `notes` is set.
+
+    A `Findings` object is printed in the order of files and lines, a sequence in its own order.
+    """
     for finding in findings if isinstance(findings, Sequence) else findings.sorted():
         if notes or finding.severity != "note":
             print(finding.render(), file=stream or sys.stderr)

@@ -72,7 +72,11 @@ def test_the_only_namespace_is_meant_where_none_is_given(tree: Graphrun, peer: D
 def test_of_several_namespaces_one_must_be_given(tree: Graphrun, peer: DdsTransport) -> None:
     latch(peer, "/a/tf_static", ("base", "laser"))
     latch(peer, "/b/tf_static", ("base", "camera"))
-    tree(code=1, out="", err="error: transforms are published in several namespaces\nchoose with --namespace one of: /a, /b\n")
+    tree(
+        code=1,
+        out="",
+        err="error: transforms are published in several namespaces\nchoose with --namespace one of: /a, /b\n",
+    )
     assert "camera" in tree("--namespace", "/b").out
 
 
