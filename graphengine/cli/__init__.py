@@ -159,7 +159,7 @@ def _execute(parsed: argparse.Namespace) -> int:
         sys.stdout.reconfigure(errors="backslashreplace")  # as stderr has it: not every terminal knows every character
     try:
         if not has_address_space(SMALLEST):
-            raise MemoryError(f"{SMALLEST // 10**6} MB of address space are needed; raise the limit set by `ulimit -v`")
+            raise MemoryError(f"{SMALLEST // 10**6} MB of address space are needed; raise the limit of `ulimit -v`")
         code = int(parsed.function(parsed))
         if sys.stdout is not None:
             sys.stdout.flush()  # here a full disk can still be told

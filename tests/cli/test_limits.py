@@ -27,7 +27,7 @@ def limited(limit: str, *arguments: str) -> Result:
 @pytest.mark.parametrize("transport", ["memory", "dds"])
 def test_too_little_memory_has_its_own_exit_code(megabytes: int, transport: str) -> None:
     result = limited(f"-v {megabytes}000", *RUN, "--transport", transport)
-    told = "error: out of memory: 320 MB of address space are needed; raise the limit set by `ulimit -v`\n"
+    told = "error: out of memory: 320 MB of address space are needed; raise the limit of `ulimit -v`\n"
     assert (result.code, result.out, result.err) == (3, "", told)
 
 
@@ -36,7 +36,7 @@ def test_memory_that_suffices_for_a_run_but_not_for_dds_is_refused_before_cyclon
     result = limited("-v 420000", *RUN, "--transport", "dds")
     assert (result.code, result.out) == (1, "")
     assert "cannot join domain 0" in result.err
-    assert "it needs 400 MB more memory\nraise the limit set by `ulimit -v`" in result.err
+    assert "it needs 400 MB more memory\nraise the limit of `ulimit -v`" in result.err
 
 
 @pytest.mark.parametrize("files", [8, 16])
