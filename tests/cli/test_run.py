@@ -132,7 +132,7 @@ def test_a_paced_run_takes_no_less_than_its_time(graphrun: Graphrun, project: Pa
         (
             "--simulation-interfaces",
             "mine",
-            "write a namespace as in --simulation-interfaces /one, and what to run before it",
+            "write a namespace, as in --simulation-interfaces /one; write the scene or graph before this option",
         ),
         ("--simulation-interfaces", "/one/", "ends with '/'"),
         ("--seed", "x", "is not a whole number"),
@@ -320,7 +320,7 @@ def test_pictures_that_come_too_late_are_told_at_once_and_counted_in_the_end(
     result = graphrun("run", "mine.yaml", "--for", "100ms", *MEMORY)
     _, warning, remedy, count, _ = result.err.splitlines()
     assert warning == "warning: /robot/camera: an image came too late and was dropped"
-    assert remedy.startswith("  drawing does not keep up")
+    assert remedy.startswith("  rendering does not keep up")
     assert count == "came too late and dropped: 6 images of /robot/camera"
     assert ticks(result.err) == 6
 
