@@ -1,4 +1,4 @@
-"""The files of a new project."""
+"""Makes the files of a new project for `graphrun new`."""
 
 from __future__ import annotations
 
@@ -21,12 +21,12 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class WorldPlaces:
-    """A world of graphengine with free space for a robot.
+    """An included world and free places for a robot in it.
 
     Attributes:
-        file: file of the world.
-        stand: position on the floor for a robot that moves freely, m.
-        mount: position for a robot with a fixed base, m.
+        file: MJCF file of the world, relative to the folder of the included scenes.
+        stand: x and y of a place on the floor for a robot that moves freely, m.
+        mount: position for the base link of a robot with a fixed base, m.
     """
 
     file: str
@@ -42,7 +42,7 @@ WORLDS = {
 DINGO = Path("scenes/robots/dd100.yaml")
 DINGO_GRAPH = Path("graphs/dd100/cmd_vel.yaml")
 DINGO_LIFT = 0.025
-"""Height (m) of the Dingo-D's base link above the floor, from which it settles."""
+"""Initial height of the Dingo-D's base link above the floor, m; the robot settles from it."""
 
 SCENE = """\
 # What `graphrun run {name}.yaml` runs.
@@ -103,12 +103,12 @@ ROS2_CONTROL_FILE = """\
 
 
 class Project:
-    """The files of a project, by path; nothing is written before `write`.
+    """Collects the files of a project in memory; `write` writes them.
 
     Args:
         folder: folder of the project.
         name: name of the robot and the scene.
-        world: a key of `WORLDS`; None: `table` for an arm, `flat` for other robots.
+        world: a key of `WORLDS`; None takes `table` for an arm and `flat` for other robots.
     """
 
     def __init__(self, folder: Path, name: str, world: str | None) -> None:
@@ -119,14 +119,14 @@ class Project:
         self._contents: dict[Path, bytes] = {}
 
     def add_dingo(self) -> None:
-        """Add the Dingo-D with a copy of the graph that drives it."""
+        """Add the Dingo-D, a copy of the graph that drives it, and the files around them, such as the scene."""
         self._add(self.robot_file, DINGO_ROBOT.format(key=scalar(self.name)))
         self._contents[self.folder / "graphs" / DINGO_GRAPH.name] = (shipped() / DINGO_GRAPH).read_bytes()
         world = WORLDS[self.world or "flat"]
         self._add_rest("A Clearpath Dingo-D", [DRIVE], world, (*world.stand, DINGO_LIFT))
 
     def add_robot(self, imported: Imported) -> None:
-        """Add an imported robot with its description, meshes and graphs."""
+        """Add an imported robot with its description, meshes and graphs, and the files around them, such as the scene."""
         for path, text in imported.files.items():
             self._add(path, text)
         for path, source in imported.copies.items():
@@ -141,7 +141,7 @@ class Project:
         write_together(self._contents)
 
     def told(self) -> str:
-        """Return a text with the folder, the number of files and the next command for the user."""
+        """Return a text for the user with the folder, the number of files and the next command."""
         folder = near(str(self.folder))
         return clean(
             f"{folder}: a project of {len(self._contents)} files\nnext: cd {folder} && graphrun run {self.name}.yaml"
@@ -151,7 +151,7 @@ class Project:
         self._contents[path] = text.encode()
 
     def _add_ros2_control(self, imported: Imported) -> bool:
-        """Add the hardware of ros2_control for joints that take commands; return False if there are none."""
+        """Add a xacro file for ros2_control with the commanded joints; return False if the robot has no such joints."""
         from graphengine.physics.importing import topic_based
 
         joints = commanded(imported)
@@ -165,7 +165,15 @@ class Project:
     def _add_rest(
         self, source: str, skills: Sequence[Skill], world: WorldPlaces, place: Vector3, more: str = ""
     ) -> None:
-        """Add the scene with the robot at `place` (m), the test, the README and the requirements."""
+        """Add the scene, the test, the README and the requirements.
+
+        Args:
+            source: origin of the robot, with which the README begins.
+            skills: skills of the robot, for the test and the README.
+            world: world of the scene.
+            place: position of the robot in the world, m.
+            more: text for the end of the README.
+        """
         x, y, z = place
         settle = ACTIVE if any(skill.active for skill in skills) else SETTLE
         scene = SCENE.format(name=self.name, key=scalar(self.name), world=world.file, settle=settle, x=x, y=y, z=z)

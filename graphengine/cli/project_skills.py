@@ -1,4 +1,4 @@
-"""Skills of the robot in a new project, with commands for the README and tests."""
+"""Finds the skills of a new project's robot, such as driving, and writes commands and tests for each skill."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from graphengine.physics.importing.import_robot import Imported
 
 _BASE, _STAND, _TRAJECTORY = "base", "stand", "arm/trajectory.yaml"
-"""Names of the graphs of a base and of legs in an imported robot file, and file of the graph of an arm."""
+"""In an imported robot file: names of the graphs that drive a base and that hold legs, and the file of the graph of an arm."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,9 +26,10 @@ class Skill:
 
     Attributes:
         commands: commands that demonstrate the skill, each with its purpose.
-        example: a longer command, which moves a joint or an arm; empty without one.
+        example: command for a separate section of the README, which moves a joint or an arm; may be empty.
         active: whether the robot falls over unless its graphs run.
-        test: Python code of a test of the skill; it may use the scene `SCENE`, the name `ROBOT` and the imports of `_TEST_FILE`.
+        test: Python code of a test of the skill; it may use `SCENE` (path of the scene), `ROBOT` (name of the robot) and the
+            imports of `_TEST_FILE`.
     """
 
     commands: tuple[tuple[str, str], ...]
@@ -101,17 +102,17 @@ def skills_of(imported: Imported) -> list[Skill]:
 
 
 def commanded(imported: Imported) -> list[UrdfJoint]:
-    """Return the joints that a topic commands, apart from those of a base."""
+    """Return the joints that take commands from a topic, without the joints of a base."""
     return [imported.robot.urdf.joints[name] for name in imported.draft.commanded]
 
 
 def is_arm(imported: Imported) -> bool:
-    """Return whether a robot has a fixed base and a graph that follows trajectories."""
+    """Return whether an imported robot has a fixed base and a graph that follows trajectories."""
     return not imported.free and bool(_arms(imported))
 
 
 def usage(name: str, skills: Sequence[Skill]) -> str:
-    """Return the commands for the scene with this name, one a line, each with a comment."""
+    """Return the commands for the README, one per line, each with a comment; `name` is the name of the scene."""
     tries = [command for skill in skills for command in skill.commands]
     commands = [
         (
@@ -127,7 +128,7 @@ def usage(name: str, skills: Sequence[Skill]) -> str:
 
 
 def test_file(name: str, skills: Sequence[Skill]) -> str:
-    """Return the text of a test of the scene and robot with this name."""
+    """Return the content of the test file; `name` is the name of the scene and of the robot."""
     simulated = any("ge." in skill.test for skill in skills)
     imports = "import pytest\n\nimport graphengine as ge\n" if simulated else ""
     robot = f'ROBOT = "{name}"\n' if simulated else ""
@@ -135,7 +136,7 @@ def test_file(name: str, skills: Sequence[Skill]) -> str:
 
 
 def _arms(imported: Imported) -> dict[str, Mapping[str, Any]]:
-    """Return the parameters of each graph for an arm, by the name of the graph."""
+    """Return the parameters of each graph that drives an arm, by the name of the graph."""
     graphs = imported.draft.sections["graphs"]
     return {name: each.value["parameters"] for name, each in graphs.items() if each.value["use"].endswith(_TRAJECTORY)}
 
