@@ -40,8 +40,8 @@ class Skill:
 
 DRIVE = Skill(
     (
-        ("graphrun teleop", "in another terminal: drive it from the keyboard"),
-        ("graphrun calibrate {name}.yaml", "commanded against reached motion, and the errors of its odometry"),
+        ("graphrun teleop", "in another terminal: drive the robot from the keyboard"),
+        ("graphrun calibrate {name}.yaml", "compare reached with commanded motion, and measure the odometry errors"),
     ),
     """
 def test_the_base_follows_its_commands_within_two_percent() -> None:
@@ -66,7 +66,7 @@ def test_the_robot_stands_for_ten_seconds() -> None:
         assert sim.robots[ROBOT].pose.position[2] == pytest.approx(height, abs=0.02)    # m
 """
 _HOLD = """
-def test_the_joints_hold_where_they_start() -> None:
+def test_the_joints_hold_their_start_positions() -> None:
     with ge.load(SCENE).session() as sim:
         start = {joint: state.position for joint, state in sim.robots[ROBOT].joints.items()}
         sim.run(3.0)
@@ -74,7 +74,7 @@ def test_the_joints_hold_where_they_start() -> None:
     assert held == pytest.approx(start, abs=0.05)    # rad, m
 """
 _TEST_FILE = '''\
-"""The robot does what its graphs say."""
+"""Tests of the robot: its files have no errors, and it moves as commanded."""
 
 from pathlib import Path
 
@@ -117,12 +117,12 @@ def usage(name: str, skills: Sequence[Skill]) -> str:
     commands = [
         (
             "graphrun run {name}.yaml --view",
-            "the robot and its graphs in a browser; --watch reloads files that you save",
+            "run, with a web page of the robot and its graphs; --watch reloads files that you save",
         ),
         *tries[:1],
-        ("graphrun topics {name}.yaml", "the topics that it publishes and subscribes to"),
+        ("graphrun topics {name}.yaml", "list the topics that the scene publishes and subscribes to"),
         *tries[1:],
-        ("graphrun check {name}.yaml && pytest", "before you commit"),
+        ("graphrun check {name}.yaml && pytest", "before a commit: check the files and run the tests"),
     ]
     return table([(command.replace("{name}", name), f"# {about}") for command, about in commands], indent="    ")
 

@@ -45,7 +45,7 @@ _MAP_ARGUMENT = """\
             "localization",
             default_value="amcl",
             choices=["amcl", "truth"],
-            description="truth: `graphrun run --localization truth` publishes the true pose of the robot",
+            description="truth: no AMCL; `graphrun run --localization truth` publishes the true pose of the robot",
         ),
 """
 

@@ -31,7 +31,7 @@ def _amcl(robot: RobotFacts, alphas: Sourced[Alphas]) -> Parameters:
         "base_frame_id": Sourced(robot.base_frame, "child frame of the odometry"),
         "odom_frame_id": Sourced(robot.odometry_frame, f"frame of {robot.odometry_topic}"),
         "global_frame_id": Sourced(MAP_FRAME, "frame of the map"),
-        "scan_topic": Sourced(scan.topic, "LaserScan with the widest view"),
+        "scan_topic": Sourced(scan.topic, "LaserScan with the widest field of view"),
         "robot_model_type": Sourced(
             f"nav2_amcl::{'Omni' if omni else 'Differential'}MotionModel", robot.limits.kinematics.source
         ),

@@ -81,21 +81,25 @@ def motion_limits(scene: LoadedScene, robot: RobotInstance, graphs: Collection[s
     ]
     speed = _least(speeds)
     steering = inputs.first("maxWheelRotation")
-    turning_radius = Sourced(0.0, "it turns on the spot")
+    turning_radius = Sourced(0.0, "the robot turns on the spot")
     if kinematics.value == "ackermann" and base is not None:
         turning_radius = _turning_radius(base, steering, track)
     turns = [*inputs.limits("maxAngularSpeed"), Sourced(MOST_TURN, "limit for indoor driving")]
     if turning_radius.value:
-        turns.append(Sourced(speed.value / turning_radius.value, "speed by the turning radius"))
+        turns.append(Sourced(speed.value / turning_radius.value, "speed divided by the turning radius"))
     elif track is not None:
-        turns.append(Sourced(2.0 * speed.value / track.value, f"speed of the wheels by half the track, {track.source}"))
+        turns.append(
+            Sourced(2.0 * speed.value / track.value, f"speed of the wheels divided by half the track ({track.source})")
+        )
     push = _acceleration_by_force(scene, robot)
     acceleration = _least([*inputs.limits("maxAcceleration", "acceleration"), *push, _DEFAULT])
     deceleration = _least([*inputs.limits("maxDeceleration"), *push, Sourced(MOST_ACCELERATION, acceleration.source)])
     lever = track.value / 2.0 if track is not None else 0.2
     turn_accelerations = [
         *inputs.limits("maxAngularAcceleration"),
-        Sourced(acceleration.value / lever, f"acceleration of the wheels, {acceleration.source}, by half the track"),
+        Sourced(
+            acceleration.value / lever, f"acceleration of the wheels ({acceleration.source}) divided by half the track"
+        ),
         Sourced(MOST_TURN_ACCELERATION, f"{NAV2}; the graphs have no limit"),
     ]
     return MotionLimits(
@@ -154,7 +158,7 @@ def _least(found: list[Sourced[float]]) -> Sourced[float]:
 
 
 def _times(one: Sourced[float], radius: Sourced[float], unit: str) -> Sourced[float]:
-    return Sourced(one.value * radius.value, f"{one.source} by the wheel's radius, {unit}")
+    return Sourced(one.value * radius.value, f"{one.source} times the wheel's radius, {unit}")
 
 
 def _rim_speeds(robot: RobotInstance) -> Iterator[Sourced[float]]:
@@ -165,9 +169,9 @@ def _rim_speeds(robot: RobotInstance) -> Iterator[Sourced[float]]:
         if drive is None:
             continue
         if math.isfinite(drive.max_velocity):
-            yield Sourced(drive.max_velocity * radius, f"drive of {name}: max_velocity by the wheel's radius")
+            yield Sourced(drive.max_velocity * radius, f"max_velocity of the drive of {name} times the wheel's radius")
         elif (limit := joints[name].velocity) is not None:
-            yield Sourced(limit * radius, f"{name}: velocity limit by the wheel's radius")
+            yield Sourced(limit * radius, f"velocity limit of {name} times the wheel's radius")
 
 
 def _turning_radius(
@@ -178,10 +182,10 @@ def _turning_radius(
     It is 1.1 times the radius at the steering limit; if the limit is unknown, twice the wheel base.
     """
     if steering is None or not 0.05 < steering.value < 1.3:
-        return Sourced(2.0 * base.value, f"twice the wheel base, {base.source}; the steering limit is unknown")
+        return Sourced(2.0 * base.value, f"twice the wheel base ({base.source}), because the steering limit is unknown")
     inner = base.value / math.tan(steering.value)
     radius = inner + (track.value / 2.0 if track is not None else 0.0)
-    return Sourced(1.1 * radius, f"wheel base, track and {steering.source}, and 10 % for corrections")
+    return Sourced(1.1 * radius, f"wheel base, track and steering limit ({steering.source}), plus 10 % for corrections")
 
 
 def _acceleration_by_force(scene: LoadedScene, robot: RobotInstance) -> list[Sourced[float]]:
@@ -196,5 +200,5 @@ def _acceleration_by_force(scene: LoadedScene, robot: RobotInstance) -> list[Sou
     mass = float(model.body_mass[own].sum())
     grip = GRIP * 9.81
     if SHARE_OF_FORCE * force / mass > grip:
-        return [Sourced(grip, f"grip of the wheels, {GRIP:g} of gravity")]
-    return [Sourced(SHARE_OF_FORCE * force / mass, f"max_force of {len(wheels)} drives on {mass:.3g} kg")]
+        return [Sourced(grip, f"grip of the wheels: {GRIP:g} times gravity")]
+    return [Sourced(SHARE_OF_FORCE * force / mass, f"max_force of {len(wheels)} drives, mass {mass:.3g} kg")]

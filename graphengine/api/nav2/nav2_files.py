@@ -117,12 +117,14 @@ def _alphas(
 ) -> Sourced[Alphas]:
     """Return AMCL's alphas, measured by a calibration; if there is none or it fails, small alphas for good odometry."""
     if not calibrated:
-        return Sourced((UNCALIBRATED,) * 5, "good odometry; not measured (--no-calibrate)")
+        return Sourced((UNCALIBRATED,) * 5, "assumes good odometry; not measured (--no-calibrate)")
     result = calibrate(scene, robot.name, modules=modules, progress=lambda share: progress(robot.name, share))
     if not result.moves:
         notes.append(f"{robot.name} did not move in its calibration: {'; '.join(result.notes)}")
-        return Sourced((UNCALIBRATED,) * 5, "good odometry; the calibration did not move the robot")
-    return Sourced(amcl_alphas(result), "calibration of the robot, at least 0.01, because particles need some noise")
+        return Sourced((UNCALIBRATED,) * 5, "assumes good odometry; the robot did not move in the calibration")
+    return Sourced(
+        amcl_alphas(result), "calibration of the robot; at least 0.01, because the particle filter needs some noise"
+    )
 
 
 def _robot_files(

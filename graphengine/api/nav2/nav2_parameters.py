@@ -62,7 +62,9 @@ def nav2_parameters(robot: RobotFacts, distribution: Distribution, alphas: Sourc
         "lifecycle_manager_localization": node(_manager(located_by, distribution)),
         "lifecycle_manager_navigation": node(_manager(NAVIGATION, distribution)),
     }
-    head = f"Nav2 ({distribution.name}) for {robot.name} of {scene}, by `graphrun nav2 files`; comments: sources of the values"
+    head = (
+        f"Nav2 ({distribution.name}) for {robot.name} of {scene}, by `graphrun nav2 files`; comments: sources of values"
+    )
     return parameter_text(nodes, robot.namespace, head)
 
 
@@ -73,7 +75,7 @@ def _navigator(robot: RobotFacts, distribution: Distribution) -> Parameters:
     return {
         "global_frame": Sourced(MAP_FRAME, "frame of the map"),
         "robot_base_frame": Sourced(robot.base_frame, "child frame of the odometry"),
-        "odom_topic": Sourced(robot.odometry_topic, "publisher in the robot's graph"),
+        "odom_topic": Sourced(robot.odometry_topic, "topic that the robot's graph publishes"),
         "transform_tolerance": Sourced(TOLERANCE, BUSY),
         "bt_loop_duration": nav2(10),
         "default_server_timeout": Sourced(5000, f"ms, instead of 20, {BUSY}"),
@@ -90,7 +92,7 @@ def _manager(nodes: Sequence[str], distribution: Distribution) -> Parameters:
     service: Parameters = {"service_timeout": Sourced(BOND_TIMEOUT, BUSY)} if distribution.service_timeout else {}
     return {
         "autostart": nav2(True),
-        "node_names": Sourced(list(nodes), "nodes of nav2.launch.py, in the order of their start"),
+        "node_names": Sourced(list(nodes), "nodes of nav2.launch.py, in start order"),
         "bond_timeout": Sourced(BOND_TIMEOUT, f"s, instead of 4, {BUSY}"),
         **service,
     }
