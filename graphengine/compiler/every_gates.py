@@ -153,14 +153,14 @@ def _gated_pins(graph: Graph, instance: Instance, findings: Findings) -> dict[tu
         return {}
     execution = [port for port in instance.cls.fields.values() if port.is_exec]
     if not execution or graph.flat.spec.evaluator == "push":
-        what = f"{instance.cls.__name__} is a data node, computed when another node reads it"
-        remedy = "put it on the reader"
+        what = f"{instance.cls.__name__} is a data node, which is computed when another node reads it"
+        remedy = "write `every` at the node that reads it"
         if execution:
-            what, remedy = "in a push graph every node is computed in every tick", "use `evaluator: execution`"
+            what, remedy = "in a push graph, every node is computed in every pass", "use `evaluator: execution`"
         span = entry.key_span("every")
         findings.add(
             "G109",
-            f"{instance.id}: `every` applies to nodes that are executed; {what}",
+            f"{instance.id}: `every` cannot be used here: {what}",
             span,
             remedy,
             related=entry.via,

@@ -83,7 +83,7 @@ def set_literals(graph: Graph, known: dict[str, Instance | None], findings: Find
                 meant = [p for p in cls.fields.values() if p.name in inputs and did_you_mean(name, [p.name])]
                 instance.refused.update(p.field for p in meant)
             elif port.is_exec:
-                message = f"{name!r} carries execution and has no value"
+                message = f"{name!r} is an execution input and cannot have a value"
                 findings.add("G211", message, entry.key_span("inputs", name), "wire it", related=entry.via)
             else:
                 _set_literal(instance, port, value, partial(entry.span, "inputs", name), findings)

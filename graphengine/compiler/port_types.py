@@ -38,9 +38,9 @@ def settle_types(graph: Graph, findings: Findings) -> None:
             untold.append(wire)
         elif gives == types.ANY != takes and source.cls.resolve_types is not Node.resolve_types:
             message = (
-                f"the type of {wire.entry.source} cannot be resolved, because a wire feeds the input that decides it"
+                f"the type of {wire.entry.source} cannot be resolved, because the input that determines it is wired"
             )
-            remedy = f"remove that wire, and set the input of {source.id} below `inputs:`"
+            remedy = f"remove the wire into that input of {source.id}, and set the input below `inputs:`"
             findings.add("G213", message, wire.entry.source.span, remedy, related=wire.entry.via)
         elif takes is None or converter is None:
             legal = takes or into.type
@@ -63,7 +63,8 @@ def _tell_untold(graph: Graph, untold: list[Wire], findings: Findings) -> list[W
     circular = _circular(graph) if untold else set()
     for wire in (wire for wire in untold if wire.source not in circular):
         what = f"the type of {wire.entry.source} cannot be resolved from its wires ({wire})"
-        findings.add("G213", what, wire.entry.source.span, "set a value with its type", related=wire.entry.via)
+        remedy = "write an input of the node as {type: …, value: …}"
+        findings.add("G213", what, wire.entry.source.span, remedy, related=wire.entry.via)
     return [wire for wire in untold if wire.source in circular]
 
 

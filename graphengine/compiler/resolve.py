@@ -126,8 +126,8 @@ def _connect(graph: Graph, known: dict[str, Instance | None], findings: Findings
             graph.exec_wires.append(wire)
         elif (other.index, into.field) in taken:
             first = taken[other.index, into.field]
-            message = f"two wires into {entry.target}; a data input takes one"
-            remedy = "remove one, or choose between them with a node"
+            message = f"{entry.target} has two wires; a data input takes one"
+            remedy = "remove one, or choose between the two values with a SelectIf node"
             findings.add("G207", message, entry.span, remedy, related=[(first.span, "the other one"), *entry.via])
         else:
             taken[other.index, into.field] = wire

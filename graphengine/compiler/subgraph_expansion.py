@@ -239,10 +239,10 @@ class _Expansion:
             return None
         if resolved in stack:
             loop = " -> ".join(p.name for p in (*stack[stack.index(resolved) :], path))
-            self.findings.add("G214", f"a subgraph that contains itself: {loop}", span)
+            self.findings.add("G214", f"the subgraph contains itself: {loop}", span)
             return None
         if len(stack) > MAX_SUBGRAPH_DEPTH:
-            self.findings.add("G214", f"subgraphs nested more than {MAX_SUBGRAPH_DEPTH} deep", span)
+            self.findings.add("G214", f"subgraphs are nested more than {MAX_SUBGRAPH_DEPTH} levels deep", span)
             return None
         given = entry.spec.parameters
         written = {name for name in given if entry.is_written("parameters", name)}
@@ -279,7 +279,7 @@ class _Expansion:
             span = value.span.part(offset, len(part)) if value.plain and value.span.length == len(text) else value.span
             end = _read_end(part, span)
             if end is None:
-                self.findings.add("G202", f"{part!r} is not `Node.port`", span, legal)
+                self.findings.add("G202", f"{part!r} does not have the form `Node.port`", span, legal)
                 return None
             ends.append(end)
         return ends
@@ -294,7 +294,7 @@ class _Expansion:
         place = inner.document.span(side, port)
         end = _read_end(declared[port], place)
         if end is None:
-            self.findings.add("G202", f"{declared[port]!r} is not `Node.port`", place)
+            self.findings.add("G202", f"{declared[port]!r} does not have the form `Node.port`", place)
         return end
 
     def _lead_through(self, end: WireEnd, subgraphs: Mapping[str, _Subgraph], side: Side) -> WireEnd | None:

@@ -138,15 +138,15 @@ class _Filler:
 
             filled = PARAMETER.sub(replacement, value.data)
         if before <= MAX_BYTES < self.budget.text:
-            what = f"more than {MAX_BYTES // 1_000_000} MB when the parameters are filled in"
-            self.findings.add("G105", what, value.span, "split the file, or repeat less")
+            what = f"the values that replace parameters are larger than {MAX_BYTES // 1_000_000} MB in total"
+            self.findings.add("G105", what, value.span, "split the file, or use large parameter values less often")
         return filled if known and self.budget.text <= MAX_BYTES else UNKNOWN
 
     def _tell_unknown(self, match: re.Match[str], value: Value) -> None:
         if not self.findings.full:
             span = value.span.part(match.start(), len(match[0])) if value.plain else value.span
             near = self.findings.guess(match[1], self.values) or listing(self.values, "parameters")
-            self.findings.add("G111", f"no parameter {match[1]!r}", span, near)
+            self.findings.add("G111", f"the graph has no parameter {match[1]!r}", span, near)
 
 
 def _holds_unknown(values: Iterable[Any]) -> bool:

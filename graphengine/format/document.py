@@ -41,19 +41,22 @@ _LINE_END = re.compile("\r\n|[\n\r\x85\u2028\u2029]")
 _ILLEGAL = re.compile(r"[\x00-\x08\x0b\x0c\x0e-\x1f\x7f-\x84\x86-\x9f\ud800-\udfff\ufeff\ufffe\uffff]")
 
 _ADVICE: tuple[tuple[str, str], ...] = (
-    ("mapping values are not allowed", "quote a text that holds ': '; keys of one mapping begin in the same column"),
-    ("could not find expected ':'", "a key is followed by ':' and a blank; text of several words may need quotes"),
+    (
+        "mapping values are not allowed",
+        "put text that contains ': ' in quotes; keys of one mapping begin in the same column",
+    ),
+    ("could not find expected ':'", "a key is followed by ':' and a space; text of several words may need quotes"),
     ("did not find expected key", "keys of one mapping begin in the same column"),
     ("expected '-' indicator", "entries of one list begin with '- ' in the same column"),
     ("expected ','", "a bracket is not closed, or a comma is missing"),
     ("expected node content", "a bracket is not closed, or a value is missing"),
     ("tab character", "indent with spaces, not tabs"),
-    ("cannot start any token", "quote a text that begins with this character"),
-    ("alphabetic or numeric character", "quote a text that begins with '*' or '&'"),
+    ("cannot start any token", "put text that begins with this character in quotes"),
+    ("alphabetic or numeric character", "put text that begins with '*' or '&' in quotes"),
     ("unexpected end of stream", "a quote is not closed"),
-    ("unknown escape character", "in single quotes a backslash is itself; in double quotes write it twice"),
+    ("unknown escape character", "in single quotes, a backslash stands for itself; in double quotes, write it twice"),
     ("incompatible YAML document", "remove the line %YAML"),
-    ("expected <document start>", "a file is one mapping of `key: value`"),
+    ("expected <document start>", "a file contains one mapping, with entries `key: value`"),
 )
 """Remedies, by a part of the parser's error message."""
 _TOO_DEEP = f"nested more than {MAX_DEPTH} levels deep"
@@ -176,7 +179,7 @@ def parse(text: str, shown_as: str, findings: Findings) -> Document | None:
         return None
     tags = next((number for number, line in enumerate(source.lines, 1) if line.startswith("%TAG")), None)
     if tags is not None:  # refused here because the parser takes minutes for very many of them
-        findings.add("G104", "tags are not allowed, nor the directive %TAG", Span(source, tags, 1, 4), "remove it")
+        findings.add("G104", "tags and the directive %TAG are not allowed", Span(source, tags, 1, 4), "remove it")
         return None
     builder = _ValueBuilder(source, findings)
     try:
@@ -261,7 +264,9 @@ class _ValueBuilder:
         if isinstance(event, yaml.DocumentStartEvent):
             self.documents += 1
             if self.documents > 1:
-                self.findings.add("G104", "several documents in one file", self._span(event), "remove the line `---`")
+                self.findings.add(
+                    "G104", "the file contains several YAML documents", self._span(event), "remove the line `---`"
+                )
                 return False
         elif isinstance(event, yaml.ScalarEvent):
             return self._scalar(event)
@@ -282,8 +287,8 @@ class _ValueBuilder:
     def _counted(self, span: Span, more: int = 1) -> bool:
         self.count += more
         if self.count > MAX_VALUES:
-            message = f"more than {MAX_VALUES} values in one file, aliases counted"
-            self.findings.add("G105", message, span, "split the file, or repeat less with aliases")
+            message = f"more than {MAX_VALUES} values in one file, including values that aliases repeat"
+            self.findings.add("G105", message, span, "split the file, or use fewer aliases")
             return False
         return True
 
@@ -300,7 +305,9 @@ class _ValueBuilder:
     def _tag_refused(self, event: Any, span: Span) -> None:
         if event.tag is not None:
             tag = str(event.tag).replace("tag:yaml.org,2002:", "!!")[:80]
-            self.findings.add("G104", f"tags are not allowed: {tag!r}", span, "remove it; quotes make a value a text")
+            self.findings.add(
+                "G104", f"tags are not allowed: {tag!r}", span, "remove the tag; a value in quotes is a string"
+            )
 
     def _open(self, event: Any) -> bool:
         span = self._span(event)
@@ -309,7 +316,9 @@ class _ValueBuilder:
         self._tag_refused(event, span)
         if self._at_key():
             what = "mapping" if isinstance(event, yaml.MappingStartEvent) else "list"
-            self.findings.add("G104", f"a key must be a string, not a {what}", span, "quote it if it is a text")
+            self.findings.add(
+                "G104", f"a key must be a string, not a {what}", span, "put it in quotes if it is a string"
+            )
             return False
         data: Any = {} if isinstance(event, yaml.MappingStartEvent) else []
         self.stack.append(_Open(Value(span, data), anchor=event.anchor, first=self.count))
@@ -328,11 +337,11 @@ class _ValueBuilder:
         frame, text = self.stack[-1], event.value
         frame.key, frame.drop = (text, span), False
         if plain and text == "<<":
-            self.findings.add("G104", "merge keys are not allowed", span, "write the keys out")
+            self.findings.add("G104", "merge keys are not allowed", span, "write out the keys that `<<` would merge")
             frame.drop = True
         elif plain and not isinstance(self._resolve(text, span), str):
             quoted = f'"{text[:80]}"' if text else '""'
-            self.findings.add("G104", f"a key must be a string, {text[:80]!r} is not", span, f"write {quoted}")
+            self.findings.add("G104", f"a key must be a string, but {text[:80]!r} is not", span, f"write {quoted}")
             frame.drop = True
         if event.anchor is not None:
             self.anchors[event.anchor] = (Value(span, text, plain=plain), 1, 0)
@@ -341,11 +350,11 @@ class _ValueBuilder:
     def _alias(self, event: Any) -> bool:
         span = self._span(event)
         if event.anchor not in self.anchors:
-            hint = did_you_mean(event.anchor, self.anchors) or "quote a text that begins with '*'"
-            self.findings.add("G102", f"YAML syntax: no anchor {event.anchor!r} before this", span, hint)
+            hint = did_you_mean(event.anchor, self.anchors) or "put text that begins with '*' in quotes"
+            self.findings.add("G102", f"YAML syntax: no anchor {event.anchor!r} precedes this alias", span, hint)
             return False
         if self._at_key():
-            self.findings.add("G104", "a key must be a string, not an alias", span, "write the key out")
+            self.findings.add("G104", "a key must be a string, not an alias", span, "write the key itself")
             return False
         value, size, depth = self.anchors[event.anchor]
         return self._counted(span, size) and self._shallow(span, depth) and self._place(value, None, size, depth)
@@ -382,13 +391,13 @@ class _ValueBuilder:
             return text[0] in "tT"
         if _INT.match(text):
             if len(text) > 40:
-                self.findings.add("G109", "a whole number of more than 40 characters", span)
+                self.findings.add("G109", "the whole number has more than 40 characters", span)
                 return 0
             return int(text, 0 if text[:2] in ("0o", "0x") else 10)
         if _FLOAT.match(text):
             number = float(text)
             if math.isinf(number):
-                self.findings.add("G109", f"{text[:80]} is too large for a number", span, "infinity is written .inf")
+                self.findings.add("G109", f"{text[:80]} is too large for a number", span, "write infinity as .inf")
                 return 0.0
             return number
         return float(text.replace(".", "")) if _NOT_FINITE.match(text) else text

@@ -24,8 +24,8 @@ _PART = "[A-Za-z_][A-Za-z0-9_]*"
 def _robot_path(path: str) -> str:
     if not re.fullmatch(f"(/{_PART})+", path):
         raise ValueError(
-            f"{path!r} is not the path of a robot's prim; write it as in /World/robot: from '/' on, names of letters, "
-            "digits and '_', not beginning with a digit"
+            f"{path!r} is not a legal path for a robot's prim; write a path such as /World/robot, whose names "
+            "consist of letters, digits and '_' and do not begin with a digit"
         )
     return path
 
@@ -45,7 +45,7 @@ def _namespace(value: str) -> str:
 
 def _namespace_pattern(value: str) -> str:
     if re.search(r"[{}]", NAMESPACE_FIELD.sub("", value)):
-        raise ValueError(f"{value!r} is not a pattern; legal: {{name}}, {{index}}, {{index:04}}")
+        raise ValueError(f"{value!r} has an unknown placeholder; legal placeholders: {{name}}, {{index}}, {{index:04}}")
     _namespace(NAMESPACE_FIELD.sub(lambda field: "name" if field[1] == "name" else "0", value))
     return value
 

@@ -51,7 +51,7 @@ class Permissions:
             ContextError: the file does not exist, may not be read, is too large, or is not text.
         """
         if self.files is None:
-            raise ContextError("no files can be read here", reference)
+            raise ContextError("graphs may not read files in this session", reference)
         try:
             path = self.files.find(reference, folder)
         except NotFoundError as error:
@@ -74,5 +74,5 @@ class Permissions:
             ContextError: the user does not allow it.
         """
         if not self.scripts:
-            advice = "read it, then allow it with --allow-scripts"
-            raise ContextError("it runs Python code, which graph files may not", None, advice)
+            advice = "read the code, then allow it with --allow-scripts"
+            raise ContextError("it runs Python code, which graphs may not do by default", None, advice)

@@ -89,9 +89,9 @@ class JointSpec(FileSpec):
     @model_validator(mode="after")
     def _one_drive(self) -> JointSpec:
         if self.drive and self.usd_drive:
-            raise ValueError("a joint has a drive or a usd_drive, not both")
+            raise ValueError("a joint has a `drive` or a `usd_drive`, not both")
         if self.limits and self.limits[0] >= self.limits[1]:
-            raise ValueError("limits are [lowest, highest], with the lowest below the highest")
+            raise ValueError("limits must be [lowest, highest], with the lowest below the highest")
         return self
 
 
@@ -144,7 +144,7 @@ class MaterialSpec(FileSpec):
         if (self.across is None) != (self.direction is None):
             raise ValueError("friction in two directions needs both `across` and `direction`")
         if self.expressed_in and self.direction is None:
-            raise ValueError("`expressed_in` is the frame of a `direction`, which is missing")
+            raise ValueError("`expressed_in` needs a `direction`, whose frame it names")
         return self
 
 
@@ -167,7 +167,7 @@ class _TypeOfSensor:
 
 def _name_or_figures(value: Any) -> Any:
     if not isinstance(value, str | dict):
-        raise ValueError(f"expected the name of a profile, or the figures of one, got {shown(value)}")
+        raise ValueError(f"expected the name of a profile, or a mapping with its values, got {shown(value)}")
     return value
 
 

@@ -51,7 +51,7 @@ def _evaluator(value: Any) -> Any:
 
 def _not_zero(vector: tuple[float, float, float]) -> tuple[float, float, float]:
     if not any(vector):
-        raise ValueError("a direction is a vector of a length above 0, such as [1, 0, 0]")
+        raise ValueError("a direction cannot be the zero vector; write one such as [1, 0, 0]")
     return vector
 
 
@@ -109,7 +109,7 @@ class EverySpec(FileSpec):
     @model_validator(mode="after")
     def _one_form(self) -> EverySpec:
         if self.once + (self.ticks is not None) + (self.hz is not None) != 1:
-            raise ValueError("give one of once, {ticks: 3} or {hz: 10}")
+            raise ValueError("give exactly one of once, {ticks: 3} and {hz: 10}")
         return self
 
 
@@ -136,15 +136,13 @@ class NodeSpec(FileSpec):
     @model_validator(mode="after")
     def _type_or_subgraph(self) -> NodeSpec:
         if not self.type and not self.subgraph:
-            raise ValueError("a node needs a type, or a subgraph in its place")
+            raise ValueError("a node needs a `type` or a `subgraph`")
         if self.type and self.subgraph:
-            raise ValueError("a node has a type or a subgraph, not both")
+            raise ValueError("a node has a `type` or a `subgraph`, not both")
         if self.type and self.parameters:
-            raise ValueError(
-                "a subgraph has parameters, a node of a type has none; values of its ports stand below `inputs:`"
-            )
+            raise ValueError("only a node with a `subgraph` has `parameters`; write values of ports below `inputs:`")
         if self.subgraph and self.every:
-            raise ValueError("a subgraph has no `every`; give it to nodes in the subgraph's own file")
+            raise ValueError("a subgraph has no `every`; write `every` at nodes in the subgraph's own file")
         return self
 
 
@@ -188,9 +186,9 @@ class Orientation(FileSpec):
     @model_validator(mode="after")
     def _one_form(self) -> Orientation:
         if (self.rpy_deg is None) == (self.quaternion_xyzw is None):
-            raise ValueError("give one of rpy_deg: [roll, pitch, yaw] and quaternion_xyzw: [x, y, z, w]")
+            raise ValueError("give either rpy_deg: [roll, pitch, yaw] or quaternion_xyzw: [x, y, z, w]")
         if self.quaternion_xyzw is not None and abs(math.hypot(*self.quaternion_xyzw) - 1.0) > 0.01:
-            raise ValueError("a rotation quaternion has length 1")
+            raise ValueError("the quaternion of a rotation must have length 1")
         return self
 
 
@@ -261,11 +259,11 @@ class RobotUse(FileSpec):
     @model_validator(mode="after")
     def _one_fleet(self) -> RobotUse:
         if self.count is not None and self.places is not None:
-            raise ValueError("a fleet has a count or places, not both")
+            raise ValueError("a fleet has a `count` or `places`, not both")
         if (self.count or 1) > 1 and self.spacing is None:
-            raise ValueError("a fleet with a count needs a spacing: [x, y], in m")
+            raise ValueError("a fleet with a `count` needs a `spacing`: [x, y], in m")
         if self.count is None and (self.spacing or self.per_row):
-            raise ValueError("spacing and per_row belong to a count")
+            raise ValueError("`spacing` and `per_row` need a `count`")
         return self
 
 

@@ -39,7 +39,7 @@ _PLAIN: Mapping[str, tuple[str, str]] = {
     ),
     "string_type": ("G108", "{name}: expected text, got {input}"),
     "string_too_short": ("G109", "{name}: expected text, got {input}"),
-    "string_too_long": ("G109", "{name}: text of more than {max_length} characters"),
+    "string_too_long": ("G109", "{name}: expected at most {max_length} characters"),
     "float_type": ("G108", "{name}: expected a number, got {input}"),
     "int_type": ("G108", "{name}: expected a whole number, got {input}"),
     "bool_type": ("G108", "{name}: expected true or false, got {input}"),
@@ -120,7 +120,7 @@ def _report(model: type[Spec], document: Document, error: dict[str, Any], findin
         findings.add(code, message, document.key_span(*location) if whole else document.span(*location))
     else:
         legal = [key for found in _models_at(model, location) for key in found.model_fields]
-        empty = "write what belongs below it, or remove the key" if error["input"] is None else ""
+        empty = "write the value of the key, or remove the key" if error["input"] is None else ""
         meaning = _description(model, location) or (listing(legal, "keys") if legal else "")
         findings.add(code, message, document.span(*location), meaning, empty)
 

@@ -166,7 +166,7 @@ def lint_structure(graph: Graph, findings: Findings) -> None:
             continue
         if instance.cls.kind() == "data":
             hint = "wire its outputs to a node with an execution input, or remove it"
-            code, message = "W102", f"nothing that runs uses {instance.id}"
+            code, message = "W102", f"no executed node reads {instance.id}"
         else:
             hint = "the graph has no event node; add one, such as OnPlaybackTick"
             if events:
@@ -221,7 +221,7 @@ def _check_places(context: LintContext) -> None:
             f"graph {name} of robot {robot} has the prim path {path}, which is not below {own}",
             document.span("at" if "at" in document.data else "graph"),
             f"write at: $(robot)/{'/'.join(path.split('/')[2:]) or name}, with parameters: {{robot: {{type: target}}}}",
-            "$(robot) is the robot that uses the graph",
+            "$(robot) is the prim path of the robot that uses the graph",
         )
 
 
@@ -232,7 +232,7 @@ def _check_topic_types(context: LintContext) -> None:
         other = first.setdefault((claim.ros_context, claim.topic, claim.is_service), claim)
         if other.message_type != claim.message_type and not _is_told_elsewhere(claim):
             _, name, here = _what(claim)
-            message = f"{name} is {here} here and {_what(other)[2]} at {other.node}"
+            message = f"{name} has the type {here} here and {_what(other)[2]} at {other.node}"
             rule = "a topic has one message type"
             if claim.is_service:
                 rule = "an action has one type" if action_of(claim.topic) else "a service has one type"
@@ -247,7 +247,7 @@ def _check_servers(context: LintContext) -> None:
         other = servers.setdefault((claim.ros_context, claim.topic), claim)
         if other is not claim:
             what, name, _ = _what(claim)
-            message = f"the {what} {name} is offered here and by {other.node}"
+            message = f"the {what} {name} has a server here and another in {other.node}"
             article = "an" if what == "action" else "a"
             remedy = f"{article} {what} has one server; rename one of the two, or set its nodeNamespace"
             context.disagree("G309", message, claim, other, remedy)
@@ -283,7 +283,7 @@ def _check_parents(context: LintContext, edges: Iterable[tuple[str, str, Endpoin
         known, first = parents.setdefault(child, (parent, claim))
         if first is claim and known == parent:
             continue
-        twice = f"frame {child!r} below {parent!r} comes from both {first.node} and {claim.node}"
+        twice = f"frame {child!r} below {parent!r} is published by both {first.node} and {claim.node}"
         parents_differ = f"frame {child!r} has two parents: {known!r} from {first.node}, {parent!r} from {claim.node}"
         remedy = "a frame has one parent and one publisher; rename a frame, or remove one of the two"
         context.disagree("G306", twice if known == parent else parents_differ, claim, first, remedy)

@@ -178,7 +178,7 @@ class Move(_Change):
         if not any(value is not None for value in given):
             raise ValueError("give a position, an orientation, or a velocity")
         if self.position is not None and len(self.position) not in (2, 3):
-            raise ValueError(f"a position is x, y or x, y, z, not {len(self.position)} numbers")
+            raise ValueError(f"a position is [x, y] or [x, y, z], not {len(self.position)} numbers")
         return self
 
     def _apply(self, session: SessionCore) -> dict[str, Any]:

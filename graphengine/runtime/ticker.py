@@ -152,7 +152,7 @@ class Ticker:
             try:
                 run.contexts.close(heirs)
             except Exception as error:
-                self.services.log("error", "", f"{run.name} did not close: {error}")
+                self.services.log("error", "", f"graph {run.name} could not be closed: {error}")
 
     def remove(self, runs: Collection[GraphRun]) -> None:
         """Close graphs and remove them from the tick."""

@@ -40,7 +40,7 @@ for _ in range(100):
         ("spawn", {"name": "a"}, "spawn: missing key 'use'"),
         ("spawn", {"name": "a", "use": MISSPELT}, "spawn: unknown key 'positon'\n  did you mean 'position'?"),
         ("move", {"entity": "a"}, "move: give a position, an orientation, or a velocity"),
-        ("move", A | {"position": [0.0]}, "move: a position is x, y or x, y, z, not 1 num"),
+        ("move", A | {"position": [0.0]}, "move: a position is [x, y] or [x, y, z], not 1 num"),
         ("move", {"entity": "", "position": [0.0, 0.0]}, "move: entity: expected text, got ''"),
         ("move", {"entity": "a", "position": [0.0, 0.0, math.nan]}, "move: position"),
         ("move", {"entity": "a", "orientation": {"quaternion_xyzw": [0.0, 0.0, 0.0, 2.0]}}, "has length 1"),

@@ -70,7 +70,13 @@ class RegionGraph(DependencyGraph):
             if depth[index] > MAX_PUSHERS:
                 node = self.node(index)
                 what = f"{node.id} lies below more than {MAX_PUSHERS} nested loops and sequences"
-                self.findings.add("G105", what, node.span, "wire them one after the other", related=node.entry.via)
+                self.findings.add(
+                    "G105",
+                    what,
+                    node.span,
+                    "wire loops and sequences one after the other instead of nesting them",
+                    related=node.entry.via,
+                )
                 return False
         return True
 

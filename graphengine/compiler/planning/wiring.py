@@ -70,7 +70,7 @@ class WiredGraph:
         into = (wire for index in pure for wire in self.data_in.get(index, []))
         wires = [wire for wire in into if self.kinds[wire.source] == "data" and not self.reads_input(wire)]
         graph = Digraph(pure, [(wire.source, wire.target) for wire in wires])
-        if self._report_cycles("G209", "data nodes wait for each other", graph, wires):
+        if self._report_cycles("G209", "data nodes form a cycle", graph, wires):
             return False
         self.data_rank = _ranks(graph)
         return True
@@ -83,7 +83,7 @@ class WiredGraph:
             (control if self.graph.target(wire)[1].control else wires).append(wire)
         for wire in wires:
             graph.add_edge(wire.source, wire.target)
-        if self._report_cycles("G210", "execution runs in a circle", graph, wires):
+        if self._report_cycles("G210", "execution wires form a cycle", graph, wires):
             return False
         rank = _ranks(graph)
         for wire in control:
@@ -109,7 +109,11 @@ class WiredGraph:
 
     def _report_cycle(self, code: str, what: str, loop: list[Wire]) -> None:
         path = " -> ".join([self.node(wire.source).id for wire in loop] + [self.node(loop[0].source).id])
-        by = "a node that has an execution input" if code == "G209" else "a Delay, or a control pin"
+        by = (
+            "a node that has an execution input"
+            if code == "G209"
+            else "a Delay node, or a control input such as `reset`"
+        )
         related = [*((wire.span, str(wire)) for wire in loop), *loop[0].entry.via]
         self.findings.add(code, f"{what}: {path}", loop[0].span, f"break it with {by}", related=related)
 
