@@ -43,7 +43,7 @@ for _ in range(100):
         ("move", A | {"position": [0.0]}, "move: a position is [x, y] or [x, y, z], not 1 num"),
         ("move", {"entity": "", "position": [0.0, 0.0]}, "move: entity: expected text, got ''"),
         ("move", {"entity": "a", "position": [0.0, 0.0, math.nan]}, "move: position"),
-        ("move", {"entity": "a", "orientation": {"quaternion_xyzw": [0.0, 0.0, 0.0, 2.0]}}, "has length 1"),
+        ("move", {"entity": "a", "orientation": {"quaternion_xyzw": [0.0, 0.0, 0.0, 2.0]}}, "must have length 1"),
         ("push", {"entity": "a", "duration": 1.0}, "push: give either a force (N) or an impulse (N s)"),
         ("push", {"entity": "a", "force": [1, 0, 0], "impulse": [1, 0, 0]}, "push: give either a force"),
         ("push", {"entity": "a", "force": [1.0, 0.0, 0.0]}, "push: a force needs a duration (s)"),
