@@ -1,6 +1,6 @@
-"""Reads YAML to plain data with the place of each value, within limits on the size of a file.
+"""Reads YAML to plain data with the position of each value, and limits the size of a file, its nesting and its number of values.
 
-The type of a plain scalar follows the YAML 1.2 core schema: `no` and `12:30:00` are strings, `1e3` is a number. The parser's
+The YAML 1.2 core schema determines the type of a plain scalar: `no` and `12:30:00` are strings, `1e3` is a number. The parser's
 event stream is read in a loop, not by recursion, so `MAX_DEPTH` limits the nesting, not the C stack.
 """
 
@@ -23,12 +23,12 @@ from graphengine.format.wording import did_you_mean
 
 MAX_BYTES = 8_000_000
 MAX_DEPTH = 64
-"""Maximum number of nesting levels, including levels that aliases repeat."""
+"""Maximum number of nesting levels; an alias adds the levels of its value."""
 MAX_VALUES = 400_000
-"""Maximum number of values in a document, including values that aliases repeat."""
+"""Maximum number of values in a document; each use of an alias adds the number of values that it repeats."""
 
 _Loader: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
-"""Loader of which only the event parser is used; libyaml's is 15 times faster than PyYAML's own."""
+"""Class that provides the event parser: libyaml's if it is installed, which is 15 times faster than PyYAML's own."""
 
 _NULL = re.compile(r"(?:~|null|Null|NULL|)\Z")
 _BOOL = re.compile(r"(?:true|True|TRUE|false|False|FALSE)\Z")
@@ -37,7 +37,7 @@ _FLOAT = re.compile(r"[-+]?(?:\.[0-9]+|[0-9]+(?:\.[0-9]*)?)(?:[eE][-+]?[0-9]+)?\
 _NOT_FINITE = re.compile(r"(?:[-+]?\.(?:inf|Inf|INF)|\.(?:nan|NaN|NAN))\Z")
 
 _LINE_END = re.compile("\r\n|[\n\r\x85\u2028\u2029]")
-"""Characters that end a line for the parser."""
+"""Pattern of a line end in the parser's sense."""
 _ILLEGAL = re.compile(r"[\x00-\x08\x0b\x0c\x0e-\x1f\x7f-\x84\x86-\x9f\ud800-\udfff\ufeff\ufffe\uffff]")
 
 _ADVICE: tuple[tuple[str, str], ...] = (
@@ -58,12 +58,12 @@ _ADVICE: tuple[tuple[str, str], ...] = (
     ("incompatible YAML document", "remove the line %YAML"),
     ("expected <document start>", "a file contains one mapping, with entries `key: value`"),
 )
-"""Remedies, by a part of the parser's error message."""
+"""Pairs of a part of a parser error message and the remedy to show for this error."""
 _TOO_DEEP = f"nested more than {MAX_DEPTH} levels deep"
 _NESTED_TOO_DEEPLY = "exceeded maximum nesting depth"
-"""Error of libyaml from 0.2.6 (PyYAML 6.0.4) on, which may precede the events of the levels that `MAX_DEPTH` permits."""
+"""Error message of libyaml 0.2.6 and later (PyYAML 6.0.4); it can occur before `MAX_DEPTH` levels have been read."""
 _FROM_ITS_BEGINNING = ("while scanning a simple key", "while scanning a quoted scalar", "while scanning an a")
-"""Parser contexts whose errors are reported at the beginning of the value being read."""
+"""Beginnings of the parser's `context` texts for which the error is reported where the unfinished value begins."""
 _OPENED = {
     "while parsing a flow sequence": "the list that begins here",
     "while parsing a flow mapping": "the mapping that begins here",
@@ -76,17 +76,17 @@ Location = tuple[str | int, ...]
 
 @dataclass(slots=True)
 class Value:
-    """A scalar, mapping or sequence with its place. A mapping also has the places of its keys."""
+    """A scalar, mapping or sequence with its position in the file. A mapping also has the positions of its keys."""
 
     span: Span
     data: Any
-    """Python scalar; dict of str to Value; list of Value."""
+    """A Python scalar, a dict from str to Value, or a list of Value."""
     keys: dict[str, Span] = field(default_factory=dict)
     plain: bool = True
-    """False for a quoted or block scalar: its characters can differ from those in the file."""
+    """False for a quoted or block scalar, whose characters can differ from those in the file (escapes, line folding)."""
 
     def child(self, part: str | int) -> Value | None:
-        """Return the value at a key of a mapping or an index of a list, or None."""
+        """Return the value at a key of a mapping or an index of a list; None if there is no such key or index."""
         found: Value | None = None
         if isinstance(self.data, dict):
             found = self.data.get(part)
@@ -95,7 +95,7 @@ class Value:
         return found
 
     def to_data(self) -> Any:
-        """Return plain Python data without places."""
+        """Return the value as plain Python data, without positions."""
         if isinstance(self.data, dict):
             return {key: value.to_data() for key, value in self.data.items()}
         if isinstance(self.data, list):
@@ -104,29 +104,32 @@ class Value:
 
 
 class Document:
-    """One YAML file: its data, and the places of all values and keys."""
+    """One YAML file: its data, and the positions of all values and keys."""
 
     def __init__(self, source: Source, root: Value, size: int) -> None:
         self.source = source
         self.root = root
         self.size = size
-        """Number of values, including values that aliases repeat."""
+        """Number of values; each use of an alias adds the number of values that it repeats."""
         self.data: Any = root.to_data()
 
     @property
     def path(self) -> Path:
-        """Path of the file, as in messages."""
+        """Path of the file as messages show it."""
         return Path(self.source.path)
 
     def find(self, *location: str | int) -> Value | None:
-        """Return the value at a location such as `("nodes", "Diff", "inputs")`, or None."""
+        """Return the value at a location such as `("nodes", "Diff", "inputs")`; None if the file has no value there."""
         value: Value | None = self.root
         for part in location:
             value = value.child(part) if value is not None else None
         return value
 
     def span(self, *location: str | int) -> Span:
-        """Return the position of the value at a location; if there is none, of the innermost existing value around it."""
+        """Return the position of the value at a location.
+
+        If the file has no value there, return the position of the innermost value on the way to the location.
+        """
         for end in range(len(location), -1, -1):
             value = self.find(*location[:end])
             if value is not None:
@@ -134,7 +137,7 @@ class Document:
         return self.root.span
 
     def key_span(self, *location: str | int) -> Span:
-        """Return the position of the last key of a location; if there is no such key, the same as `span`."""
+        """Return the position of the last key of a location; if the file does not have the key, the result of `span`."""
         parent = self.find(*location[:-1])
         if parent is not None and location and location[-1] in parent.keys:
             return parent.keys[str(location[-1])]
@@ -142,7 +145,10 @@ class Document:
 
 
 def load(path: str | os.PathLike[str], findings: Findings, shown_as: str | None = None) -> Document | None:
-    """Read a YAML file; return None if it cannot be read. Errors are added to `findings`."""
+    """Read a YAML file; return None if it cannot be read or parsed. Errors are added to `findings`.
+
+    `shown_as` is the path to show in messages, if it differs from `path`.
+    """
     shown = shown_as or os.fspath(path)
     start = Span(Source(shown, ()), 1, 1)
     try:
@@ -169,7 +175,7 @@ def load(path: str | os.PathLike[str], findings: Findings, shown_as: str | None 
 
 
 def parse(text: str, shown_as: str, findings: Findings) -> Document | None:
-    """Read YAML text; return None if it cannot be read. `shown_as` is the path to show in messages."""
+    """Parse YAML text; return None if it cannot be parsed. Errors are added to `findings`; `shown_as` is the path they show."""
     source = Source(shown_as, tuple(_LINE_END.split(text)))
     if illegal := _ILLEGAL.search(text):
         span = _span_behind(text[: illegal.start()], source)
@@ -196,13 +202,13 @@ def parse(text: str, shown_as: str, findings: Findings) -> Document | None:
 
 
 def _span_behind(text: str, source: Source) -> Span:
-    """Return the position of the first character after `text`, which starts at the beginning of the file."""
+    """Return the position at which the file continues after `text`, the first part of the file."""
     lines = _LINE_END.split(text)
     return Span(source, len(lines), len(lines[-1]) + 1)
 
 
 def _report_syntax(error: yaml.MarkedYAMLError, source: Source, findings: Findings) -> None:
-    """Add a syntax error of the parser to `findings`, at its position or at the start of the value being read."""
+    """Add a finding for a syntax error of the parser, at the error's position or at the start of the unfinished value."""
     problem, context = str(error.problem or "not YAML"), str(error.context or "")
     spans = [_inside(source, mark) for mark in (error.problem_mark, error.context_mark) if mark]
     span = spans[-1 if context.startswith(_FROM_ITS_BEGINNING) else 0] if spans else Span(source, 1, 1)
@@ -217,7 +223,7 @@ def _report_syntax(error: yaml.MarkedYAMLError, source: Source, findings: Findin
 
 
 def _inside(source: Source, mark: Any) -> Span:
-    """Convert a parser mark to a Span; a mark after the last line becomes the end of that line."""
+    """Convert a parser mark to a Span; a mark below the last line becomes a Span at the end of the last line."""
     if mark.line < len(source.lines):
         return Span(source, mark.line + 1, mark.column + 1)
     return Span(source, len(source.lines), len(source.lines[-1]) + 1)
@@ -236,14 +242,14 @@ def _events(text: str) -> Iterator[Any]:
 class _Open:
     value: Value
     key: tuple[str, Span] | None = None
-    """Key of the next value in a mapping, with its position."""
+    """In a mapping: the key that was read and has no value yet, with its position."""
     drop: bool = False
-    """Whether the key was refused, so that its value is discarded."""
+    """Whether `key` is not allowed, so that its value is discarded."""
     anchor: str | None = None
     first: int = 0
-    """Number of values before this one, to know its size when an alias repeats it."""
+    """Number of values in the document before this one; the difference to a later count is the size of this value."""
     depth: int = 1
-    """Number of nesting levels in the value."""
+    """Number of nesting levels of the value, including its own."""
 
 
 class _ValueBuilder:
@@ -255,7 +261,7 @@ class _ValueBuilder:
         self.root: Value | None = None
         self.stack: list[_Open] = []
         self.anchors: dict[str, tuple[Value, int, int]] = {}
-        """For each anchor: its value, the number of values in it, and its nesting levels."""
+        """For each anchor: its value, the number of values that an alias repeats, and the number of their nesting levels."""
         self.count = 0
         self.documents = 0
 
@@ -299,7 +305,7 @@ class _ValueBuilder:
         return True
 
     def _at_key(self) -> bool:
-        """Return whether the next value is a key of a mapping."""
+        """Return whether the next event is a key of a mapping."""
         return bool(self.stack) and isinstance(self.stack[-1].value.data, dict) and self.stack[-1].key is None
 
     def _tag_refused(self, event: Any, span: Span) -> None:
@@ -360,7 +366,11 @@ class _ValueBuilder:
         return self._counted(span, size) and self._shallow(span, depth) and self._place(value, None, size, depth)
 
     def _place(self, value: Value, anchor: str | None, size: int, depth: int) -> bool:
-        """Add a finished value to its mapping or sequence; a repeated key is reported. Return True: reading can continue."""
+        """Add a finished value to the mapping or sequence around it; report a repeated key.
+
+        Returns:
+            Always True: reading can continue.
+        """
         if anchor is not None:
             self.anchors[anchor] = (value, size, depth)
         if not self.stack:
@@ -384,7 +394,7 @@ class _ValueBuilder:
         return True
 
     def _resolve(self, text: str, span: Span) -> Any:
-        """Return the Python value of a plain scalar under the YAML 1.2 core schema."""
+        """Return the Python value of a plain scalar by the YAML 1.2 core schema; report a number with too many digits."""
         if _NULL.match(text):
             return None
         if _BOOL.match(text):

@@ -1,4 +1,4 @@
-"""Pydantic types of names, prim paths and namespaces in files, which reject illegal values."""
+"""Pydantic types that validate the names, prim paths and namespaces in files."""
 
 from __future__ import annotations
 
@@ -32,11 +32,15 @@ def _robot_path(path: str) -> str:
 
 _NAMESPACE = re.compile(rf"[^A-Za-z0-9_]*({_PART}(/{_PART})*)?[^A-Za-z0-9_]*")
 NAMESPACE_FIELD = re.compile(r"\{(name|index)(?::0([1-9]))?\}")
-"""A placeholder in a namespace pattern for a robot's name or number."""
+"""Pattern of the placeholders `{name}`, `{index}` and `{index:04}`, which stand for a robot's name and number in a namespace."""
 
 
 def _namespace(value: str) -> str:
-    """Return `value` if it can be part of a ROS 2 namespace; illegal characters at its ends are allowed and trimmed later."""
+    """Return `value` if it can be part of a ROS 2 namespace; illegal characters at its ends are accepted and trimmed later.
+
+    Raises:
+        ValueError: the value has other illegal characters, an empty part, or a part that begins with a digit.
+    """
     if not _NAMESPACE.fullmatch(value):
         legal = "legal: letters A-Z a-z, digits and _, in parts separated by /; no part is empty or starts with a digit"
         raise ValueError(f"{value!r} cannot be part of a ROS 2 namespace; {legal}")
