@@ -64,7 +64,9 @@ NotNegative = Annotated[float, Field(ge=0)]
 Gain = Annotated[float, Field(ge=0, le=1e12)]
 Speed = Annotated[float, Field(ge=-1e10, le=1e10)]
 Format = Annotated[
-    Literal[1], BeforeValidator(_whole_number), Field(description="Version of the file format; 1 if the key is missing.")
+    Literal[1],
+    BeforeValidator(_whole_number),
+    Field(description="Version of the file format; 1 if the key is missing."),
 ]
 
 
@@ -283,4 +285,4 @@ class SceneSpec(FileSpec):
     namespaces: dict[PrimPath, Namespace] = {}
     """ROS 2 namespaces (`isaac:namespace`) of prims of the world, robots, graphs or nodes, by prim path."""
     tf: Literal["namespaced", "global"] = "namespaced"
-    """`namespaced`: each robot has TF topics in its namespace; `global`: all robots share /tf, with the namespace in frame names."""
+    """`namespaced`: each robot has TF topics in its namespace; `global`: robots share /tf, with the namespace in frame names."""
