@@ -1,4 +1,4 @@
-"""Checks graphs by setting up all nodes in a world without physics: endpoint claims, lints, and findings with file positions."""
+"""Checks graphs without running them: sets up all nodes in a world without physics, compares their topics, and runs the lints."""
 
 from __future__ import annotations
 
@@ -32,16 +32,16 @@ def check_graphs(
     claimed: Sequence[EndpointClaim] = (),
     permissions: Permissions | None = None,
 ) -> list[EndpointClaim]:
-    """Set up all nodes in a world without physics, run the lints, and return the topics and services that nodes claim.
+    """Set up all nodes in a world without physics and run the lints; return the topics and services that the nodes claim.
 
     Args:
-        graphs: graphs in execution order.
-        world: world whose prims the nodes may use.
+        graphs: graphs to check, in execution order.
+        world: world that has the prims of the scene.
         findings: receives errors, warnings and notes.
-        prims_known: whether the prims of the scene are known; see `dry_setup`.
-        beside: graphs that run before these and were already checked.
+        prims_known: whether `world` has the prims of a scene; if not, missing prims are no errors.
+        beside: graphs that run before `graphs` and were already checked.
         claimed: topics and services that the nodes of `beside` claim.
-        permissions: permissions of graphs; None grants nothing.
+        permissions: what the nodes may read and run; None permits nothing.
     """
     for graph in graphs:
         lint_structure(graph, findings)
@@ -61,14 +61,14 @@ def dry_setup(
     prims_known: bool,
     permissions: Permissions | None = None,
 ) -> list[EndpointClaim]:
-    """Set up all nodes in a world, without a network; return the topics and services that they claim, and report errors.
+    """Set up all nodes in a world, without a network; return the topics and services that the nodes claim.
 
     Args:
         graphs: graphs in execution order.
-        world: world in which prims are looked up.
-        findings: receives errors, warnings and notes.
-        prims_known: whether the world has the prims of a scene; if not, missing prims are not errors.
-        permissions: permissions of graphs; None grants nothing.
+        world: world in which the nodes look up prims.
+        findings: receives errors and notes.
+        prims_known: whether the world has the prims of a scene; if not, missing prims are no errors.
+        permissions: what the nodes may read and run; None permits nothing.
     """
     services = Services(world, Network(), permissions=permissions or Permissions())
     for graph in graphs:
@@ -112,7 +112,7 @@ def _dry_setup_graph(graph: Graph, services: Services, findings: Findings, *, pr
 
 
 def _faulty(graph: Graph, findings: Findings) -> set[int]:
-    """Return the indices of nodes with a reported error, of which setup errors may be mere consequences."""
+    """Return the indices of the nodes for which an error was already reported; an error in their setup may be a consequence."""
     told = {str(finding.span) for finding in findings.errors}
     refused = {wire.target.node for wire in _refused(graph)}
     faulty = set()
@@ -123,7 +123,7 @@ def _faulty(graph: Graph, findings: Findings) -> set[int]:
 
 
 def _places(entry: NodeEntry) -> Iterator[str]:
-    """Yield the file positions of a node and of its inputs, as text."""
+    """Yield the file positions of a node, its input keys and its input values, as text `path:line:column`."""
     yield str(entry.key_span())
     for name in entry.spec.inputs:
         yield str(entry.span("inputs", name))
@@ -131,20 +131,23 @@ def _places(entry: NodeEntry) -> Iterator[str]:
 
 
 def _follows(instance: Instance, error: GraphError) -> bool:
-    """Return whether a setup error is a consequence of a reported one: it concerns an empty or a refused input."""
+    """Return whether an error in the setup of a node is a consequence of one that was already reported.
+
+    It is if it concerns an empty value, or an input whose value was reported as wrong, or no input at all.
+    """
     if not isinstance(error, ContextError) or error.value == "":
         return True
     return instance.asking(error.value)[0] in instance.refused
 
 
 def _refused(graph: Graph) -> list[WireEntry]:
-    """Return the wires in the file that were left out of the graph because of errors."""
+    """Return the wires of the file that the resolved graph does not have, because of errors."""
     made = {id(wire.entry) for wire in (*graph.data_wires, *graph.exec_wires)}
     return [entry for entry in graph.flat.wires if id(entry) not in made]
 
 
 def explain(instance: Instance, error: GraphError) -> Finding:
-    """Return the finding for a failed setup, at the file position of the input with the invalid value."""
+    """Return the finding for a failed setup of a node, at the position of the input that caused it if that is known."""
     via = instance.entry.via
     if isinstance(error, ContextError):
         return instance.refusal(error)
@@ -156,7 +159,10 @@ def explain(instance: Instance, error: GraphError) -> Finding:
 
 
 def lint_structure(graph: Graph, findings: Findings) -> None:
-    """Report nodes that never run; skipped for graphs with refused wires, and for subgraphs, which another graph may trigger."""
+    """Add a warning for each node that never runs.
+
+    Graphs with wires that have errors are skipped, and so are files that declare ports for their use as a subgraph.
+    """
     if _refused(graph) or graph.flat.unread or graph.flat.declared:
         return
     running = set(graph.plan.order)
@@ -176,7 +182,7 @@ def lint_structure(graph: Graph, findings: Findings) -> None:
 
 
 def lint_rates(graphs: Sequence[Graph], world: World, findings: Findings) -> None:
-    """Report `every` rates that are higher than the rate at which the node is executed."""
+    """Add a warning for each `every: {hz: …}` that is higher than the rate at which its node is executed."""
     for graph in graphs:
         passes = 1.0 / _clock(graph, world).delta
         for gate in graph.instances:
@@ -193,7 +199,7 @@ def _clock(graph: Graph, world: World) -> Clock:
 
 
 def lint_claims(context: LintContext) -> None:
-    """Report conflicts between topics, services and TF frames, and run the lints of node types."""
+    """Report conflicts between the topics, services and TF frames that nodes claim, and run the lints of all node types."""
     _check_places(context)
     _check_topic_types(context)
     _check_servers(context)
@@ -206,7 +212,7 @@ def lint_claims(context: LintContext) -> None:
 
 
 def _check_places(context: LintContext) -> None:
-    """Report a robot's graphs whose prim path is not below the robot, because its prims and namespaces do not apply there."""
+    """Add a warning for each graph of a robot whose prim path is not below the robot's, where its namespace does not apply."""
     told: set[str] = set()  # a fleet has one mistake, not one a robot
     prims = {robot.entity_name: robot.path for robot in context.stage.prims("robot")}
     for graph in context.graphs:
@@ -254,14 +260,14 @@ def _check_servers(context: LintContext) -> None:
 
 
 def _what(claim: EndpointClaim) -> tuple[str, str, str]:
-    """Return the word `topic`, `service` or `action` for a claim, and its name and type."""
+    """Return the kind of a claimed endpoint (`topic`, `service` or `action`), its name and its type."""
     if action := action_of(claim.topic):
         return "action", action, claim.message_type.rpartition("_")[0]
     return "service" if claim.is_service else "topic", claim.topic, claim.message_type
 
 
 def _is_told_elsewhere(claim: EndpointClaim) -> bool:
-    """Return whether to skip a claim: an action has several, and faults are reported once, for `send_goal`."""
+    """Return whether a claim is an endpoint of an action other than `send_goal`, for which conflicts are reported."""
     return bool(action_of(claim.topic)) and not claim.topic.endswith("/send_goal")
 
 
