@@ -288,7 +288,7 @@ class _Keys(_Change):
     keys: Annotated[
         tuple[EntityName, ...], Field(strict=False, min_length=1, max_length=100), BeforeValidator(_several)
     ]
-    """Names of the keys as in OmniGraph, such as `W` or `ArrowUp`."""
+    """Names of the keys as in OmniGraph, such as `W` or `LeftShift`."""
 
 
 class Press(_Keys):

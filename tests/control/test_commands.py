@@ -32,7 +32,11 @@ for _ in range(100):
         ("step", {"ticks": 10**12}, "step: ticks: expected a "),
         ("reset", {"scope": "no"}, "reset: scope[0]: expected 'time', 'state', 'spawned' or 'all', got 'no'"),
         ("reset", {"scope": []}, "reset: scope: "),
-        ("rate", {}, "rate: missing key 'factor'\n  meaning: Real-time factor, or `realtime` (1), or `max` (as fast as possible)."),
+        (
+            "rate",
+            {},
+            "rate: missing key 'factor'\n  meaning: Real-time factor, or `realtime` (1), or `max` (as fast as possible).",
+        ),
         ("rate", {"factor": 0.0}, "rate: factor: expected a value ≥ 0.01, got 0.0"),
         ("rate", {"factor": "fast"}, "rate: factor: expected a number, got 'fast'"),
         ("rate", {"factor": math.nan}, "rate: factor"),
