@@ -84,7 +84,8 @@ def set_literals(graph: Graph, known: dict[str, Instance | None], findings: Find
                 instance.refused.update(p.field for p in meant)
             elif port.is_exec:
                 message = f"{name!r} is an execution input and cannot have a value"
-                findings.add("G211", message, entry.key_span("inputs", name), "wire it", related=entry.via)
+                remedy = "remove the value, and connect a wire"
+                findings.add("G211", message, entry.key_span("inputs", name), remedy, related=entry.via)
             else:
                 _set_literal(instance, port, value, partial(entry.span, "inputs", name), findings)
 
@@ -260,7 +261,7 @@ def set_overrides(name: str, instances: Sequence[Instance], overrides: Sequence[
 
 
 def _only(span: Span, *_: str) -> Span:
-    """Return `span`, whatever the element: a value from the command line has no position, so the node's position is used."""
+    """Return `span` for any element of a value: a value from the command line has the position of its node."""
     return span
 
 

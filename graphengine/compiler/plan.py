@@ -45,9 +45,9 @@ class Refresh:
 
 @dataclass(frozen=True, slots=True)
 class FireEffect:
-    """What happens when one execution wire fires: a flag is set, a counter is incremented, or a pin of the target is.
+    """What one execution wire does when it fires: it sets the flag `guard`, or increments `counter` or a pin of the target.
 
-    Names that are empty have no effect.
+    An empty name means that the wire does not do this.
     """
 
     target: int
@@ -107,7 +107,7 @@ class Region:
     title: str
     flags: tuple[str, ...]
     entries: tuple[FireEffect, ...]
-    """Effects of the wires that start the region, which have fired when it runs."""
+    """Effects of the wires that start the region; these wires have fired whenever the region runs."""
     calls: tuple[Call, ...]
     stale: tuple[int, ...] = ()
     """Data nodes that become stale when the region starts; only for the regions of a pass, of a stop and of a close."""

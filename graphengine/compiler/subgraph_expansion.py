@@ -65,7 +65,7 @@ class NodeEntry:
     def is_written(self, *location: str | int) -> bool:
         """Return whether the value at a location of the node is written in a file.
 
-        It is not if it is a parameter that the engine sets, such as `robot`.
+        The result is false for `$(name)` if the engine sets the parameter, as it sets `robot`.
         """
         document, location = self.document, (*self.location, *location)
         return not isinstance(document, FilledDocument) or document.origin(*location) is not None

@@ -180,12 +180,12 @@ def parse(text: str, shown_as: str, findings: Findings) -> Document | None:
     if illegal := _ILLEGAL.search(text):
         span = _span_behind(text[: illegal.start()], source)
         number = f"{ord(illegal[0]):04X}"  # none is above U+FFFF
-        advice = f"remove it, or write \\u{number} in double quotes"
+        advice = f"remove the character, or write \\u{number} in double quotes"
         findings.add("G102", f"YAML syntax: character U+{number} is not allowed", span, advice)
         return None
     tags = next((number for number, line in enumerate(source.lines, 1) if line.startswith("%TAG")), None)
     if tags is not None:  # refused here because the parser takes minutes for very many of them
-        findings.add("G104", "tags and the directive %TAG are not allowed", Span(source, tags, 1, 4), "remove it")
+        findings.add("G104", "tags and the directive %TAG are not allowed", Span(source, tags, 1, 4), "remove the line")
         return None
     builder = _ValueBuilder(source, findings)
     try:

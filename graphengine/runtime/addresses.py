@@ -145,7 +145,9 @@ def find_ports(runs: Iterable[GraphRun], pattern: str, sides: Sequence[Side] = S
         return found
     if not matching:
         paths = [known for known, _, _ in nodes]
-        raise UsageError(f"{pattern}: {no_node(path, paths)}" if path else f"{pattern!r}: write NODE.PORT")
+        raise UsageError(
+            f"{pattern}: {no_node(path, paths)}" if path else f"{pattern!r} is no address; write NODE.PORT"
+        )
     classes = (type(executor.nodes[index]) for _, executor, index in matching)
     raise UsageError(f"{pattern}: {no_port(classes, name, sides)}")
 

@@ -131,9 +131,9 @@ def _places(entry: NodeEntry) -> Iterator[str]:
 
 
 def _follows(instance: Instance, error: GraphError) -> bool:
-    """Return whether an error in the setup of a node is a consequence of one that was already reported.
+    """Return whether an error in the setup of a node is a consequence of an error that was already reported.
 
-    It is if it concerns an empty value, or an input whose value was reported as wrong, or no input at all.
+    The result is true if the setup error concerns an empty value, an input whose value was reported as wrong, or no input.
     """
     if not isinstance(error, ContextError) or error.value == "":
         return True
@@ -212,7 +212,7 @@ def lint_claims(context: LintContext) -> None:
 
 
 def _check_places(context: LintContext) -> None:
-    """Add a warning for each graph of a robot whose prim path is not below the robot's, where its namespace does not apply."""
+    """Add a warning for each graph of a robot whose prim is outside of the robot, where the robot's namespace does not apply."""
     told: set[str] = set()  # a fleet has one mistake, not one a robot
     prims = {robot.entity_name: robot.path for robot in context.stage.prims("robot")}
     for graph in context.graphs:
@@ -267,7 +267,7 @@ def _what(claim: EndpointClaim) -> tuple[str, str, str]:
 
 
 def _is_told_elsewhere(claim: EndpointClaim) -> bool:
-    """Return whether a claim is an endpoint of an action other than `send_goal`, for which conflicts are reported."""
+    """Return whether a claim is an endpoint of an action but not `send_goal`, the one for which conflicts are reported."""
     return bool(action_of(claim.topic)) and not claim.topic.endswith("/send_goal")
 
 

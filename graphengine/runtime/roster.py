@@ -23,9 +23,9 @@ class Roster:
         return {}
 
     def add(self, name: str, use: RobotUse) -> None:
-        """Add a robot to the scene; its graphs run after all other graphs. `stop` moves it back to the pose at which it was added.
+        """Add a robot to the scene; its graphs run after all other graphs.
 
-        After an error, the session continues unchanged.
+        A later `stop` moves the robot back to the pose at which it was added. After an error, the session continues unchanged.
 
         Raises:
             CheckError: the robot or one of its graphs has errors.

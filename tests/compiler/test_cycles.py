@@ -54,7 +54,7 @@ def test_r5_r6_a_cycle_is_an_error_printed_whole_with_its_lines(
         "G209": "a node that has an execution input",
         "G210": "a Delay node, or a control input such as `reset`",
     }
-    assert found.help == (f"break it with {remedies[code]}",)
+    assert found.help == (f"break the cycle with {remedies[code]}",)
 
 
 @pytest.mark.parametrize(

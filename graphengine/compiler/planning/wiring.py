@@ -128,7 +128,7 @@ class WiredGraph:
             else "a Delay node, or a control input such as `reset`"
         )
         related = [*((wire.span, str(wire)) for wire in loop), *loop[0].entry.via]
-        self.findings.add(code, f"{what}: {path}", loop[0].span, f"break it with {by}", related=related)
+        self.findings.add(code, f"{what}: {path}", loop[0].span, f"break the cycle with {by}", related=related)
 
     def forward(self, wire: Wire) -> bool:
         """Return whether an execution wire fires its target in the same run of its region.
