@@ -269,7 +269,7 @@ def test_a_file_with_a_mistake_is_told_each_time_until_it_is_right(tmp_path: Pat
 
 
 def test_a_robot_that_would_say_what_another_says_is_refused(job: Job) -> None:
-    with pytest.raises(CheckError, match=r"frame 'base_link' below 'odom' comes from both /one/.* and /late/"):
+    with pytest.raises(CheckError, match=r"frame 'base_link' below 'odom' is published by both /one/.* and /late/"):
         job.spawn("late", LATE.model_copy(update={"namespace": "one"}))
     assert "/late" not in physics(job).stage
     job.spawn("late", LATE)

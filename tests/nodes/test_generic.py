@@ -441,7 +441,7 @@ def test_in_a_graph_an_array_that_no_message_can_hold_is_told_at_its_place(tmp_p
             "G208",
             "Say: the ports are the fields of a message, but the inputs name no message type",
         ),
-        ({"messageName": "$(nothing)"}, "G111", "no parameter 'nothing'"),
+        ({"messageName": "$(nothing)"}, "G111", "the graph has no parameter 'nothing'"),
         ({"linear:q": 1.0}, "G204", "ROS2Publisher has no input 'linear:q'"),
         ({"linear:y": "fast"}, "G211", "Say.linear:y is a double: expected a number, got 'fast'"),
     ],
