@@ -166,5 +166,7 @@ def test_without_boxes_an_empty_array_goes_out(cls: type[BoxPublisher], topic: s
 @pytest.mark.parametrize(("cls", "size"), [(ROS2PublishBbox2D, BOX.itemsize), (ROS2PublishBbox3D, BOX_3D.itemsize)])
 def test_bytes_that_are_no_whole_boxes_are_refused(cls: type[BoxPublisher], size: int) -> None:
     node = ready(cls, RecordingContext(), data=np.zeros(size + 1, np.uint8))
-    with pytest.raises(ValueError, match=f"data must be a multiple of {size} bytes, the size of a box, it is {size + 1}"):
+    with pytest.raises(
+        ValueError, match=f"data must be a multiple of {size} bytes, the size of a box, it is {size + 1}"
+    ):
         node.compute()

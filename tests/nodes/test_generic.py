@@ -277,7 +277,9 @@ def test_what_no_message_can_hold_is_refused_in_setup(message_type: str, inputs:
 def test_what_no_message_can_hold_is_refused_when_it_comes_over_a_wire(context: RecordingContext) -> None:
     node = of(ROS2Publisher, "std_msgs/msg/UInt8MultiArray", context)
     node.message__data = np.array([1, 2, 1000], np.uint32)
-    with pytest.raises(BadValueError, match=r"data cannot be .* data contains 1000, which is out of the range of uint8"):
+    with pytest.raises(
+        BadValueError, match=r"data cannot be .* data contains 1000, which is out of the range of uint8"
+    ):
         node.compute()
     node = of(ROS2Publisher, "std_msgs/msg/UInt8", context, topicName="other")
     node.message__data = 1000
