@@ -262,7 +262,11 @@ def test_messages_in_an_array_may_leave_fields_out(context: RecordingContext) ->
     [
         (TF, {"transforms": ["{"]}, "transforms[0] is not JSON: "),
         (TF, {"transforms": ["[" * 100_000]}, "transforms[0] is not JSON: "),
-        (TF, {"transforms": ["{}", "3"]}, "transforms[1]: geometry_msgs/msg/TransformStamped is a mapping of fields"),
+        (
+            TF,
+            {"transforms": ["{}", "3"]},
+            "transforms[1]: geometry_msgs/msg/TransformStamped must be a mapping of fields",
+        ),
         (TF, {"transforms": ['{"child_frame": ""}']}, "has no field 'child_frame'; did you mean 'child_frame_id'?"),
         ("sensor_msgs/msg/Image", {"data": [1, 256]}, "data contains 256, which is out of the range of uint8"),
         ("geometry_msgs/msg/PoseWithCovariance", {"covariance": [1.0]}, "covariance has 1 elements, not 36"),
