@@ -1,4 +1,4 @@
-"""The ROS 2 distributions whose message types are known, the one that is sourced, and their types from rosbags."""
+"""Names the ROS 2 distributions whose message types are known, finds the sourced one, and loads types from rosbags."""
 
 from __future__ import annotations
 

@@ -88,7 +88,7 @@ class Publisher(TopicEndpoint):
     """A publisher of a node; this base class has no network and discards messages."""
 
     latest: Any = None
-    """The newest message of a publisher whose claim lists transforms, None before its first message; None for others."""
+    """The newest message, if the claim lists transforms; None before the first message, and always None without transforms."""
 
     @property
     def subscribers(self) -> int:

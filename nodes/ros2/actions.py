@@ -46,7 +46,9 @@ class NamedActionNode(ActionNode):
     """Base of nodes that create an action server or client, with inputs for the action's name, namespace, QoS and domain."""
 
     exec_in = ExecIn()
-    context: UInt64 = In(default=0, setup=True, doc="domain handle from a ROS2Context; 0: the session's domain")
+    context: UInt64 = In(
+        default=0, setup=True, doc="handle of a ROS domain, from a ROS2Context; 0: the session's domain"
+    )
     node_namespace: String = In(
         default="", setup=True, doc="ROS namespace of the action; `isaac:namespace` of prims is not added"
     )

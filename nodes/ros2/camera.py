@@ -52,7 +52,11 @@ class ROS2CameraHelper(SkippingHelper, type="isaacsim.ros2.bridge.ROS2CameraHelp
     frame_id: String = In(default="sim_camera", setup=True, doc="name of the camera's optical frame")
     topic_name: String = In(default="rgb", setup=True)
     type_in: Token = In(
-        default="rgb", name="type", setup=True, tokens=_TYPES, doc=f"available types: {', '.join(_MESSAGES)}"
+        default="rgb",
+        name="type",
+        setup=True,
+        tokens=_TYPES,
+        doc=f"type of the message; available: {', '.join(_MESSAGES)}",
     )
     enable_semantic_labels: bool = In(
         default=False,

@@ -180,7 +180,7 @@ class Layout:
 
     @functools.cached_property
     def leaves(self) -> tuple[Leaf, ...]:
-        """The fields that have a port each, those of nested messages included, in the order of the message definition."""
+        """All fields that have a port, including fields of nested messages, in the order of the message definition."""
         fields = _leaves(self.message_type, (), (), self.definitions, self.part)
         found = tuple(itertools.islice(fields, MAX_PORTS + 1))
         if len(found) > MAX_PORTS:

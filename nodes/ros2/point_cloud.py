@@ -109,7 +109,7 @@ class ROS2PublishPointCloud(SensorPublisher, type="isaacsim.ros2.bridge.ROS2Publ
 
     The points are an array or a buffer of x, y, z in single precision. Each kind of metadata is a buffer with one record per
     point; it is published if its `output...` input is true. The inputs for data types and buffer sizes have no effect: the types
-    are fixed, and the buffers know their sizes.
+    are fixed, and the size of a buffer is known from the buffer itself.
     """
 
     message_type: ClassVar[str] = "sensor_msgs/msg/PointCloud2"

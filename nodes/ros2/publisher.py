@@ -16,7 +16,9 @@ class NetworkNode(Node):
     """Base of nodes that create publishers, subscriptions or services, with inputs for domain and namespace."""
 
     exec_in = ExecIn()
-    context: UInt64 = In(default=0, setup=True, doc="domain handle from a ROS2Context; 0: the session's domain")
+    context: UInt64 = In(
+        default=0, setup=True, doc="handle of a ROS domain, from a ROS2Context; 0: the session's domain"
+    )
     node_namespace: String = In(
         default="", setup=True, doc="ROS namespace; if empty, collected from `isaac:namespace` of the ancestor prims"
     )

@@ -26,7 +26,9 @@ class ServiceNode(Node):
     request: ClassVar[Layout]
     response: ClassVar[Layout]
 
-    context: UInt64 = In(default=0, setup=True, doc="domain handle from a ROS2Context; 0: the session's domain")
+    context: UInt64 = In(
+        default=0, setup=True, doc="handle of a ROS domain, from a ROS2Context; 0: the session's domain"
+    )
     node_namespace: String = In(default="", setup=True, doc="ROS namespace; `isaac:namespace` of prims is not added")
     message_package: String = In(required=True, setup=True, doc="package of the service type, such as std_srvs")
     message_subfolder: String = In(default="srv", setup=True, doc="folder of the package that holds the service type")

@@ -49,7 +49,7 @@ _PRISMATIC = 1
 
 
 class ROS2PublishJointState(PublisherNode, type="isaacsim.ros2.bridge.ROS2PublishJointState"):
-    """Publishes the joint states of `targetPrim` as sensor_msgs/JointState, or those in arrays if `jointNames` is given.
+    """Publishes joint states as sensor_msgs/JointState: those in arrays if `jointNames` is given, otherwise `targetPrim`'s.
 
     Lengths and forces in the arrays are multiplied by k = 1 / `stageMetersPerUnit`, torques by k^2, as in Isaac Sim; k is 1 for
     metres. The efforts of `targetPrim` are those after the last physics step.
@@ -181,7 +181,9 @@ class ROS2PublishOdometry(PublisherNode, type="isaacsim.ros2.bridge.ROS2PublishO
     message_type: ClassVar[str] = "nav_msgs/msg/Odometry"
 
     odom_frame_id: String = In(default="odom", setup=True, doc="frame of the pose")
-    chassis_frame_id: String = In(default="base_link", setup=True, doc="frame of the twist, whose pose is published")
+    chassis_frame_id: String = In(
+        default="base_link", setup=True, doc="frame of the robot, whose pose is published; frame of the twist"
+    )
     topic_name: String = In(default="odom", setup=True)
     publish_raw_velocities: bool = In(
         default=False, doc="true: publish the velocities unchanged; false: project them onto the axes of `robotFront`"

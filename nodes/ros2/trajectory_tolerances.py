@@ -76,7 +76,7 @@ class Tolerances(Shared):
         )
 
     def of_goal(self, goal: Any, joints: ControlledJoints) -> Tolerances:
-        """Return the tolerances of a goal; for those that the goal does not set, the tolerances of this object are used.
+        """Return the tolerances of a goal. Tolerances that the goal does not set are taken from this object.
 
         In a goal, a tolerance of 0 is not set, and -1 means no limit. Tolerances of accelerations have no effect, because
         accelerations are not measured.

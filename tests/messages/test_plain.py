@@ -77,7 +77,7 @@ def test_numbers_that_are_none_and_infinite_ones_come_through() -> None:
         ("std_msgs/msg/UInt8MultiArray", {"data": [1, 300]}, "data[1] is 300, not a uint8"),
         ("std_msgs/msg/UInt8MultiArray", {"data": 1}, "data must be a list; got 1"),
         ("geometry_msgs/msg/PoseWithCovariance", {"covariance": [0.0]}, "covariance has 1 elements, not 36"),
-        (TREE, {"transforms": [{}, {"header": 1}]}, "transforms[1].header: std_msgs/msg/Header is a mapping"),
+        (TREE, {"transforms": [{}, {"header": 1}]}, "transforms[1].header: std_msgs/msg/Header must be a mapping"),
     ],
 )
 def test_an_error_names_the_field_or_the_element(message_type: str, data: Any, fault: str) -> None:
