@@ -105,7 +105,7 @@ class Publisher(TopicEndpoint):
 
 
 class Subscription(TopicEndpoint):
-    """A subscription of a node; the messages of a tick are fixed when the tick begins."""
+    """A subscription of a node; in a tick, the node gets the messages that arrived before the tick began."""
 
     skipped = 0
     """Number of messages since play that `newest` skipped because a newer one had arrived in the same tick."""
@@ -134,7 +134,7 @@ class ServiceEndpoint:
 
 
 class ServiceServer(ServiceEndpoint):
-    """A service server of a node; the requests of a tick are fixed when the tick begins."""
+    """A service server of a node; in a tick, the node gets the requests that arrived before the tick began."""
 
     def __init__(self, claim: EndpointClaim, handle: int) -> None:
         super().__init__(claim)
@@ -155,7 +155,7 @@ class ServiceServer(ServiceEndpoint):
 
 
 class ServiceClient(ServiceEndpoint):
-    """A service client of a node; the responses of a tick are fixed when the tick begins."""
+    """A service client of a node; in a tick, the node gets the responses that arrived before the tick began."""
 
     _calls = 0
 
@@ -191,7 +191,7 @@ class Network:
         return 0
 
     publishers: Sequence[Publisher] = ()
-    """The publishers of all nodes that have not been destroyed."""
+    """All publishers that were created and not destroyed."""
 
     def tap(self, sink: Sink) -> None:
         """Copy all messages that nodes send or receive to a sink; a sink does not count as a subscription."""

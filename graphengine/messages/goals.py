@@ -111,7 +111,10 @@ class Goals(Stateful, Generic[G]):
         return goal if goal is not None and goal.status != UNKNOWN else None
 
     def admit(self, goal: G) -> bool:
-        """Add a goal that a client requested; return False, without adding it, if its UUID is known or too many goals run."""
+        """Add a goal that a client requested, and return True.
+
+        If its UUID is known, or `MAX_ACTIVE` goals have not ended, the goal is not added and False is returned.
+        """
         if goal.identity in self._goals or sum(not other.ended for other in self) >= MAX_ACTIVE:
             return False
         self._goals[goal.identity] = goal

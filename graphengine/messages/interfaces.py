@@ -43,7 +43,7 @@ SCALARS = {
     "float32": "<f",
     "float64": "<d",
 }
-"""Format characters of `struct` for the number types of messages."""
+"""Format character of the module `struct` for each ROS number type; `byte` is signed, as rosbags represents it."""
 
 
 def signed_byte(value: int) -> int:
@@ -101,7 +101,7 @@ class TypeName(NamedTuple):
 
     @property
     def source(self) -> str:
-        """Name of the type whose file defines this type: the name without `part`, such as `std_srvs/srv/Trigger`."""
+        """Name of the type after which the definition file is named: the name without `part`, as in `std_srvs/srv/Trigger`."""
         return f"{self.package}/{self.kind}/{self.name}"
 
     @staticmethod
@@ -223,7 +223,7 @@ def _with_wide(element: Description) -> Description:
 
 
 def replace_element(description: Description, replace: Callable[[Description], Description]) -> Description:
-    """Return the result of a function applied to a type; for an array, the function is applied to its element type."""
+    """Apply a function to a type, or to the element type if the type is an array, and return the resulting type."""
     kind, detail = description
     if kind in (Nodetype.ARRAY, Nodetype.SEQUENCE):
         return kind, (replace_element(detail[0], replace), detail[1])
@@ -243,7 +243,7 @@ def message_of(description: Description) -> str:
 
 
 def written(description: Description) -> str:
-    """Return a type as it is written in definition files."""
+    """Return a type as it is written in definition files, such as `float64[9]`."""
     kind, detail = description
     if kind == Nodetype.NAME:
         return str(detail).replace("/msg/", "/")

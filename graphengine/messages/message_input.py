@@ -30,7 +30,7 @@ class _InvalidValueError(Exception):
 
 @dataclass(frozen=True, slots=True)
 class Draft:
-    """A parsed message and those of its times that are set when it is sent."""
+    """A parsed message, with a list of the times in it that are set when the message is sent."""
 
     message: Any
     stamps: list[Any]
