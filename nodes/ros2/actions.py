@@ -132,9 +132,9 @@ class ROS2ActionServerGoal(NamedActionNode, type="graphengine.ros2.ROS2ActionSer
 
 
 class PursuingNode(ActionNode):
-    """Base of nodes that send the feedback or the result for the goal of a ROS2ActionServerGoal.
+    """Base of nodes that send feedback on the current goal of a ROS2ActionServerGoal, or the result of this goal.
 
-    The fields of the feedback or result are inputs.
+    The fields of this message are inputs.
     """
 
     part: ClassVar[str]
@@ -171,7 +171,7 @@ class PursuingNode(ActionNode):
         return server
 
     def find(self) -> tuple[ActionServer, Goal | None]:
-        """Return the action server whose handle is `serverHandle`, and its goal; None if there is no goal or it has ended.
+        """Return the action server whose handle is `serverHandle`, and its current goal, or None if it has no active goal.
 
         Raises:
             BadValueError: no action server has this handle, or the server has another action type.
