@@ -171,7 +171,9 @@ class PursuingNode(ActionNode):
         return server
 
     def find(self) -> tuple[ActionServer, Goal | None]:
-        """Return the action server whose handle is `serverHandle`, and its current goal, or None if it has no active goal.
+        """Return the action server whose handle is `serverHandle`, and its current goal.
+
+        The goal is new or active; None is returned in its place if there is none, or if the goal has ended.
 
         Raises:
             BadValueError: no action server has this handle, or the server has another action type.

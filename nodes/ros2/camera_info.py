@@ -163,7 +163,7 @@ class ROS2CameraInfoHelper(SkippingHelper, type="isaacsim.ros2.bridge.ROS2Camera
         return x
 
     def compute(self) -> None:
-        """Start publishing if `enabled` is true, else stop."""
+        """Start publishing if `enabled` is true, otherwise stop."""
         super().compute()
         if not self.enabled:
             self.captured.clear()

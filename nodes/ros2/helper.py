@@ -42,7 +42,7 @@ class SensorHelper(TopicNode):
         return 1
 
     def compute(self) -> None:
-        """Start publishing if `enabled` is true, else stop."""
+        """Start publishing if `enabled` is true, otherwise stop."""
         self.active = self.enabled
 
     def update(self) -> None:
