@@ -159,7 +159,7 @@ def lint_empty_joint_states(context: LintContext) -> None:
 
 
 def _rounded(values: NDArray[np.float64], steps: float) -> NDArray[np.float64]:
-    """Return the numbers rounded to multiples of 1 / steps, except numbers too large to be rounded; may change the argument."""
+    """Return the numbers rounded to multiples of 1 / steps, except numbers too large to be rounded; `values` may be changed."""
     if max(map(abs, values.tolist()), default=0.0) * max(steps, 1.0) < 1e300:  # nothing overflows: errstate costs time
         values *= steps
         np.rint(values, out=values)

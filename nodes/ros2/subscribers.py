@@ -122,7 +122,7 @@ class ROS2SubscribeClock(SubscriberNode, type="isaacsim.ros2.bridge.ROS2Subscrib
     time_stamp: float = Out(unit="s")
 
     def deliver(self, message: Any) -> str:
-        """Set `timeStamp`."""
+        """Set `timeStamp` to the time in the message."""
         self.time_stamp = messages.seconds(message.clock)
         return ""
 
@@ -144,7 +144,7 @@ class ROS2SubscribeJointState(SubscriberNode, type="isaacsim.ros2.bridge.ROS2Sub
     effort_command: Doubles = Out(unit="N m, N")
 
     def deliver(self, message: Any) -> str:
-        """Set the time, the joint names and the commands, or return why the message must be dropped."""
+        """Set the time, the joint names and the commands, or return a description of a message that must be dropped."""
         joints = len(message.name)
         arrays = (message.position, message.velocity, message.effort)
         if not joints:
