@@ -87,7 +87,7 @@ def test_a_topic_that_no_graph_knows_needs_a_type(sim: ge.Session) -> None:
         (lambda sim: sim.subscribe("/a", type=int), "got <class 'int'>"),
         (lambda sim: sim.publish("/cmd_vel", Twist(Vector3(0, 0, 0), Vector3(0, 0, 0))), f"did you mean '{CMD_VEL}'"),
         (lambda sim: sim.publish(CMD_VEL, {"linar": {}}), "has no field 'linar'; did you mean 'linear'?"),
-        (lambda sim: sim.publish(CMD_VEL, {"linear": {"x": "fast"}}), "linear.x is of type float64; got 'fast'"),
+        (lambda sim: sim.publish(CMD_VEL, {"linear": {"x": "fast"}}), "linear.x must be of type float64; got 'fast'"),
         (lambda sim: sim.publish(CMD_VEL, "fast"), "str is not a ROS message"),
         (lambda sim: sim.publish(CMD_VEL, {}, every=0.0), "every: expected a time above 0 s"),
         (lambda sim: sim.call("/light", {}), "no graph uses service '/light'"),

@@ -341,7 +341,7 @@ def test_the_sensors_time_is_the_stamp_when_it_is_above_0(sensor_time: float, ex
 def test_arrays_whose_names_are_gone_are_an_error() -> None:
     node = ready(ROS2PublishJointState, RecordingContext(), **ARRAYS)
     node.joint_names = ()
-    with pytest.raises(ValueError, match="jointNames must be the names of the joints, or a targetPrim"):
+    with pytest.raises(ValueError, match="jointNames must be the names of the joints, unless targetPrim is given"):
         node.compute()
 
 
