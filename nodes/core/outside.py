@@ -32,7 +32,11 @@ class IsaacReadEnvVar(Node, type="isaacsim.core.nodes.IsaacReadEnvVar"):
 
 
 class IsaacReadFilePath(Node, type="isaacsim.core.nodes.IsaacReadFilePath"):
-    """Outputs the text of a file. The file must be in the graph file's folder, included, or in a folder given by `--allow`."""
+    """Outputs the text of a file.
+
+    The file must be in the graph file's folder, among the graphs and scenes that come with graphengine, or in a folder given by
+    the option `--allow`.
+    """
 
     path: Any = In(
         type="path", default="", setup=True, required=True, doc="path of the file, relative to the graph file's folder"

@@ -198,7 +198,9 @@ def test_in_a_graph_a_wrong_width_stops_the_run_and_names_the_node(play: Player)
         """,
         world,
     )
-    with pytest.raises(NodeError, match=r"node Controller .*effortCommand, .* must be one number per joint, for 4 joints"):
+    with pytest.raises(
+        NodeError, match=r"node Controller .*effortCommand, .* must be one number per joint, for 4 joints"
+    ):
         playing.tick()
 
 
