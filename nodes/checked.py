@@ -1,4 +1,4 @@
-"""Checks of input values, for nodes that cannot use every value of a port's type."""
+"""Functions that check input values, for nodes that cannot use every value of a port's type."""
 
 from __future__ import annotations
 

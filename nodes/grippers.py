@@ -19,9 +19,10 @@ from graphengine.nodes.touched import attribute_of, drives_of
 class SurfaceGripper(Node, type="isaacsim.robot.surface_gripper.SurfaceGripper"):
     """Closes and opens a surface gripper. If several inputs fire together, `Close` takes precedence over `Open` and `Toggle`.
 
-    A gripped body keeps the pose relative to the gripper that it had when it was gripped; it is not pulled closer. To read the
-    status of the gripper, read its attribute `isaac:status` with ReadPrimAttribute. The gripper is a device of type
-    `surface_gripper` in the robot file; the device has the attributes of Isaac Sim's prim.
+    While the gripper holds a body, the body keeps the pose relative to the gripper that it had when the grip began. The gripper
+    does not pull the body closer. To read the status of the gripper, read the attribute `isaac:status` of the gripper's prim with
+    ReadPrimAttribute. The robot file defines the gripper as a device of type `surface_gripper`; the device has the attributes of
+    Isaac Sim's prim.
     """
 
     toggle = ExecIn(name="Toggle", doc="closes the gripper if it is open; opens it otherwise")

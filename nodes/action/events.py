@@ -57,8 +57,8 @@ class OnTick(TickEvent, type="omni.graph.action.OnTick", gated=True):
     )
     frame: float = Out(doc="number of the tick since play; the first is 1")
     is_playing: bool = Out()
-    absolute_sim_time: float = Out(unit="s", doc="simulation time since the session began, not reset on stop")
-    time_since_start: float = Out(unit="s", doc="simulation time since the session began, not reset on stop")
+    absolute_sim_time: float = Out(unit="s", doc="simulation time since the session began; a stop does not reset it")
+    time_since_start: float = Out(unit="s", doc="simulation time since the session began; a stop does not reset it")
 
     accumulated_seconds: float = State(default=0.0)
     frame_count: UInt = State(default=0)

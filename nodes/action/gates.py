@@ -72,7 +72,7 @@ class FlipFlop(Node, type="omni.graph.action.FlipFlop", counts=True):
 
 
 class Once(Node, type="omni.graph.action.Once", counts=True):
-    """Fires `once` at the first execution since play, and `after` at all later ones."""
+    """Fires `once` at the first execution since play or the last reset, and `after` at all later executions."""
 
     exec_in = ExecIn()
     reset_in = ExecIn(name="reset", control=True, doc="makes the next execution count as the first")

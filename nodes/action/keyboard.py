@@ -2,7 +2,7 @@
 
 Keys come from the terminal of `graphrun run`, or from `graphrun ctl press` and `graphrun ctl release`. A terminal reports the
 press of a key and repeats the report while the key is held. It does not report the release, so a key counts as released 0.6 s
-after the last report. A terminal does not report a modifier without another key, and no modifiers of arrow keys.
+after the last report. A terminal reports a modifier only together with another key, and not together with an arrow key.
 """
 
 from __future__ import annotations

@@ -44,10 +44,10 @@ class ForLoop(Node, type="omni.graph.action.ForLoop"):
         if self.break_loop and not self.exec_in:
             return
         if not self.step:
-            raise BadValueError("step", self.step, "a positive or a negative number")
+            raise BadValueError("step", self.step, "other than 0")
         rounds = range(self.start, self.stop, self.step)
         if len(rounds) > self.max_pushes and not self.breaks:
-            raise BadValueError("start, stop, step", rounds, f"{self.max_pushes} numbers or fewer")
+            raise BadValueError("start, stop, step", rounds, f"a range of {self.max_pushes} numbers or fewer")
         for index, value in enumerate(rounds):
             self.index, self.value = index, value
             yield self.loop_body

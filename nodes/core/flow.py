@@ -13,7 +13,7 @@ class OnPhysicsStep(Node, type="isaacsim.core.nodes.OnPhysicsStep"):
     step = ExecOut(doc="fires after every physics step")
     delta_simulation_time: float = Out(unit="s", doc="duration of a physics step")
     delta_system_time: float = Out(
-        unit="s", doc="wall time since the previous tick, in the first physics step of a tick; 0 in its other steps"
+        unit="s", doc="in the first physics step of a tick, wall time since the previous tick; in the other steps, 0"
     )
 
     clock: Clock = Bound()

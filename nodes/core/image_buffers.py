@@ -39,7 +39,7 @@ class ImageBufferNode(Node):
     cuda_device_index: Int = In(default=-1, doc=_HOST)
     width: UInt = In(default=0, unit="pixel", doc="width of the image in `dataPtr`")
     height: UInt = In(default=0, unit="pixel", doc="height of the image in `dataPtr`")
-    buffer_size: UInt = In(default=0, doc="no effect: the buffer in `dataPtr` knows its size")
+    buffer_size: UInt = In(default=0, doc="no effect: the node knows the size of the buffer in `dataPtr`")
     cuda_device_index_out: Int = Out(default=-1, name="cudaDeviceIndex", doc="always -1: host memory")
 
     camera: Camera | None = Bound()
@@ -194,7 +194,7 @@ class IsaacConvertDepthToPointCloud(
     def from_buffer(self, buffer: memoryview) -> None:
         """Output the points of the depth image in the buffer."""
         if self.format != _R32_SFLOAT:
-            raise BadValueError("format", self.format, f"{_R32_SFLOAT}, one float32 per pixel")
+            raise BadValueError("format", self.format, f"{_R32_SFLOAT} (one float32 per pixel)")
         if not (self.focal_length > 0.0 and self.horizontal_aperture > 0.0):
             given = [self.focal_length, self.horizontal_aperture]
             raise BadValueError("focalLength, horizontalAperture", given, "above 0")

@@ -19,7 +19,9 @@ class IsaacComputeOdometry(Node, type="isaacsim.core.nodes.IsaacComputeOdometry"
     """
 
     exec_in = ExecIn()
-    chassis_prim: Target = In(required=True, setup=True, doc="rigid body, or a prim that is fixed to one")
+    chassis_prim: Target = In(
+        required=True, setup=True, doc="prim of a rigid body, or prim that is fixed to a rigid body"
+    )
     exec_out = ExecOut()
     position: Vector3d = Out(unit="m", doc="position of the body in the frame of its start pose")
     orientation: Quaterniond = Out(

@@ -80,7 +80,7 @@ HORIZONTAL_APERTURE = 20.955
 
 
 class IsaacReadCameraInfo(Node, type="isaacsim.core.nodes.IsaacReadCameraInfo", volatile=True):
-    """Outputs image size, focal length and aperture of a render product's camera, in terms of USD's pinhole camera."""
+    """Outputs the image size, focal length and aperture of a render product's camera, as USD defines them for pinhole cameras."""
 
     render_product_path: Token = In(
         required=True, setup=True, doc="path of the render product, from IsaacCreateRenderProduct"

@@ -97,7 +97,7 @@ class IsaacTimeSplitter(Node, type="isaacsim.core.nodes.IsaacTimeSplitter"):
 class IsaacRealTimeFactor(ClockNode, type="isaacsim.core.nodes.IsaacRealTimeFactor", volatile=True):
     """Computes the real-time factor: elapsed simulation time divided by elapsed wall time.
 
-    The two times elapsed between the last two ticks in which the node was computed.
+    Both times are measured between the last two ticks in which the node was computed.
     """
 
     rtf: Float = Out(

@@ -42,12 +42,12 @@ class DifferentialController(Node, type="isaacsim.robot.wheeled_robots.Different
     max_acceleration: float = In(
         default=0.0,
         unit="m/s2",
-        doc="limit of the acceleration while the base speeds up; no effect if it or `maxDeceleration` is 0",
+        doc="limit of the acceleration while the base speeds up; no limit if `maxAcceleration` or `maxDeceleration` is 0",
     )
     max_deceleration: float = In(
         default=0.0,
         unit="m/s2",
-        doc="limit of the deceleration while the base slows down; no effect if it or `maxAcceleration` is 0",
+        doc="limit of the deceleration while the base slows down; no limit if `maxAcceleration` or `maxDeceleration` is 0",
     )
     max_angular_acceleration: float = In(
         default=0.0, unit="rad/s2", doc="limit of the angular acceleration; 0 means no limit"

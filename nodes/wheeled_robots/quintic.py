@@ -139,8 +139,8 @@ class QuinticPathPlanner(PlanarNode, type="isaacsim.robot.wheeled_robots.Quintic
             "currentPosition, currentOrientation, targetPosition, targetOrientation, initialVelocity, initialAccel, "
             "goalVelocity, goalAccel",
             (start, target),
-            f"such that a path of {duration} s or less keeps to maxAccel {self.max_accel:g} m/s2 and "
-            f"maxJerk {self.max_jerk:g} m/s3; that of {duration} s needs {acceleration:.3g} m/s2 and {jerk:.3g} m/s3",
+            f"such that a path of {duration} s or less respects maxAccel {self.max_accel:g} m/s2 and "
+            f"maxJerk {self.max_jerk:g} m/s3; the path of {duration} s needs {acceleration:.3g} m/s2 and {jerk:.3g} m/s3",
         )
 
 

@@ -22,7 +22,7 @@ SLOWEST = 0.05
 FASTEST_TURN = 1.0
 """Maximum turn rate (rad/s) of a base that turns on the spot."""
 FACING = 0.1
-"""Largest angle (rad) between the yaw of a base and the direction to a missed target at which the base drives to the target."""
+"""Tolerance (rad): a base drives to a missed target only if its yaw differs by at most this angle from the direction to it."""
 
 
 class Path(NamedTuple):
@@ -132,7 +132,9 @@ class StanleyControlPID(PlanarNode, type="isaacsim.robot.wheeled_robots.StanleyC
         check_finite(self, "gains")
         _, gain, steering = self.gains
         if not (gain > 0.0 and 0.0 < steering < math.pi / 2):
-            raise BadValueError("gains", self.gains, "above 0 at [1] and between 0 and pi/2 at [2]")
+            raise BadValueError(
+                "gains", self.gains, "three numbers, the second above 0 and the third between 0 and pi/2"
+            )
         if not self.step > 0.0:
             raise BadValueError("step", self.step, "above 0")
         if not self.wheel_base * gain > 0.0:

@@ -42,7 +42,7 @@ class HolonomicRobotUsdSetup(Node, type="isaacsim.robot.wheeled_robots.Holonomic
     com_prim_path: Token = In(
         default="",
         setup=True,
-        doc="path of the prim at the centre of the base; if empty, the base link is used; used if `usePath` is true",
+        doc="path of the prim at the centre of the base, used if `usePath` is true; if empty, the base link is used",
     )
     wheel_radius: Doubles = Out(unit="m", doc="radius of each wheel")
     wheel_positions: Double3s = Out(unit="m", doc="position of each wheel in the frame of `comPrim`")
@@ -67,14 +67,14 @@ class HolonomicRobotUsdSetup(Node, type="isaacsim.robot.wheeled_robots.Holonomic
         centre = self.com_prim_path if self.use_path else next(iter(self.com_prim), "")
         if not robot:
             name = "robotPrimPath" if self.use_path else "robotPrim"
-            raise ContextError(f"{name} is empty", "", f"usePath is {str(self.use_path).lower()}")
+            raise ContextError(f"{name} is empty", "", f"set {name}, because usePath is {str(self.use_path).lower()}")
         self.wheels = context.holonomic_wheels(robot)
         if not self.wheels:
             raise ContextError(
                 f"no wheel of {robot} has rollers",
                 robot,
                 "give the materials of mecanum wheels `direction` and `across` in the robot file",
-                "HolonomicController also takes the geometry as literals",
+                "or write the geometry as literals into the inputs of HolonomicController",
             )
         link = context.base_link(robot)
         self.base = relative((context.frame(centre) if centre else link).pose(), link.pose())

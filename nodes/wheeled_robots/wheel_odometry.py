@@ -22,9 +22,9 @@ if TYPE_CHECKING:
     from graphengine.compiler.lint_registry import LintContext
 
 _JOINTS = {
-    "differential": "leftJoints and rightJoints, one joint or more in each",
-    "mecanum": "leftJoints and rightJoints, [front, back] in each",
-    "ackermann": "leftJoints and rightJoints, one joint or more in each, and steeringJoints: [left, right] or [middle]",
+    "differential": "set leftJoints and rightJoints, with one joint or more in each",
+    "mecanum": "set leftJoints and rightJoints, with [front, back] in each",
+    "ackermann": "set leftJoints and rightJoints, with one joint or more in each, and steeringJoints: [left, right] or [middle]",
 }
 """Message texts: the joints that each kind of kinematics needs, by its token."""
 _UNKNOWN = read_only(np.zeros(36))

@@ -339,7 +339,7 @@ def test_the_twist_is_as_uncertain_as_the_motions_of_its_window_and_the_encoders
 def test_joints_that_the_kinematics_lack_are_named() -> None:
     with pytest.raises(ContextError, match="the joints do not fit mecanum kinematics") as caught:
         two_wheels(kinematics="mecanum")
-    assert caught.value.help == ("leftJoints and rightJoints, [front, back] in each",)
+    assert caught.value.help == ("set leftJoints and rightJoints, with [front, back] in each",)
     with pytest.raises(ContextError, match="the joints do not fit ackermann kinematics"):
         two_wheels(kinematics="ackermann")
     with pytest.raises(JointError, match="no joint 'rigth'"):
