@@ -75,7 +75,7 @@ def test_an_unknown_attribute_is_told_with_the_nearest() -> None:
 def test_a_prim_on_the_other_input_is_pointed_at() -> None:
     with pytest.raises(ContextError, match="prim is empty") as refused:
         ready(ReadPrimAttribute, box(), prim_path=BOX, name="xformOp:translate")
-    assert "primPath is set, which counts while usePath is true" in str(refused.value)
+    assert "primPath is set, but is used only if usePath is true" in str(refused.value)
 
 
 def test_a_pose_is_a_matrix_for_row_vectors() -> None:
