@@ -10,6 +10,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, model_validator
 
+from graphengine.format.key_docs import key_docs
 from graphengine.format.legal_names import Name, Namespace, NamespacePattern, PrimPath, RobotPath
 from graphengine.format.wording import shown
 
@@ -70,7 +71,16 @@ Format = Annotated[
 ]
 
 
-class FileSpec(Spec, use_attribute_docstrings=True):
+def _describe_keys(schema: dict[str, Any], model: type[BaseModel]) -> None:
+    """Add the descriptions of the keys to the JSON Schema of a spec."""
+    docs = key_docs(model)
+    for key, value in schema.get("properties", {}).items():
+        if key in docs:
+            value["description"] = docs[key]
+    _name_keys(schema)
+
+
+class FileSpec(Spec, json_schema_extra=_describe_keys):
     """Base class of the specs of files; messages and the JSON Schema show the docstring of a key as its description."""
 
 

@@ -16,6 +16,7 @@ from pydantic import BaseModel, ValidationError
 from graphengine.format import document as documents
 from graphengine.format.diagnostics import MAX_ERRORS, Findings
 from graphengine.format.document import Document, Location
+from graphengine.format.key_docs import key_docs
 from graphengine.format.robot_spec import RobotSpec
 from graphengine.format.spec import FORMAT, GraphSpec, NodeSpec, SceneSpec, Spec
 from graphengine.format.wording import listing, shown
@@ -168,11 +169,10 @@ def _models_at(model: type[Spec], location: Location) -> list[type[BaseModel]]:
 
 def _description(model: type[Spec], location: Location) -> str:
     """Return the description of the key at a location, from the spec; empty for the whole file or a key without description."""
-    for found in _models_at(model, location[:-1]):
-        known = found.model_fields.get(str(location[-1])) if location else None
-        if known and known.description:
-            return known.description
-    return ""
+    if not location:
+        return ""
+    described = (key_docs(found).get(str(location[-1])) for found in _models_at(model, location[:-1]))
+    return next(filter(None, described), "")
 
 
 @dataclass(frozen=True, slots=True, eq=False)

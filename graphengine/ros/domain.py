@@ -36,7 +36,7 @@ class Domain:
 
     def __post_init__(self) -> None:
         if not 0 <= self.id <= MAX_DOMAIN_ID:
-            raise TransportError(f"ROS domain id {self.id} is not in 0 to {MAX_DOMAIN_ID}")
+            raise TransportError(f"ROS domain id {self.id} is out of range; legal: 0 to {MAX_DOMAIN_ID}")
 
     def __str__(self) -> str:
         own = ", with CYCLONEDDS_URI" if self.cyclone_uri else ""

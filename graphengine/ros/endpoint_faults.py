@@ -183,8 +183,8 @@ class _Comparison:
         if len(publishers) - len(others) > len(self._own[topic, "publish", CLOCK]):
             others.append(f"another process named {self._node}")
         for other in others:
-            what = f"{topic}: {other} publishes it too: the time of all subscribers will jump back and forth"
-            yield what, "stop one of them, or give it another ROS_DOMAIN_ID"
+            what = f"{topic}: {other} also publishes this topic: the time of all subscribers will jump back and forth"
+            yield what, "stop one of the two publishers, or give its program another ROS_DOMAIN_ID"
 
     def _distinct(self, topic: str, direction: Direction) -> dict[tuple[str, _Form], Endpoint]:
         """Return one peer for each combination of node, type, QoS and type hash, in the graph's order."""
@@ -234,7 +234,7 @@ def _misfit(claim: EndpointClaim, peer: Endpoint, name: str) -> Fault:
         policies = ", ".join(policy_json(peer.qos, policy) for policy in short_of(offered, requested))
         remedy = f"write {policies} in the qosProfile of {claim.node}, or change the profile of {name}"
         return f"{claim.topic}: {why}: no messages arrive", remedy
-    effect = "its messages are dropped" if claim.direction == "subscribe" else "it cannot read what is sent"
+    effect = "its messages are dropped" if claim.direction == "subscribe" else "it cannot read the messages"
     return another_definition(claim.topic, name, sent, claim.node, effect)
 
 
@@ -247,8 +247,8 @@ def _loss(end: End, reader: str, buffer: int) -> Fault:
 def _rival_servers(services: Sequence[str]) -> Fault:
     """Return a single fault for all services that another program also offers; two equal runs share dozens."""
     shown = f"{', '.join(services[:3])}{' and others' if len(services) > 3 else ''}"
-    ways = "stop one of them, or give it another ROS_DOMAIN_ID or other names, as with --simulation-interfaces /one"
-    return "another program offers services that this run offers too: either may answer a call", f"{shown}: {ways}"
+    ways = "stop one of the two, or give it another ROS_DOMAIN_ID or other names, such as --simulation-interfaces /one"
+    return "another program also offers services of this run: either program may answer a call", f"{shown}: {ways}"
 
 
 def _is_clock(end: End) -> bool:

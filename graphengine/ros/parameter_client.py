@@ -60,7 +60,7 @@ class ParameterClient:
         results = list(self._call("set_parameters", parameters=list(parameters)).results)
         if len(results) != len(parameters):
             reasons = "; ".join(dict.fromkeys(result.reason for result in results if result.reason))
-            answered = f"{self.node} answers {len(results)} results for {len(parameters)} parameters"
+            answered = f"{self.node} returned {len(results)} results for {len(parameters)} parameters"
             raise TransportError(f"{answered}: {reasons}" if reasons else answered)
         return results
 

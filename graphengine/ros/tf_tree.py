@@ -130,7 +130,7 @@ class FrameTree:
         Args:
             names: node names by GID.
         """
-        full = [f"there are more than {MAX_EDGES} transforms; further ones are left out"] if self._full else []
+        full = [f"there are more than {MAX_EDGES} transforms; further transforms are ignored"] if self._full else []
         wrong = (self._islands(), self._parents(names), self._loops(), self._rivals(names), self._refusals(names))
         return [*full, *itertools.chain(*wrong)]
 
@@ -178,11 +178,11 @@ def _refusal(parent: str, child: str, transform: Any) -> str:
     if not parent or not child:
         return "a frame has no name"
     if parent == child:
-        return "it is a frame within itself"
+        return "parent and child are the same frame"
     if any(map(math.isnan, (place.x, place.y, place.z, *quaternion))):
         return "it contains NaN"
     off = abs(sum(value * value for value in quaternion) - 1.0)
-    return "" if off < TOLERANCE else "its quaternion is not of length 1"
+    return "" if off < TOLERANCE else "the length of its quaternion is not 1"
 
 
 def _descend(root: str, children: Mapping[str, Iterable[Edge]], shown: set[str]) -> Iterator[Row]:

@@ -1,4 +1,4 @@
-"""Serves all topics of a run to Foxglove over WebSocket, in addition to any transport; uses Foxglove's SDK."""
+"""Serves all topics of a run to Foxglove clients over WebSocket with Foxglove's SDK, in addition to any transport."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ Address = tuple[str, int]
 
 
 def open_server(address: Address, name: str, definitions: Definitions) -> FoxgloveServer:
-    """Start a server; `FoxgloveTransport` connects it with a transport's topics.
+    """Start and return a Foxglove server; a `FoxgloveTransport` adds the topics of a transport to it.
 
     Args:
         address: host and port to listen on.
-        name: name of the run that clients show.
+        name: name of the run, for display in clients.
         definitions: message types.
 
     Raises:

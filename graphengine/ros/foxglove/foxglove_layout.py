@@ -1,4 +1,4 @@
-"""Makes a Foxglove layout from the topics of a scene: a 3D view, camera images, speeds, and buttons to drive."""
+"""Makes a Foxglove layout for the topics of a scene: a 3D view, camera images, a plot of speeds, and drive buttons."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ _IN_SPACE = frozenset(
 _PICTURES = frozenset({"sensor_msgs/msg/CompressedImage", "sensor_msgs/msg/Image"})
 _CALIBRATION, _ODOMETRY, _TWIST = "sensor_msgs/msg/CameraInfo", "nav_msgs/msg/Odometry", "geometry_msgs/msg/Twist"
 _DESCRIPTION = "/robot_description"
-"""Suffix of the names of topics that carry a URDF."""
+"""Suffix of the name of a topic on which a robot publishes its URDF."""
 
 
 def foxglove_layout(claims: Iterable[EndpointClaim]) -> dict[str, Any]:
@@ -57,7 +57,7 @@ def foxglove_layout(claims: Iterable[EndpointClaim]) -> dict[str, Any]:
 
 
 def _space(published: Sequence[EndpointClaim]) -> dict[str, Any]:
-    """Return the 3D panel: viewed from the root frame, with a grid and the robots whose description is published."""
+    """Return the 3D panel: its camera follows the root frame; it shows a grid, published URDFs, and topics with 3D data."""
     parents = _unique(parent for claim in published for parent, _ in claim.transforms)
     children = {child for claim in published for _, child in claim.transforms}
     roots = [parent for parent in parents if parent not in children]
@@ -72,7 +72,7 @@ def _space(published: Sequence[EndpointClaim]) -> dict[str, Any]:
 
 
 def _pictures(published: Sequence[EndpointClaim]) -> list[dict[str, Any]]:
-    """Return a panel for each camera, with the calibration topic in the same namespace."""
+    """Return an image panel for each image topic, with the CameraInfo topic in the same namespace for calibration."""
     calibrations = {_folder(claim.topic): claim.topic for claim in published if claim.message_type == _CALIBRATION}
     topics = _unique(claim.topic for claim in published if claim.message_type in _PICTURES)
     modes = [{"imageTopic": topic, "calibrationTopic": calibrations.get(_folder(topic))} for topic in topics]
@@ -80,7 +80,7 @@ def _pictures(published: Sequence[EndpointClaim]) -> list[dict[str, Any]]:
 
 
 def _speeds(published: Sequence[EndpointClaim]) -> list[dict[str, Any]]:
-    """Return a plot of all robots' speeds over simulation time, if there are any."""
+    """Return one plot panel with the speeds in all odometry topics, over header stamps; empty without such topics."""
     topics = _unique(claim.topic for claim in published if claim.message_type == _ODOMETRY)
     fields = [f"{topic}.twist.twist.{part}" for topic in topics for part in ("linear.x", "angular.z")]
     paths = [{"value": field, "enabled": True, "timestampMethod": "headerStamp"} for field in fields]
@@ -88,7 +88,7 @@ def _speeds(published: Sequence[EndpointClaim]) -> list[dict[str, Any]]:
 
 
 def _buttons(topic: str) -> dict[str, Any]:
-    """Return a panel for driving one robot."""
+    """Return a teleop panel that publishes on the Twist topic of one robot."""
     return {
         "topic": topic,
         "publishRate": RATE,
@@ -100,7 +100,7 @@ def _buttons(topic: str) -> dict[str, Any]:
 
 
 def _stack(panels: Sequence[str]) -> Any:
-    """Arrange panels with equal height, one below the other."""
+    """Return the layout of panels of equal height, one below the other."""
     first, *others = panels
     return _split("column", first, _stack(others), 100.0 / len(panels)) if others else first
 

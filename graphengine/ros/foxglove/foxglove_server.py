@@ -1,7 +1,7 @@
-"""A WebSocket server that shows the topics of a run to Foxglove, and receives messages for topics that the run reads.
+"""A WebSocket server that sends the topics of a run to Foxglove clients, and receives messages that clients publish.
 
-The SDK sends in its own threads, in which it also calls the methods `on_…`. It keeps no messages for late subscribers, so this
-module keeps the latched ones.
+The SDK has its own threads: it sends messages and calls the methods `on_…` there. It keeps no messages for late subscribers; so
+this module keeps the messages of latched topics.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from graphengine.ros.transport import Deliver
 
 ENCODING = "cdr"
 BACKLOG = 256
-"""Maximum number of messages queued for a client; a slow client misses the oldest ones."""
+"""Maximum number of messages queued for a client; a slow client misses the oldest messages."""
 CLOSING = 1.0
 """Maximum wait for clients at `close`, s; the SDK itself would wait forever for a client that does not read."""
 MAX_KEPT = 1000
@@ -36,12 +36,12 @@ MAX_PUBLISHED = 1000
 
 
 class ServedEnd:
-    """A writer or reader of the run whose messages clients see.
+    """A writer or reader of the run; Foxglove clients can receive its messages.
 
     Args:
         topic: full name.
         message_type: as in `nav_msgs/msg/Odometry`.
-        qos: profile of the endpoint, which determines how many latched messages are kept.
+        qos: profile of the endpoint; if it is latched, its depth is the number of messages kept for late subscribers.
     """
 
     def __init__(self, topic: str, message_type: str, qos: QoS) -> None:
@@ -50,7 +50,7 @@ class ServedEnd:
         depth = self.qos.depth if self.qos.history == "keepLast" else MAX_KEPT
         self.kept: deque[bytes] = deque(maxlen=depth if self.qos.durability == "transientLocal" else 0)
         self.served: ServedTopic | None = None
-        """Topic of the server; None before `enter` adds this endpoint to it, and after `leave`."""
+        """The server's topic to which `FoxgloveServer.enter` added this endpoint; None before that, and after `leave`."""
 
     @property
     def wanted(self) -> bool:
@@ -89,7 +89,7 @@ class ServedReader(ServedEnd):
 
 
 class ServedTopic:
-    """A topic with one type, which clients see as a channel while the run has endpoints on it."""
+    """A topic name with a message type. Clients see it as one channel, which exists while the run has endpoints on it."""
 
     def __init__(self, context: Context, key: tuple[str, str], definitions: Definitions) -> None:
         topic, message_type = key
@@ -101,11 +101,11 @@ class ServedTopic:
         self._lock = threading.Lock()
 
     def alike(self, end: ServedEnd) -> list[Any]:
-        """Return the list that contains the endpoint: readers or writers."""
+        """Return the list for endpoints of this kind: `readers` or `writers`."""
         return self.readers if isinstance(end, ServedReader) else self.writers
 
     def show(self, end: ServedEnd, data: bytes) -> None:
-        """Send a message of an endpoint to clients, unless another endpoint of the topic shows the same message."""
+        """Send a message of an endpoint to clients, unless clients receive the same message from another endpoint."""
         if not self._is_shown(end):
             return
         if end.kept.maxlen:
@@ -115,23 +115,23 @@ class ServedTopic:
             self.channel.log(data)
 
     def repeat(self) -> None:
-        """Send all latched messages to all clients, because the SDK cannot send them only to a new subscriber."""
+        """Send all latched messages to all clients of the topic; the SDK cannot send them only to a new subscriber."""
         with self._lock:
             for end in (*self.writers, *self.readers):
                 for data in end.kept if self._is_shown(end) else ():
                     self.channel.log(data)
 
     def _is_shown(self, end: ServedEnd) -> bool:
-        """Return whether clients see an endpoint's messages: each writer, or the first reader of a topic without writers."""
+        """Return whether clients receive an endpoint's messages: yes for writers, and for the first reader without writers."""
         return not isinstance(end, ServedReader) or (not self.writers and self.readers[:1] == [end])
 
 
 class FoxgloveServer(ServerListener):
-    """A server that runs until it is closed.
+    """A Foxglove server that runs until `close`.
 
     Args:
         address: host and port to listen on.
-        name: name of the run that clients show.
+        name: name of the run, for display in clients.
         definitions: message types.
 
     Raises:
@@ -145,7 +145,7 @@ class FoxgloveServer(ServerListener):
         self._topics: dict[tuple[str, str], ServedTopic] = {}
         """Served topics by name and type."""
         self._published: dict[tuple[int, int], Endpoint] = {}
-        """Publishers of clients, by the ids of the client and of its channel."""
+        """Publishers of clients, by client id and id of the client's channel."""
         self._context = Context()
         host, port = address
         try:
@@ -169,7 +169,7 @@ class FoxgloveServer(ServerListener):
         self.url = f"ws://{_shown(host)}:{self._server.port}"
 
     def enter(self, end: ServedEnd) -> None:
-        """Show the messages of an endpoint to clients; the first endpoint of a topic opens its channel.
+        """Start to send the messages of an endpoint to clients; the first endpoint of a topic creates its channel.
 
         Raises:
             MessageTypeError: the type is unknown.
@@ -181,7 +181,7 @@ class FoxgloveServer(ServerListener):
             end.served.alike(end).append(end)
 
     def leave(self, end: ServedEnd) -> None:
-        """Remove an endpoint; the last endpoint of a topic closes its channel. Safe to call twice."""
+        """Stop sending an endpoint's messages; the channel closes with the last endpoint of its topic. Safe to call twice."""
         with self._lock:
             served, end.served = end.served, None
             if served is None:
@@ -192,14 +192,14 @@ class FoxgloveServer(ServerListener):
                 served.channel.close()
 
     def endpoints(self) -> list[Endpoint]:
-        """Return the clients' publishers on topics that the run reads, with the QoS that the readers request."""
+        """Return the clients' publishers on topics that the run reads; each has the QoS of the first reader, so they match."""
         with self._lock:
             read = self._read()
             published = [end for end in self._published.values() if end.topic in read]
             return [replace(end, qos=read[end.topic]) for end in published]
 
     def _read(self) -> dict[str, QoS]:
-        """Return the topics that the run reads, with the QoS of the first reader."""
+        """Return the topics that the run reads, each with the QoS of its first reader."""
         return {topic: served.readers[0].qos for (topic, _), served in self._topics.items() if served.readers}
 
     def close(self) -> None:
@@ -215,7 +215,7 @@ class FoxgloveServer(ServerListener):
     # Called by the SDK
 
     def on_subscribe(self, client: Client, channel: ChannelView) -> None:
-        """Send the latched messages of the channel."""
+        """Send the latched messages of the channel to which a client has subscribed."""
         with self._lock:
             for served in self._topics.values():
                 if served.channel.id() == channel.id:
@@ -242,7 +242,7 @@ class FoxgloveServer(ServerListener):
             self._published.pop((client.id, client_channel_id), None)
 
     def on_message_data(self, client: Client, client_channel_id: int, data: bytes) -> None:
-        """Deliver a message to the readers of its topic and type; a message that cannot be decoded is dropped and counted."""
+        """Deliver a client's message to the readers of its topic and type; drop and count it if it cannot be decoded."""
         with self._lock:
             published = self._published.get((client.id, client_channel_id))
             served = self._topics.get((published.topic, published.message_type)) if published else None
@@ -258,10 +258,10 @@ class FoxgloveServer(ServerListener):
                 reader.hear(data)
 
     def _warn(self, text: str) -> None:
-        """Show a warning in all clients, because the SDK cannot show it in a single one."""
+        """Show a warning in all clients; the SDK cannot address a single client."""
         self._server.publish_status(text, StatusLevel.Warning)
 
 
 def _shown(host: str) -> str:
-    """Return a host as it is written in URLs."""
+    """Return a host as in URLs: an IPv6 address gets brackets."""
     return f"[{host}]" if ":" in host else host

@@ -1,4 +1,4 @@
-"""Wraps a transport so that Foxglove clients also read and write its topics; services are unchanged."""
+"""Wraps a transport: Foxglove clients can also read and write its topics, but not use its services."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from graphengine.ros.transport import (
 
 
 class FoxgloveTransport:
-    """A transport that also shows its topics to Foxglove, and delivers messages that Foxglove clients publish.
+    """A transport that also sends messages to Foxglove clients, and delivers messages that Foxglove clients publish.
 
     Args:
         inner: transport that carries the messages; closed together with this one.
@@ -35,13 +35,13 @@ class FoxgloveTransport:
         self._ends: set[ServedEnd] = set()
 
     def writer(self, topic: str, message_type: str, qos: QoS) -> Writer:
-        """Open a writer on a topic; it also counts as matched while a Foxglove client subscribes."""
+        """Create a writer on a topic; Foxglove clients that subscribe to the topic also make it matched."""
         writer = _Writer(self._inner.writer(topic, message_type, qos), self, ServedEnd(topic, message_type, qos))
         self._enter(writer.end)
         return writer
 
     def reader(self, topic: str, message_type: str, qos: QoS, deliver: Deliver) -> Reader:
-        """Open a reader on a topic; it also delivers messages of Foxglove clients, in threads of the Foxglove server."""
+        """Create a reader on a topic; it also delivers messages of Foxglove clients, in threads of the Foxglove server."""
         end = ServedReader(topic, message_type, qos, deliver)
         self._enter(end)
         try:
@@ -55,25 +55,25 @@ class FoxgloveTransport:
         self._ends.add(end)
 
     def leave(self, end: ServedEnd) -> None:
-        """Stop showing the messages of an endpoint; safe to call twice."""
+        """Stop sending the messages of an endpoint to Foxglove clients; safe to call twice."""
         self._server.leave(end)
         self._ends.discard(end)
 
     def graph(self, asked: Collection[tuple[str, Direction]] | None = None) -> NetworkGraph:
-        """Return the graph with Foxglove clients that publish on topics of the run as writers of a node `/foxglove`."""
+        """Return the inner graph, in which publishers of Foxglove clients appear as writers of a node `/foxglove`."""
         found, published = self._inner.graph(asked), self._server.endpoints()
         return found.with_endpoints(published) if published else found
 
     @property
     def malformed(self) -> Mapping[str, int]:
-        """Number of dropped malformed messages by topic or service, including those of clients."""
+        """Number of dropped malformed messages by topic or service, including messages of Foxglove clients."""
         counts = Counter(self._inner.malformed)
         for end in tuple(self._ends):
             counts[end.key[0]] += end.malformed if isinstance(end, ServedReader) else 0
         return +counts
 
     def close(self) -> None:
-        """Close all topics and leave the network; safe to call twice."""
+        """Close all endpoints and the inner transport; safe to call twice."""
         for end in tuple(self._ends):
             self.leave(end)
         self._inner.close()
@@ -87,46 +87,46 @@ class FoxgloveTransport:
 
     @property
     def spin_time(self) -> float:
-        """Typical time for the discovery of peers, s."""
+        """Typical time that the discovery of existing peers takes, s."""
         return self._inner.spin_time
 
     @property
     def identity(self) -> bytes:
-        """Random bytes that distinguish this process on the network."""
+        """Random bytes that distinguish this process on the network of the inner transport."""
         return self._inner.identity
 
     @property
     def source(self) -> bytes:
-        """GID of the writer of the message that is being delivered; not set for messages of Foxglove clients."""
+        """GID of the network writer whose message is being delivered; meaningless for messages of Foxglove clients."""
         return self._inner.source
 
     @property
     def foreign_services(self) -> Mapping[str, str]:
-        """Warnings about incompatible peers, by service."""
+        """Warnings about incompatible peers of services, by name of the service."""
         return self._inner.foreign_services
 
     @property
     def rival_services(self) -> Sequence[str]:
-        """Services that another program offers too."""
+        """Services of the inner transport that another program also offers."""
         return self._inner.rival_services
 
     @property
     def node(self) -> str:
-        """Full name of the node on the network."""
+        """Full name of the inner transport's node."""
         return self._inner.node
 
     def server(
         self, service: str, service_type: str, qos: QoS, deliver: DeliverRequest, node: str = ""
     ) -> TransportServer:
-        """Open a server of a service on the inner transport; Foxglove clients cannot call it."""
+        """Create a server of a service on the inner transport; Foxglove clients cannot call it."""
         return self._inner.server(service, service_type, qos, deliver, node)
 
     def client(self, service: str, service_type: str, qos: QoS, deliver: DeliverResponse) -> TransportClient:
-        """Open a client of a service on the inner transport."""
+        """Create a client of a service on the inner transport."""
         return self._inner.client(service, service_type, qos, deliver)
 
     def log(self, severity: str, text: str) -> None:
-        """Publish a message on /rosout of the inner transport."""
+        """Publish a message on /rosout through the inner transport."""
         self._inner.log(severity, text)
 
     def save(self) -> Any:
@@ -134,12 +134,12 @@ class FoxgloveTransport:
         return self._inner.save()
 
     def restore(self, saved: Any) -> None:
-        """Restore the state that `save` returned."""
+        """Restore the inner transport's state that `save` returned."""
         self._inner.restore(saved)
 
 
 class _Writer:
-    """A writer whose messages Foxglove clients also receive."""
+    """A writer of the inner transport that also sends its messages to Foxglove clients."""
 
     def __init__(self, inner: Writer, transport: FoxgloveTransport, end: ServedEnd) -> None:
         self._inner = inner
@@ -148,7 +148,7 @@ class _Writer:
 
     @property
     def matched(self) -> int:
-        """Number of readers; all subscribed Foxglove clients together count as one."""
+        """Number of matched readers; all subscribed Foxglove clients together count as one reader."""
         return self._inner.matched + self.end.wanted
 
     @property
@@ -168,7 +168,7 @@ class _Writer:
 
 
 class _Reader:
-    """A reader that also receives messages of Foxglove clients."""
+    """A reader of the inner transport that also delivers messages of Foxglove clients."""
 
     def __init__(self, inner: Reader, transport: FoxgloveTransport, end: ServedReader) -> None:
         self._inner = inner
