@@ -86,7 +86,7 @@ def draw(scene: LoadedScene, arguments: argparse.Namespace) -> int:
     path: Path = arguments.svg or arguments.html
     if path.suffix.lower() not in ((".svg",) if arguments.svg else (".html", ".htm")):
         raise UsageError(
-            f"{path}: a drawing's name ends in {'.svg' if arguments.svg else '.html'}; other files are not overwritten"
+            f"{path}: the name of a drawing must end in {'.svg' if arguments.svg else '.html'}; no other file is overwritten"
         )
     text = svg.draw(views) if arguments.svg else page.draw(views)
     write_together({path: text.encode()})
