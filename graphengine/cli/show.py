@@ -143,7 +143,7 @@ def _occasion(region: Region) -> str:
 def _calls(graph: Graph, region: Region) -> Iterator[str]:
     for call in region.calls:
         for refresh in call.refreshes:
-            when = "when something it reads has changed" if refresh.if_stale else ""
+            when = "when a value that it reads has changed" if refresh.if_stale else ""
             yield _line(graph, refresh.node, "data", when)
         instance = graph.instances[call.node]
         kind, pace = ("gate", str(instance.make_node())) if instance.part_of else (call.kind, "")

@@ -20,7 +20,7 @@ class Client:
 
     Args:
         entry: run to connect to.
-        patience: maximum wall time until a response begins, s; None means no limit. After such a
+        patience: maximum wall time until a response begins, s; None means no limit. After a
             timeout, close the client; otherwise, the late response would be taken for the response to the next request.
 
     Raises:

@@ -70,7 +70,7 @@ class SceneRoster(Roster):
         self.follow(scene, world)
 
     def follow(self, scene: LoadedScene, world: LoadedWorld) -> None:
-        """Use a new version of the scene for robots that are added from now on; its world must be equal to the old one."""
+        """Add robots according to a new version of the scene from now on; its world must be equal to that of the old version."""
         self._scene, self._world, self._robots = scene, world, world.robots
         world.scenery.library.files = self._files
 
