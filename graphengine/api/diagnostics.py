@@ -146,7 +146,7 @@ class Diagnostics:
         totals = {name: sum(counts.values()) for name, counts in self._losses().items()}
         losing = [name for name, total in totals.items() if total > self._before[name]]
         faults = {f"peer {number}": fault.replace("\n", " ") for number, fault in enumerate(self._faults, 1)}
-        texts = [*losing, *([f"{len(faults)} faults of peers"] if faults else [])]
+        texts = [*losing, *([f"problems with peers: {len(faults)}"] if faults else [])]
         return self._status(
             "network", self._name, WARN if texts else OK, ", ".join(texts) or "OK", {**totals, **faults}
         )

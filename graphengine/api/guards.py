@@ -26,12 +26,12 @@ S = TypeVar("S", bound=HasRunner)
 
 
 def reading(method: Callable[Concatenate[S, P], T]) -> Callable[Concatenate[S, P], T]:
-    """Return the method with a guard: StateError if another thread uses the session or the session is closed."""
+    """Wrap a method so that it raises StateError if another thread uses the session or if the session is closed."""
     return _guarded(method, acts=False)
 
 
 def acting(method: Callable[Concatenate[S, P], T]) -> Callable[Concatenate[S, P], T]:
-    """Return the method with the guard of `reading`, which also raises StateError if the session has failed."""
+    """Wrap a method as `reading` does; in addition, the method raises StateError if the session has failed."""
     return _guarded(method, acts=True)
 
 

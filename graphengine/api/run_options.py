@@ -35,7 +35,7 @@ class RunOptions:
         foxglove: host and port on which to start a Foxglove server; None starts no server.
         join: function that joins a ROS 2 domain and returns a transport; used instead of `transport`.
         patient: whether DDS writers wait for slow readers.
-        parameters: whether the session has ROS parameters, on transports with a ROS node.
+        parameters: whether the session offers ROS parameters; only transports with a ROS node can.
         seed: seed of all random generators; None takes the seed with which the scene was loaded.
     """
 

@@ -182,8 +182,8 @@ class Scene:
             include: paths of robots and movable bodies to map as obstacles.
             exclude: paths of prims that are not mapped as obstacles.
             image: file format of the image.
-            convention: `ros`, or `isaac` for a map as Isaac Sim makes it: the height range is half a cell wider, the origin
-                is shifted by half a cell, and the image is RGBA.
+            convention: `ros`, or `isaac` for a map as Isaac Sim makes it: the height range is rounded outwards to cells and
+                extended by half a cell at both ends, the origin is shifted by half a cell, and the image is RGBA.
 
         Returns:
             The map. `cells` has the shape (rows, columns), with rows from south to north and columns from west to east; 100

@@ -143,7 +143,10 @@ class Session:
         return held if until is not None else passed
 
     def interrupt(self) -> None:
-        """End `run` after the current tick, or the next `run` before its first tick; any thread may call it."""
+        """End the current `run` after the present tick; without a current `run`, end the next one before its first tick.
+
+        Any thread may call this method.
+        """
         self._runner.session.interrupt()
 
     @reading
@@ -207,7 +210,7 @@ class Session:
         """Read the files of the scene again and run the changed scene. A recording stores the call, with the changed files.
 
         Changed graphs are replaced, and the world continues. A node whose name, type and ports are unchanged keeps its
-        state. An input whose wire, or whose value in the file, is unchanged keeps its value. Unchanged topics keep their
+        state. An input keeps its value if its wire, or its value in the file, is unchanged. Unchanged topics keep their
         endpoints. A change of the world or of a robot restarts the session at time 0, without spawned robots. An earlier
         checkpoint restores the earlier version of the files. Python modules with node types are not imported again.
 
@@ -450,8 +453,8 @@ class Session:
 
         Args:
             name: name of the robot, unique in the scene.
-            use: robot file or robot description (such as URDF). A path is first looked up in the working directory, then as
-                `use` in a scene file.
+            use: robot file or robot description (such as URDF). A path is first looked up in the working directory, then
+                like the path after `use` in a scene file.
             position: position of the robot's base link in the world frame, m.
             orientation: orientation of the robot's base link in the world frame, quaternion (x, y, z, w).
             namespace: namespace of the robot's topics; None takes the namespace in the robot file.
@@ -587,7 +590,8 @@ class Session:
 
         Returns:
             A future, which the session's thread completes with the result or with an exception: the exception of the
-            command, UsageError for invalid arguments, or StateError if the session is closed before.
+            command, UsageError for invalid arguments, or StateError if the session is closed before the
+            command is executed.
 
         Raises:
             UsageError: an argument cannot be converted to JSON.

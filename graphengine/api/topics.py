@@ -98,7 +98,7 @@ class Subscription(Generic[M]):
 
 @acting
 def open_subscription(user: HasRunner, topic: str, type: MessageType, keep: int) -> Subscription[Any]:
-    """Return a new subscription in the session of `user`. The other arguments are those of `Session.subscribe`."""
+    """Return a new subscription in the session of the object `user`. The other arguments are those of `Session.subscribe`."""
     return Subscription(user._runner, topic, type, keep)
 
 
@@ -246,6 +246,6 @@ def _find(
         raise UsageError(f"type: expected a message type such as 'nav_msgs/msg/Odometry', or its class, got {given!r}")
     types = list(dict.fromkeys(kind for claim in claims for kind in (claim.message_type, *claim.alternatives)))
     if wanted and types and wanted not in types:
-        raise UsageError(f"{full} is {' or '.join(types)}, not {wanted}")
+        raise UsageError(f"{full} has the type {' or '.join(types)}, not {wanted}")
     transport = runner.network.transport(claims[0].ros_context if claims else 0)
     return full, transport, claims, wanted or types[0]

@@ -37,7 +37,7 @@ VERBS = {
     "node": "inspect nodes on a live network, with or without ROS installed: list, info",
     "param": "read and set parameters on a live network, with or without ROS installed: list, get, set, describe, dump, load",
     "tf": "print the tf frame tree of a live network",
-    "nav2": "drive the robots of a scene with Nav2: write Nav2's files, send goals and measure how they are reached",
+    "nav2": "drive the robots of a scene with Nav2: write Nav2's files, send goals and measure how well robots reach them",
     "teleop": "drive a robot from the keyboard",
     "nodes": "list all node types, or print the ports of one",
     "completion": "print the script for tab completion of graphrun in bash, zsh or fish",
@@ -61,8 +61,8 @@ class Parser(argparse.ArgumentParser):
     ) -> tuple[Any, list[str]]:
         """Parse arguments; exit with an error for unknown ones.
 
-        The parser of each verb reports its unknown arguments itself. With argparse, the top-level parser would report them, which
-        does not know the options of the verb and so cannot suggest similar ones.
+        The parser of each verb reports its unknown arguments itself. In argparse, the top-level parser reports them; it does not
+        know the options of the verb, so it cannot suggest similar ones.
         """
         parsed, unknown = super().parse_known_args(args, namespace)
         if unknown:

@@ -72,7 +72,7 @@ def execute(arguments: argparse.Namespace) -> int:
     """Calibrate the robot and print the measurements.
 
     Returns:
-        0, or 1 if the scene has errors, the robot does not move or falls over, or a speed is out of the bound of `--check`.
+        0, or 1 if the scene has errors, the robot does not move or falls over, or a speed is outside the bound of `--check`.
     """
     picture: Path | None = arguments.picture
     if picture is not None and (picture.suffix.lower() != ".svg" or picture.is_dir()):
@@ -148,7 +148,7 @@ def _check(result: Calibration, bound: float) -> int:
     outside = result.outside(bound)
     for motion in outside:
         limit = bound if motion.kind == "straight" else TURN_MARGIN * bound
-        allowed = f"at most {_percent(limit)} of difference are allowed"
+        allowed = f"the difference may be at most {_percent(limit)}"
         print(f"{motion.name}: {_percent(motion.share)} of the commanded speed; {allowed}", file=sys.stderr)
     return 1 if outside else 0
 

@@ -249,7 +249,7 @@ def parse_set(text: str, option: str = "--set ") -> tuple[str, Any]:
 
     Args:
         text: the text to split.
-        option: name of the option, with which messages begin.
+        option: name of the option; messages begin with it.
 
     Raises:
         UsageError: the text has another form, or the value is not YAML.

@@ -77,7 +77,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add("quit", "end the run, as Ctrl-C does")
     step = add("step", "run single ticks of a paused or stopped simulation", "ticks")
     step.add_argument("ticks", metavar="TICKS", nargs="?", type=whole, default=1, help="number of ticks (default 1)")
-    reset = add("reset", "reset the simulation; if it was playing, it plays on from there", "scope", "seed")
+    reset = add("reset", "reset the simulation; a playing simulation continues to play", "scope", "seed")
     scope = (
         "part to reset: time (clock, graphs and sensors), state (poses and joints), spawned (remove spawned robots) or"
     )
@@ -98,7 +98,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "variable", metavar="GRAPH.VARIABLE=VALUE", help="variable, [ROBOT/]GRAPH.VARIABLE, and its new value"
     )
     impulse = add("impulse", "trigger an OnImpulseEvent node", "node")
-    impulse.add_argument("node", metavar="NODE", help="prim path of the node, or the end of it, if unique")
+    impulse.add_argument("node", metavar="NODE", help="prim path of the node, or a unique suffix of it")
     for name, summary in (("press", "press keys and hold them down"), ("release", "release keys")):
         keys = add(name, summary, "keys")
         keys.add_argument(
@@ -115,7 +115,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def _add_robots(add: Callable[..., Any]) -> None:
     spawn = add("spawn", "add a robot to the scene", make=_spawn)
     spawn.add_argument("name", metavar="NAME", help="name of the robot, unique in the scene")
-    file = "robot file: a path from the working directory, or a name as after `use:` in a scene file; the run must be allowed"
+    file = "robot file: a path relative to the working directory, or as after `use:` in a scene file; the run must be allowed"
     file += " to read it"
     spawn.add_argument("use", metavar="ROBOT", help=file)
     place = "position of the base link in the world frame, m (default 0,0,0; Z defaults to 0)"

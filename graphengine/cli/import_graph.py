@@ -31,9 +31,9 @@ if TYPE_CHECKING:
     from graphengine.isaac.stage.stage_reader import ImportedStage
 
 LONGEST = 10
-"""Maximum number of notes to print; only the number of the others is printed."""
+"""Maximum number of notes to print; further notes are only counted."""
 BESIDE = " does not belong to a graph and is left out"
-"""End of the notes on statements of a script that concern no graph. These notes are combined into one."""
+"""Text at the end of each note on a script statement that belongs to no graph. These notes are printed as one note."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

@@ -40,7 +40,7 @@ def report(imported: Imported, findings: Findings) -> list[str]:
     outcomes = Counter(imported.library.outcomes.values())
     lines.append(f"meshes: {', '.join(f'{number} {what}' for what, number in sorted(outcomes.items())) or 'none'}")
     if followers := [joint.name for joint in robot.moving if joint.mimic is not None]:
-        lines.append(listing(followers, "joints that follow another"))
+        lines.append(listing(followers, "joints that follow another joint"))
     written = {str(path) for path in imported.files}  # notes on these files repeat the remarks
     notes = [note for note in findings.items if note.severity == "note" and not _lies_in(note, written)]
     lines += _some("note", [": ".join([note.message, *note.help]) for note in notes])

@@ -78,7 +78,7 @@ def add_source_arguments(parser: argparse.ArgumentParser) -> None:
         "--controllers",
         metavar="FILE",
         type=Path,
-        help="parameter file of ros2_control, such as ros2_controllers.yaml, whose controllers say how the base is driven",
+        help="parameter file of ros2_control, such as ros2_controllers.yaml; its controllers show how the base is driven",
     )
     parser.add_argument(
         "--model", metavar="NAME", default="", help="model of the SDF file to import (default: the only one)"
@@ -132,7 +132,7 @@ def _check_output(arguments: argparse.Namespace) -> None:
         UsageError: a robot file cannot have this name, or the file exists and `--force` is not given.
     """
     if arguments.output is None:
-        raise UsageError("-o FILE is missing: the robot file to write")
+        raise UsageError("give the robot file to write with -o FILE")
     if arguments.output.suffix not in (".yaml", ".yml"):
         raise UsageError(f"-o {arguments.output}: the name of a robot file ends in .yaml")
     if not re.fullmatch(r"[A-Za-z_][A-Za-z0-9_]*", arguments.output.stem):

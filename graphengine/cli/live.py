@@ -144,8 +144,8 @@ class Live:
         Args:
             name: full name of the service or action.
             ready: returns whether the server has been discovered.
-            why: returns the likely reason, or an empty text. For an empty text, a server on an incompatible RMW is the reason, if
-                there is one.
+            why: returns the likely reason, or an empty text. If the text is empty and a server on an incompatible RMW was
+                discovered, that server is reported as the reason.
         """
         begun, told = time.monotonic(), False
         while not ready():

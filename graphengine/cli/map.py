@@ -49,7 +49,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "X",
         "Y",
         default=(0.0, 0.0),
-        help="point to align the grid with, m: it becomes a corner of cells (default 0 0)",
+        help="point at which corners of cells meet, m; aligns the grid (default 0 0)",
     )
     seed = "point in free space, m: space connected to it is free, the rest unknown (default: the first robot); may be repeated"
     numbers("--from", "X", "Y", dest="seeds", action="append", default=[], help=seed)
@@ -59,7 +59,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     local.add_argument(
         "--localizability",
         action="store_true",
-        help="also write NAME_localizability.png and .csv: how well AMCL could localise the robot at each place",
+        help="also write NAME_localizability.png and .csv: how well AMCL could localize the robot at each place",
     )
     local.add_argument("--robot", metavar="NAME", help="robot whose lidar is used (default: the first one)")
     local.add_argument("--lidar", metavar="PRIM", help="lidar to use (default: the only one of the robot)")
@@ -73,7 +73,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--convention",
         choices=("ros", "isaac"),
         default="ros",
-        help="isaac: as Isaac Sim makes maps: height range half a cell wider, origin shifted by half a cell, RGBA (default ros)",
+        help="isaac: like maps of Isaac Sim, with a height range half a cell wider at both ends, an origin shifted by half a"
+        " cell, and RGBA pixels (default ros)",
     )
     add_allow_argument(parser)
 

@@ -30,7 +30,7 @@ Constants = Sequence[tuple[str, str, Any]]
 """Constants of a message type: name, ROS type and value of each."""
 
 LONG = 4
-"""Maximum number of equal values of a default, and of types of a port, to print one by one; longer lists are abbreviated."""
+"""Maximum length of a list of port types, or of equal values in a default, to print in full; longer lists are abbreviated."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -166,7 +166,10 @@ def _kinds(port: Port) -> list[str]:
 
 
 def default_of(port: Port) -> str:
-    """Return the default of an input as text, empty if it has none; a long list of equal values is written as `9 times 0.0`."""
+    """Return the default of an input as text; a long list of equal values is written as `9 times 0.0`.
+
+    The text is empty if the port has no default.
+    """
     return "" if port.is_exec or port.side == "outputs" or port.default is None else _shown(port.default)
 
 

@@ -42,7 +42,7 @@ WORLDS = {
 DINGO = Path("scenes/robots/dd100.yaml")
 DINGO_GRAPH = Path("graphs/dd100/cmd_vel.yaml")
 DINGO_LIFT = 0.025
-"""Initial height of the Dingo-D's base link above the floor, m; the robot settles from it."""
+"""Initial height of the Dingo-D's base link above the floor, m; from there, the robot comes to rest on the floor."""
 
 SCENE = """\
 # The scene that `graphrun run {name}.yaml` runs: a world with the robot.

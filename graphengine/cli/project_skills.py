@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from graphengine.physics.importing.import_robot import Imported
 
 _BASE, _STAND, _TRAJECTORY = "base", "stand", "arm/trajectory.yaml"
-"""In an imported robot file: names of the graphs that drive a base and that hold legs, and the file of the graph of an arm."""
+"""Names of the graphs that drive the base and hold the legs of an imported robot, and the graph file that moves its arm."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -167,7 +167,7 @@ def _rays(rays: RaysChoice, recording: Path) -> RaysChoice:
         raise UsageError(
             f"{recording}: the run cast the rays of lidars with --rays fast, which needs numba\n"
             "  pip install 'graphengine[fast]'\n"
-            "  or give --rays mujoco: distances are then equal to a nanometre, but not to the last bit"
+            "  or give --rays mujoco: the distances then agree to a nanometre, but not in every bit"
         )
     return rays
 

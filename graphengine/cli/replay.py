@@ -58,7 +58,7 @@ def _replay(arguments: argparse.Namespace, run: RecordedRun) -> int:
         with progress("replaying", lambda: recording.share_read, 1.0):
             found = replay.run()
     except RecordingError as error:
-        raise RecordingError(f"{error}\n  {_counted(replay)} before are identical") from None
+        raise RecordingError(f"{error}\n  before that, {_counted(replay)} are identical") from None
     for pattern in sorted(replay.idle_patterns) if found is None else ():
         run.warn(f"--ignore {pattern}: no message was sent on a matching topic")
     if found is None and recording.cut_off:

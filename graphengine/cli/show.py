@@ -86,7 +86,7 @@ def draw(scene: LoadedScene, arguments: argparse.Namespace) -> int:
     path: Path = arguments.svg or arguments.html
     if path.suffix.lower() not in ((".svg",) if arguments.svg else (".html", ".htm")):
         raise UsageError(
-            f"{path}: a drawing's name ends in {'.svg' if arguments.svg else '.html'}; other files are not overwritten"
+            f"{path}: the name of a drawing must end in {'.svg' if arguments.svg else '.html'}; no other file is overwritten"
         )
     text = svg.draw(views) if arguments.svg else page.draw(views)
     write_together({path: text.encode()})
@@ -143,7 +143,7 @@ def _occasion(region: Region) -> str:
 def _calls(graph: Graph, region: Region) -> Iterator[str]:
     for call in region.calls:
         for refresh in call.refreshes:
-            when = "when something it reads has changed" if refresh.if_stale else ""
+            when = "when a value that it reads has changed" if refresh.if_stale else ""
             yield _line(graph, refresh.node, "data", when)
         instance = graph.instances[call.node]
         kind, pace = ("gate", str(instance.make_node())) if instance.part_of else (call.kind, "")

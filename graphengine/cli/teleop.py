@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 TOPIC = "/cmd_vel"
 TWIST, STAMPED = "geometry_msgs/msg/Twist", "geometry_msgs/msg/TwistStamped"
 KEYS = {"up": (1.0, 0.0), "down": (-1.0, 0.0), "left": (0.0, 1.0), "right": (0.0, -1.0)}
-"""Directions by key: of driving (1 forwards, -1 backwards) and of turning (1 left, -1 right)."""
+"""Driving direction (1 forwards, -1 backwards) and turning direction (1 left, -1 right) of each key."""
 KEYS |= {letter: KEYS[arrow] for letter, arrow in (("w", "up"), ("s", "down"), ("a", "left"), ("d", "right"))}
 FACTORS = {"+": 1.1, "=": 1.1, "-": 1 / 1.1}
 HELP = "arrows or w a s d: drive and turn;   space: stop;   + or -: faster or slower;   q or Ctrl-C: quit"

@@ -47,7 +47,7 @@ def make_console() -> Console:
 
 
 def start(display: Live | Progress) -> None:
-    """Start a display and show the cursor, which rich hides; a killed process would leave it hidden."""
+    """Start a display, then show the cursor again: rich hides it, and it would stay hidden if the process were killed."""
     display.start()
     display.console.show_cursor(True)
 

@@ -1,4 +1,4 @@
-"""Reads single key presses from the terminal, and restores its settings afterwards."""
+"""Reads single key presses from the terminal, and restores the terminal's settings afterwards."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from typing import Any, Self
 from graphengine.format.errors import UsageError
 
 ENDS = ("\x03", "\x04")
-"""Keys that end the reading: Ctrl-C, and Ctrl-D, which is also returned if the terminal was closed."""
+"""Keys that end the reading: Ctrl-C and Ctrl-D. If the terminal was closed, Ctrl-D is returned."""
 
 _ARROWS = {"A": "up", "B": "down", "C": "right", "D": "left"}
 _KEY = re.compile(r"\x1b[\[O][0-9;]*([A-Za-z~])|(.)", re.DOTALL)

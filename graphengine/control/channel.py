@@ -100,7 +100,9 @@ class Channel:
         idlest = next(iter(self._idle))
         del self._idle[idlest]
         connection = self._clients.pop(idlest)
-        _refuse(connection, f"disconnected as the longest idle client: there are more than {MAX_CLIENTS}")
+        _refuse(
+            connection, f"disconnected: this client was idle the longest, and there are more than {MAX_CLIENTS} clients"
+        )
         with contextlib.suppress(OSError):
             connection.shutdown(socket.SHUT_RDWR)
         return True

@@ -20,8 +20,8 @@ class Client:
 
     Args:
         entry: run to connect to.
-        patience: maximum wall time until a response begins, s; None means no limit. If `ask` raises because of it, close the
-            client: the late response would be taken for that of the next request.
+        patience: maximum wall time until a response begins, s; None means no limit. After a
+            timeout, close the client; otherwise, the late response would be taken for the response to the next request.
 
     Raises:
         ControlError: the run does not accept the connection; for example, because it has ended.

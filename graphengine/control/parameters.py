@@ -1,4 +1,4 @@
-"""Makes the parameters of a session ROS 2 parameters: of one ROS 2 node for each robot, and of the session's own node."""
+"""Offers the parameters of a session as ROS 2 parameters, on one ROS 2 node for each robot and on the session's own node."""
 
 from __future__ import annotations
 

@@ -58,7 +58,10 @@ class SceneReloader(Reloader):
         """The files that the last reload read, also if that reload failed; files to watch for changes."""
 
     def watched(self) -> Mapping[Path, Signature]:
-        """Return the signature of each of the scene's files, and of each missing file, before it was read. Thread-safe."""
+        """Return the signatures of all files that the last reload read or did not find, by path. Thread-safe.
+
+        Each signature is from before the file was read.
+        """
         return self._read.noted()
 
     def save(self) -> tuple[LoadedScene, Files, Scenery | None]:

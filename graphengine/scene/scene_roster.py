@@ -70,7 +70,7 @@ class SceneRoster(Roster):
         self.follow(scene, world)
 
     def follow(self, scene: LoadedScene, world: LoadedWorld) -> None:
-        """Use a new version of the scene, whose world is equal to the old one, for robots that are added from now on."""
+        """Add robots according to a new version of the scene from now on; its world must be equal to that of the old version."""
         self._scene, self._world, self._robots = scene, world, world.robots
         world.scenery.library.files = self._files
 
@@ -87,7 +87,7 @@ class SceneRoster(Roster):
 
     @property
     def uses(self) -> Mapping[str, str]:
-        """Value of the key `use`, a robot file or robot description, of each robot by name."""
+        """Robot file or robot description of each robot, as in the key `use`, by robot name."""
         return {name: robot.placement.use.use for name, robot in self._robots.items()}
 
     def add(self, name: str, use: RobotUse) -> None:

@@ -80,7 +80,10 @@ def test_a_topic_that_no_graph_knows_needs_a_type(sim: ge.Session) -> None:
     ("ask", "words"),
     [
         (lambda sim: sim.subscribe("/odom"), f"no graph uses topic '/odom'\n  did you mean '{ODOM}'?"),
-        (lambda sim: sim.subscribe(ODOM, Twist), f"{ODOM} is nav_msgs/msg/Odometry, not geometry_msgs/msg/Twist"),
+        (
+            lambda sim: sim.subscribe(ODOM, Twist),
+            f"{ODOM} has the type nav_msgs/msg/Odometry, not geometry_msgs/msg/Twist",
+        ),
         (lambda sim: sim.subscribe(ODOM, keep=0), "keep: expected at least 1 message"),
         (lambda sim: sim.subscribe("/a", type="std_msgs/msg/Sting"), "std_msgs/msg/Sting"),
         (lambda sim: sim.subscribe("/a b", type="std_msgs/msg/String"), "has ' ' at character 3"),

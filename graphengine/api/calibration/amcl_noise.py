@@ -18,14 +18,15 @@ caused by the cell size of the map, and slip on floors that are less flat than t
 
 
 def amcl_alphas(result: Calibration) -> tuple[float, float, float, float, float]:
-    """Return alpha1 to alpha5 of nav2_amcl: the measured values, raised to at least `LEAST`; alphas not measured are `LEAST`.
+    """Return alpha1 to alpha5 of nav2_amcl: each is the measured value, but at least the corresponding value in `LEAST`.
 
     DifferentialMotionModel splits a motion into a rotation a1, a translation d and a rotation a2. A rotation a has the variance
     alpha1 a^2 + alpha2 d^2; the translation has alpha3 d^2 + alpha4 (a1^2 + a2^2). OmniMotionModel has alpha1 a^2 + alpha2 d^2
     for the rotation, alpha3 d^2 + alpha4 a^2 along the translation and alpha4 a^2 + alpha5 d^2 across. In both models,
     alphas are factors of squares and are not squared themselves: 0.01 is an error of 10 %. Each measured alpha is the
     mean square of the ratio error / motion over steps of 0.25 m or 0.2 rad, at which AMCL updates by default. If the robot
-    has several odometry topics, each alpha is the largest value among the topics.
+    has several odometry topics, each alpha is the largest value among the topics. An alpha without a measurement has the value in
+    `LEAST`.
     """
     measured = [astuple(one.alphas) for one in result.odometry] or [astuple(Alphas())]
     first, second, third, fourth, fifth = (

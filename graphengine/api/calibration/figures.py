@@ -214,8 +214,8 @@ class Calibration:
         wheel_radius: mean rolling radius of the driven wheels, m; wheel odometry with this radius gives the true distance.
         track: effective distance between left and right wheels, m; wheel odometry with this track gives the true turn. For
             mecanum wheels, the sum of track and wheel base.
-        wheel_base: effective distance between the axles, m, that gives the true turn rate for the steering angles; only for
-            `ackermann`.
+        wheel_base: effective distance between the axles, m; with this wheel base, the steering angles give the true turn rate.
+            Only for `ackermann`.
         turning_centre: point about which the robot turns on the spot, x and y in the base link's frame, m.
         squares: squares driven counter-clockwise and clockwise.
         odometry: errors of each odometry topic.

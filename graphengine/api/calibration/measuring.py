@@ -20,7 +20,7 @@ SMOOTHING = 0.1
 
 
 def increments(path: Floats) -> Floats:
-    """Return the motion from row to row, in the frame of the moving body: forward, left (m) and turn (rad)."""
+    """Return the motion between successive rows in the frame of the moving body: forward and left (m), and turn (rad)."""
     steps = np.diff(path, axis=0)
     yaw = path[:-1, 2] + steps[:, 2] / 2.0
     cosine, sine = np.cos(yaw), np.sin(yaw)
@@ -147,7 +147,7 @@ def share(twist: Twist, reached: Twist) -> float:
 
 
 def with_drift(motion: Motion, window: Trace) -> Motion:
-    """Return a copy of the motion with the drifts computed from `window`; they stay None if the robot hardly moved."""
+    """Return a copy of the motion with the drifts measured in the trace `window`; they stay None if the robot hardly moved."""
     if motion.kind == "turn":
         moved = one_turn(window.base) if not motion.commanded.x else None
         return replace(motion, position_drift=math.hypot(*moved) if moved is not None else None)

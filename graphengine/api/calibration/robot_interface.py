@@ -100,12 +100,12 @@ def inputs_named(scene: LoadedScene, *names: str) -> Iterator[tuple[Graph, Insta
 
 
 def limit_of(scene: LoadedScene, *names: str) -> float:
-    """Return the lowest value of all inputs with these names. An input of 0 means no limit; without limits, return infinity."""
+    """Return the lowest absolute value of all inputs with these names. 0 means no limit; without limits, return infinity."""
     return min(_numbers(scene, *names), default=math.inf)
 
 
 def known_wheel_base(scene: LoadedScene) -> float | None:
-    """Return the value of the first input `wheelBase` in the graphs that is not 0, m; None if no node has such an input."""
+    """Return the absolute value of the first nonzero input `wheelBase` in the graphs, m; None if there is no such input."""
     return next(_numbers(scene, "wheelBase"), None)
 
 

@@ -23,9 +23,9 @@ from graphengine.physics.description.robot_file import RobotFile
 from graphengine.scene.loaded_scene import LoadedScene
 
 SLIPPING = 0.2
-"""If the slip of a straight motion is larger, rolling radius, track and wheel base are not written: slip distorts them."""
+"""Maximum slip of straight motions for which rolling radius, track and wheel base are written; larger slip distorts them."""
 SAME = 5e-4
-"""Relative difference between measured value and value in the file up to which the file is not changed."""
+"""Maximum relative difference between the measured value and the value in the file for which the file is not changed."""
 LEAST = 1e-12
 """Smallest measured value that is written; smaller values are rounding noise."""
 _REMEDY = "copy the file into your project, use the copy in your robot file or scene, and calibrate that scene"

@@ -26,7 +26,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True, slots=True)
 class Distribution:
-    """The parameters that Nav2 of one ROS 2 distribution reads, as far as they differ between distributions.
+    """A ROS 2 distribution, with the Nav2 parameters that differ between distributions.
 
     Attributes:
         name: name of the ROS 2 distribution.

@@ -214,7 +214,7 @@ def _behaviors(robot: RobotFacts, distribution: Distribution) -> Parameters:
         "rotational_acc_lim": limits.turn_acceleration,
         "behavior_plugins": Sourced(
             ["spin", "backup", "drive_on_heading", "wait"],
-            "all behaviors of the default behavior trees; a car cannot spin, so its spin ends by the time limit",
+            "all behaviors of the default behavior trees; a car cannot spin, so its spin ends at the time limit",
         ),
         "spin": {"plugin": nav2("nav2_behaviors::Spin")},
         "backup": {"plugin": nav2("nav2_behaviors::BackUp"), **accelerations},

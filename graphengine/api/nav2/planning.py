@@ -58,7 +58,7 @@ def _global_costmap(robot: RobotFacts) -> Parameters:
 
 def _local_costmap(robot: RobotFacts) -> Parameters:
     side = local_size(robot)
-    reach = "distance that the robot travels while the controller looks ahead, on both sides"
+    reach = f"twice the sum of the way driven in {SIMULATED:g} s, the circumscribed radius and 0.3 m; at least 3 m"
     return {
         "global_frame": Sourced(robot.odometry_frame, f"frame of {robot.odometry_topic}"),
         **_costmap(robot),

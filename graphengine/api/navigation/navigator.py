@@ -37,7 +37,7 @@ Until the first goal is accepted, it waits for `activation` s if that is longer.
 ANSWER = 10.0
 """Maximum wall time to wait until the server accepts, rejects or cancels a goal, s."""
 STANDSTILL = 60.0
-"""Wall time without progress of the simulation time after which the navigator gives up, unless the run is paused, s."""
+"""The navigator gives up if the simulation time does not advance for this wall time, s, although the run is not paused."""
 
 
 @dataclass(frozen=True, slots=True)

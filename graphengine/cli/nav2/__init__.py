@@ -13,7 +13,7 @@ VERBS = {
     "files": (files, "write Nav2's parameters, map, launch file and RViz configuration for a scene"),
     "goals": (
         goals,
-        "send goals to Nav2 one after another, and measure with the robot's true pose how they are reached",
+        "send goals to Nav2 one after another, and measure how well the robot reaches them, by its true pose",
     ),
 }
 

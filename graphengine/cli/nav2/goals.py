@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 CLOCK_PATIENCE = 5.0
 """Wall time to wait for the first message on /clock, s."""
 SAME_TIME = 5.0
-"""Maximum difference between the simulation time of a run and /clock, s; beyond it, another run publishes /clock."""
+"""Maximum difference between the simulation time of a run and /clock, s. If it is larger, another run publishes /clock."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

@@ -1,4 +1,4 @@
-"""Finds nodes with parameters on a live network, and the arguments for a node and a parameter."""
+"""Adds the arguments NODE and PARAMETER to parsers, and finds nodes with parameters on a live network."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The option `--filter` of `graphrun topic`: a Python expression with the message `m`, which has access to nothing else."""
+"""The option `--filter` of `graphrun topic`: a Python expression that can use only the message `m` and safe functions."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ class _MessageGuard(Guard):
 
 
 def make_filter(text: str | None) -> Filter:
-    """Return a function that returns whether a message passes the filter; for None, it returns true for all messages.
+    """Return a function that is true for messages that pass the filter; if `text` is None, it is true for all messages.
 
     The returned function raises UsageError if the expression fails for a message.
 

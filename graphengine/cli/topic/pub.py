@@ -14,7 +14,7 @@ from graphengine.messages.qos import mismatch
 from graphengine.ros.network_graph import Endpoint, NetworkGraph
 
 PATIENCE = 1.0
-"""Time between two lines on the wait for subscribers, s."""
+"""Time between two lines that are printed while the verb waits for subscribers, s."""
 HOW_TO_LEAVE = """the topic has too few subscribers yet; press Ctrl-C to end the wait
   next time, limit the wait with --max-wait-time-secs SECONDS, or publish without subscribers with -w 0"""
 

@@ -65,8 +65,9 @@ def quality(arguments: argparse.Namespace) -> QoS:
 def quality_for(arguments: argparse.Namespace, publishers: Sequence[Endpoint]) -> QoS:
     """Return the quality of service for a subscription.
 
-    If the command line sets a policy or there are no publishers, return the one on the command line, and print a warning for each
-    publisher that does not match it. Else return the strictest one that all publishers offer.
+    If the command line sets a policy, or if there are no publishers, return the quality of service from the command line, and
+    print a warning for each publisher that does not match it. Otherwise, return the strictest quality of service that all
+    publishers offer.
     """
     asked = quality(arguments)
     overridden = [name for name, value in vars(arguments).items() if name.startswith("qos_") and value is not None]

@@ -44,7 +44,7 @@ def get_entity_state(session: SessionCore, request: Any, response: Any) -> None:
 
 
 def set_entity_state(session: SessionCore, request: Any, response: Any) -> None:
-    """Answer SetEntityState: move an entity; the response has a warning if the entity overlaps others. Ignore accelerations."""
+    """Answer SetEntityState: move an entity; warn in the response if the entity overlaps others. Accelerations are ignored."""
     entity, state = _entity(session, request.entity), request.state
     if state.header.frame_id not in ("", WORLD):
         raise RefusedError(FAILED, f"a state must be in the frame {WORLD!r}, not {state.header.frame_id!r}")

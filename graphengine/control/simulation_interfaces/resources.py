@@ -69,7 +69,7 @@ def name_of(use: str) -> str:
 
 
 def spawnables(scene: LoadedScene, sources: Sequence[str]) -> tuple[list[tuple[str, str]], list[str]]:
-    """Return a list of (URI, description) of each resource that can be spawned, and a list of unreadable sources.
+    """Return a list with (URI, description) of each resource that can be spawned, and a list of unreadable sources.
 
     The resources are the robot files and robot descriptions in the folder of the scene, in its subfolder `robots`, in the folders
     `sources`, and in the package. The second list has the elements of `sources` that are not readable folders.

@@ -32,7 +32,7 @@ _SPAWNING = 0
 """SimulatorFeatures code for spawning entities."""
 
 Answer = Callable[[SessionCore, Any, Any], None]
-"""A function that fills in a response in the session's thread; if it raises an exception, the response has its result code."""
+"""A function that fills in a response in the session's thread. An exception determines the result code."""
 
 
 class SimulationInterfaces:
