@@ -65,8 +65,8 @@ class Digraph:
         """Return the nodes in topological order; nodes in a cycle, and nodes downstream of a cycle, are left out.
 
         Args:
-            key: sort key: of the nodes whose predecessors are all in the list, the node with the smallest key comes next.
-                None: of these nodes, the one whose last predecessor was listed first comes next.
+            key: sort key. A node is ready when all its predecessors are in the list; of all ready nodes, the one with the
+                smallest key comes next. None: nodes come in the order in which they become ready.
         """
         waiting = Counter(target for _, target in self.edges())
         free = [(key(node) if key else i, node) for i, node in enumerate(self.successors) if not waiting[node]]

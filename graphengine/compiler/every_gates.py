@@ -74,7 +74,7 @@ class EveryHz(EveryGate, type="graphengine.EveryHz", gated=True, counts=True):
     due: int = State(default=0)
 
     def setup(self, context: Context) -> None:
-        """Keep the clock, and compute the periods per tick; after a change of `hz`, the gate fires within one new period."""
+        """Store the clock and the number of periods per tick; after a change of `hz`, the gate fires within one new period."""
         self.clock = context.clock
         periods = Fraction(*context.clock.period) * Fraction(repr(self.hz))
         self.numerator, self.denominator = periods.numerator, periods.denominator

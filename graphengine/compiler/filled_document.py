@@ -30,7 +30,7 @@ class Use:
 
     Attributes:
         span: position of the path of the graph file.
-        file: file that uses the graph; if another graph uses it, the node that does so.
+        file: scene or robot file that uses the graph; for a subgraph, the node that uses it.
         location: location of the parameter values in `file`.
         given: names of the parameters whose values are written in a file; the engine sets others, such as `robot`.
         within: prefix of the ids of the graph's nodes if the graph is a subgraph, such as `State/`; otherwise empty.
@@ -43,11 +43,11 @@ class Use:
     within: str = ""
 
     def value_span(self, name: str, *rest: str | int) -> Span:
-        """Return the position of the value of a parameter, or of the element at `rest` within the value, where it is set."""
+        """Return the position of the value that `file` sets for a parameter, or of the element at `rest` within this value."""
         return self.file.span(*self.location, name, *rest)
 
     def key_span(self, name: str) -> Span:
-        """Return the position of the name of a parameter where its value is set."""
+        """Return the position of a parameter's name in `file`, where the value is set."""
         return self.file.key_span(*self.location, name)
 
 

@@ -132,7 +132,7 @@ class Graph:
     """Default values of the graph's variables, by name in the flat graph."""
     variable_types: dict[str, PortType] = field(default_factory=dict)
     left_open: dict[str, None] = field(default_factory=dict)
-    """Inputs without a required value, as `Node.port`; only a graph that uses this one as a subgraph can set them."""
+    """Inputs that still need a value or type, as `Node.port`; a graph that uses this graph as a subgraph must give it."""
     plan: Plan = field(init=False)
     """Plan of the execution; the planner sets it, except for a graph with a cycle."""
 

@@ -30,7 +30,7 @@ class GraphLibrary:
     _filled: dict[object, Loaded[GraphSpec] | None] = field(default_factory=dict)
 
     def find(self, reference: str, folder: Path) -> tuple[Path, Path]:
-        """Find the file that `reference` means in a file that lies in `folder`.
+        """Find the file that another file in `folder` refers to as `reference`.
 
         Returns:
             The path of the file for messages, and its path with symbolic links resolved.

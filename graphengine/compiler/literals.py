@@ -20,7 +20,7 @@ from graphengine.node.types import PortType, UnionType, brief
 
 @dataclass(slots=True)
 class Override:
-    """A value for inputs from the command line, given as `[robot/][graph/]Node.port=value`; the left side can have globs."""
+    """A value that the command line sets for inputs, as `[robot/][graph/]Node.port=value`; the left side can have globs."""
 
     text: str
     target: str

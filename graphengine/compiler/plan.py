@@ -45,9 +45,9 @@ class Refresh:
 
 @dataclass(frozen=True, slots=True)
 class FireEffect:
-    """What one execution wire does when it fires: it sets the flag `guard`, or increments `counter` or a pin of the target.
+    """The effect of firing one execution wire: it sets the flag `guard`, or increments `counter` or a pin of the target.
 
-    An empty name means that the wire does not do this.
+    A name is empty if the wire does not have this effect.
     """
 
     target: int
@@ -130,7 +130,7 @@ class Plan:
     """Ids of the nodes in the flat graph, by index."""
     regions: tuple[Region, ...]
     gates: Mapping[int, tuple[int, ...]]
-    """For each node that runs in every pass, an empty tuple; for each node for which only `every` gates decide, these gates."""
+    """For each node whose execution depends only on `every` gates: these gates; empty for a node that runs in every pass."""
     flagged: tuple[int, ...] = ()
     """Data nodes for which a flag at run time says whether they are stale."""
     latent_marks: Mapping[int, tuple[int, ...]] = field(default_factory=dict)

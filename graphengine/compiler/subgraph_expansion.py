@@ -120,7 +120,7 @@ class FlatGraph:
     unopened: list[str] = field(default_factory=list)
     """Ids of the nodes whose subgraph file has an error or cannot be found; wires to them cause no further errors."""
     unread: int = 0
-    """Number of connections with an error: malformed, or to a port that a subgraph does not have."""
+    """Number of connections that are malformed, or that name a port which the subgraph does not have."""
     declared: list[tuple[Side, WireEnd]] = field(default_factory=list)
     """Ports that the file declares for its use as a subgraph, as side and inner port; empty if another file uses the graph."""
 

@@ -44,7 +44,7 @@ class Entities(Protocol):
 
         Args:
             name: name of the entity.
-            own: whether the box is aligned with the entity's own frame and given in it; otherwise, with the world frame.
+            own: if true, the axes and coordinates of the box are those of the entity's own frame; if false, of the world frame.
         """
 
     def overlaps(self, name: str) -> Sequence[Overlap]:

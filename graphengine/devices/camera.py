@@ -36,7 +36,7 @@ rows of `transform` are the three axes and the origin of this frame in the camer
 """
 
 LOOKING_FORWARD: Quaternion = (0.5, -0.5, -0.5, 0.5)
-"""Orientation of a camera, which looks along -z with +y up, in a mount whose x axis points forward and whose z axis points up."""
+"""Orientation of a camera in its mount. A camera looks along its -z axis with +y up; the mount has x forward and z up."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,7 +92,7 @@ class Camera(TickSensor, Protocol):
         """
 
     def delivered(self) -> Picture | None:
-        """Return the image that is delivered in this tick, the same object for all callers; None if there is none.
+        """Return the image that is delivered in this tick, or None in a tick without delivery. All callers get the same object.
 
         Raises:
             RenderError: the image could not be rendered.
@@ -100,7 +100,7 @@ class Camera(TickSensor, Protocol):
 
     @property
     def latest(self) -> Picture | None:
-        """The newest image that `delivered` has returned to any caller; None before the first."""
+        """The newest image that `delivered` has returned to any caller; None before the first image."""
 
     def preview(self) -> Future[Picture]:
         """Render an image of the current state in the background, independently of samples and deliveries.

@@ -15,7 +15,7 @@ class ContactReading:
     time: float
     """Simulation time of the measurement, s."""
     in_contact: bool
-    """Whether there is a force that reaches the sensor's threshold."""
+    """Whether the contact force is not zero and reaches the sensor's threshold."""
     force: float
     """Magnitude of the sum of the contact forces, N, limited to the sensor's range; 0 below the threshold."""
 

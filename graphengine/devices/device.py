@@ -69,7 +69,7 @@ class Device:
     """A registered kind of device.
 
     Attributes:
-        kind: name of the kind. It is the `type` in robot files, the kind of the prims, and the section in a profile.
+        kind: name of the kind. Robot files use it as `type`, prims as their kind, and profiles as the name of a section.
         stub: function that returns a stub, given a prim and options.
         usd: USD type of the device's prims.
         title: the kind with an article, for messages, such as `a lidar`.

@@ -22,7 +22,7 @@ class Entity:
     """One robot or object of a world, including all bodies attached to it."""
 
     name: str
-    """Unique name: the name of the robot, or the last element of an object's path; `World/box` if a robot is named `box`."""
+    """Unique name: a robot's name, or the last element of an object's path; `World/box` if a robot is also named `box`."""
     prim_path: str
     kind: EntityKind
     spawned: bool

@@ -21,9 +21,9 @@ class BeamReading:
     hits: NDArray[np.bool_]
     """Whether an object interrupts each beam."""
     depths: Floats
-    """Distance along each beam to the object that interrupts it, m; the sensor's maximum range without an object."""
+    """Distance along each beam to the object that interrupts it, m; for a free beam, the sensor's maximum range."""
     hit_positions: Floats
-    """End of each beam in the sensor's frame, m, shape (n, 3): at the object that interrupts it, or at maximum range."""
+    """End of each beam in the sensor's frame, m, shape (n, 3): the point of interruption; for a free beam, at maximum range."""
     origins: Floats
     """Start of each beam in the world frame, m, shape (n, 3)."""
     ends: Floats

@@ -21,9 +21,9 @@ class RaycastReading:
     time: float
     """Simulation time of the measurement, s."""
     depths: Floats
-    """Distance from the origin of each ray to its hit, m; the sensor's maximum range without a hit."""
+    """Distance from the origin of each ray to its hit, m; for a ray without a hit, the sensor's maximum range."""
     hit_positions: Floats
-    """Position of each hit, m, shape (n, 3); zero without a hit. The sensor's profile selects its own or the world frame."""
+    """Position of each hit, m, shape (n, 3); zero without a hit. The profile selects the sensor's frame or the world frame."""
     hit_normals: Floats
     """Unit normal of the surface at each hit, in the frame of `hit_positions`, shape (n, 3); zero without a hit."""
     hit_prims: tuple[str, ...]

@@ -87,7 +87,7 @@ def from_rpy(roll: float, pitch: float, yaw: float) -> Quaternion:
 
 
 def from_orientation(orientation: Orientation) -> Quaternion:
-    """Return the unit quaternion of an orientation from a file, which is a quaternion or roll, pitch and yaw in degrees."""
+    """Return the unit quaternion of an orientation that a file gives as a quaternion or as roll, pitch and yaw in degrees."""
     if orientation.quaternion_xyzw is None:
         roll, pitch, yaw = orientation.rpy_deg or ORIGIN
         return from_rpy(math.radians(roll), math.radians(pitch), math.radians(yaw))

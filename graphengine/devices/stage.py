@@ -206,7 +206,7 @@ class Stage:
         return [prim for path in paths for prim in self._meant(path)]
 
     def is_literal(self, path: str, prim: Prim) -> bool:
-        """Return whether a path that leads to a prim names all links above the prim; it may leave out `Geometry`."""
+        """Return whether a path to a prim names all links above the prim. The result is true even if `Geometry` is left out."""
         return _is_short_for(normalize(path), prim.path)
 
     def obstacle(self, path: str) -> Prim | None:
@@ -282,7 +282,7 @@ class Stage:
         return self.add("/".join([prim.path.rstrip("/"), *rest]), "scope") if rest else prim
 
     def leads_by(self, path: str, other: str) -> bool:
-        """Return whether `path` is `other` or lies below it, even if one path leaves out `Geometry` or links.
+        """Return whether `path` is `other` or lies below it. Either path may leave out `Geometry` or links.
 
         The prims need not exist.
         """

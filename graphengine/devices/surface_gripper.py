@@ -13,7 +13,10 @@ GripperStatus = Literal["Open", "Closing", "Closed"]
 
 
 class SurfaceGripperDevice(Sensor, Protocol):
-    """A suction gripper with one or several grip points. A closed point holds the body in front of it until it is pulled off."""
+    """A suction gripper with one or several grip points.
+
+    A closed point holds the body in front of it until the body is pulled off.
+    """
 
     @property
     def status(self) -> GripperStatus:
@@ -24,7 +27,10 @@ class SurfaceGripperDevice(Sensor, Protocol):
         """Prim paths of all held bodies in the order of the grip points, each once; geometry without a body is left out."""
 
     def close(self) -> None:
-        """Start to grip the bodies in front of the grip points, from the next physics step on. No effect unless it is open."""
+        """Start to grip the bodies in front of the grip points, from the next physics step on.
+
+        The call has no effect if the gripper is not open.
+        """
 
     def open(self) -> None:
         """Release all bodies immediately."""

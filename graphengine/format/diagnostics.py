@@ -111,7 +111,7 @@ class Span:
     parameter: str = field(default="", kw_only=True)
     """Name of the graph parameter whose value is written at this position; empty if the value is not that of a parameter."""
     through: tuple[tuple[Span, str], ...] = field(default=(), kw_only=True)
-    """Positions of `$(name)` by which the parameter value at this position reaches a node, in this order, each with a note."""
+    """Positions of each `$(name)` that passes on the parameter value, from here to the node that uses it, each with a note."""
 
     def __str__(self) -> str:
         return f"{printable(self.source.path)}:{self.line}:{self.column}"

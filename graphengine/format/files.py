@@ -2,7 +2,7 @@
 
 A reference is looked up beside the file that contains it, then among the graphs and scenes of this package. The file found must
 lie in the folder of the file that the user gave, in this package, in an installed ROS package, or in a folder that the user
-allowed. So an untrusted scene cannot read other files.
+allowed. An untrusted scene therefore cannot read other files.
 """
 
 from __future__ import annotations
@@ -87,7 +87,7 @@ class Files:
         installed: Sequence[Path] = (),
         base: Path | None = None,
     ) -> Files:
-        """Return an object for a scene or graph file that the user gives: its folder may be read, and the folders below.
+        """Return an object for a scene or graph file that the user gives; it allows reading in the file's folder and below.
 
         Args:
             given: path of the file.
@@ -102,7 +102,7 @@ class Files:
         return Files(roots, near, tuple(path.absolute() for path in installed), base).beside(given)
 
     def beside(self, given: Path) -> Files:
-        """Return a copy from which the folder of `given` may also be read, and record `given`; both share one record."""
+        """Return a copy that also allows reading in the folder of `given`, and record `given`. The copy shares this record."""
         self.note(given)
         return replace(self, roots=(given.resolve().parent, *self.roots))
 
@@ -118,7 +118,7 @@ class Files:
         self.sought[place] = signature(place)
 
     def include(self, other: Files) -> None:
-        """Add the paths and signatures that another object recorded; paths that are recorded here keep their signatures."""
+        """Add the paths and signatures that another object recorded; paths that are already recorded keep their signatures."""
         for path, before in other.used.items():
             self.used.setdefault(path, before)
         for path, before in other.sought.items():
@@ -139,7 +139,9 @@ class Files:
                 yield from (path for name in (*folders, *names) if (path := Path(folder, name)).is_symlink())
 
     def find(self, reference: str, folder: Path) -> Path:
-        """Return the path of the file that `reference` means in a file that lies in `folder`; the path is as messages show it.
+        """Return the path of the file that another file in `folder` refers to as `reference`.
+
+        The path has the form that messages show.
 
         Raises:
             NotFoundError: the file does not exist, or lies outside the folders that may be read.
@@ -253,7 +255,9 @@ def _in_package(reference: str) -> Path:
 
 
 def find_file(name: str) -> Path:
-    """Return the path of the scene or graph file that a command-line argument means, relative to the working directory if in it.
+    """Return the path of the scene or graph file that a command-line argument means.
+
+    A path in the working directory is returned as a relative path.
 
     Raises:
         UsageError: no such file exists.

@@ -46,10 +46,10 @@ class Permissions:
         return self.environment[name]
 
     def read(self, reference: str, folder: Path) -> tuple[Path, str]:
-        """Read the UTF-8 text file that `reference` means in a graph file that lies in `folder`; return its path and content.
+        """Return the path and content of the text file that a graph file in `folder` refers to as `reference`.
 
         Raises:
-            ContextError: the file does not exist, may not be read, is too large, or is not text.
+            ContextError: the file does not exist, graphs are not permitted to read it, it is too large, or it is not UTF-8.
         """
         if self.files is None:
             raise ContextError("graphs may not read files in this session", reference)

@@ -212,7 +212,7 @@ class RobotSpec(FileSpec, defer_build=True):
     keep_only_joints: tuple[str, ...] = Field(default=(), strict=False)
     """Joints to keep; if the list is not empty, every other joint of the description is disabled."""
     wheel_colliders: dict[str, Literal["as_urdf", "ellipsoid"] | WheelColliderSpec] = {}
-    """Colliders of wheels, by link: `ellipsoid` replaces a cylinder, {radius: …, width: …} any collider; `as_urdf` keeps it."""
+    """Colliders of wheels, by link: `ellipsoid` replaces a cylinder, {radius: …, width: …} all colliders; `as_urdf` keeps all."""
     materials: dict[Name, MaterialSpec] = {}
     frames: dict[Name, FrameSpec] = {}
     sensors: dict[Name, SensorSpec] = {}

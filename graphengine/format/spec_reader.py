@@ -203,7 +203,7 @@ def read(
 
 
 def kind_of(document: Document) -> str | None:
-    """Return the kind of a file, `graph`, `scene` or `robot`: the first of these that is a key of the file; None if none is."""
+    """Return the first of `graph`, `scene` and `robot` that is a key of the file; None if the file has none of these keys."""
     if not isinstance(document.data, dict):
         return None
     return next((kind for kind in KINDS if kind in document.data), None)

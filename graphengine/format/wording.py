@@ -56,7 +56,7 @@ def unknown(what: str, name: str, legal: Iterable[str]) -> str:
 
 
 def listing(names: Iterable[str], what: str = "legal") -> str:
-    """Return names as a text such as `legal: a, b, c`; after 20 names, only the number of the others follows."""
+    """Return names as a text such as `legal: a, b, c`. At most 20 names are listed, followed by the number of the others."""
     all_names = list(names)
     if not all_names:
         return f"{what}: none"

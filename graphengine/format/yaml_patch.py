@@ -31,8 +31,8 @@ def set_value(text: str, location: Location, value: Any, comment: str = "") -> s
         comment: text of a comment line above the value; it replaces a comment line there that begins with the same two words.
 
     Raises:
-        PatchError: the text has errors, the old value is no scalar or spans lines, an alias repeats it, or the new key
-            belongs to no mapping.
+        PatchError: the text has errors, the old value is not a scalar on one line, an alias repeats it, or the place of the
+            new key is not in a mapping.
     """
     found = _read(text)
     expected = _with_value(found.data, location, value)

@@ -12,7 +12,7 @@ _ESCAPES = {'"': '\\"', "\\": "\\\\", "\n": "\\n", "\t": "\\t"}
 
 
 def flow(value: Any) -> str:
-    """Return a value as flow-style YAML on one line; `$` in strings is doubled, so that it begins no parameter `$(name)`."""
+    """Return a value as flow-style YAML on one line. `$` in strings is doubled, so that `$(name)` is read as plain text."""
     if isinstance(value, dict):
         return "{" + ", ".join(f"{scalar(key)}: {flow(item)}" for key, item in value.items()) + "}"
     if isinstance(value, list | tuple):

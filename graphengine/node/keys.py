@@ -89,9 +89,9 @@ def _expect(keys: Collection[str]) -> None:
 
 
 def keys_of(character: str) -> tuple[str, ...]:
-    """Return the names of the keys that a user presses to type a character on a terminal; empty if there are none.
+    """Return the names of the keys that a user presses to type a character on a terminal; empty if no keys are known for it.
 
-    The characters can also be the words `up`, `down`, `left` and `right` for the arrow keys.
+    Instead of a character, the argument can be `up`, `down`, `left` or `right` for an arrow key.
     """
     if character in _ARROWS:
         return (_ARROWS[character],)

@@ -50,7 +50,7 @@ if TYPE_CHECKING:
 
 Kind = Literal["data", "action", "event", "pusher", "latent"]
 Numbered = Mapping[str, Callable[[], Any]]
-"""Type of `Node.numbered`: functions that create one numbered port each, by the name prefix of the ports."""
+"""Type of `Node.numbered`: for each name prefix, a function that creates one port with this prefix and a number."""
 Fire = int | None
 """Return type of `compute` in a gated node: the ExecOut ports to fire, joined by `|`, or None to fire no port."""
 
@@ -137,7 +137,7 @@ class Node(metaclass=NodeMeta):
     counts: ClassVar[bool]
     volatile: ClassVar[bool]
     numbered: ClassVar[Numbered] = {}
-    """Functions that create the ports which a graph file can add, by name prefix: `output` allows `output0`, `output1`, …"""
+    """Functions that create the ports a graph file can add, by name prefix. The prefix `output` allows `output0`, `output1`, …"""
     series: ClassVar[Mapping[str, tuple[str, ...]]] = {}
     """Python names of the numbered ports, by name prefix, in numerical order."""
     max_pushes: ClassVar[int] = 100_000

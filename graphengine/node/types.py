@@ -12,7 +12,7 @@ In this table, T is any scalar type:
 | T[], T[n][] of numbers               | numpy array of the exact dtype    |
 | token[], string[]                    | tuple of str                      |
 | target                               | tuple of prim paths               |
-| uint64 that is a pointer, as dataPtr | the buffer itself; 0 for none     |
+| uint64 as pointer, such as dataPtr   | the buffer itself; 0 for none     |
 | any, unions                          | as for the resolved type          |
 """
 

@@ -237,7 +237,7 @@ class Push(_Change):
 
 
 class Set(_Change):
-    """Set unwired inputs of nodes to a value, which also `stop` and `reset` keep. After an error, no input has changed."""
+    """Set unwired inputs of nodes to a value; `stop` and `reset` keep the value. After an error, no input has changed."""
 
     address: EntityName
     """Address of the inputs, `[robot/][graph/]Node.port`; its parts may be globs."""

@@ -129,7 +129,9 @@ class Executor:
     def setup(
         self, failed: Callable[[int, GraphError], None] | None = None, predecessors: Predecessors | None = None
     ) -> None:
-        """Set up all nodes of the plan in the plan's order, and compute the data nodes that are constant or read in a setup.
+        """Set up all nodes in the plan's order.
+
+        Constant data nodes, and data nodes whose outputs other nodes read in `setup`, are also computed.
 
         Args:
             failed: called with the index of each node that cannot be set up, and the error; setup then continues.

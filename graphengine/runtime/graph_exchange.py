@@ -132,9 +132,9 @@ class Succession:
         return not self._new.executor.has_failed(index) or index in self._set_up_otherwise
 
     def after_setup(self, index: int) -> None:
-        """Copy the state of the old node to the new node with this index again, since its setup may have changed it.
+        """Copy the state of the old node again, because the setup of the new node with this index may have changed its state.
 
-        The state stays as it is after setup if the setup read changed inputs or files, or if the node is new.
+        Nothing is copied if the setup read changed inputs or files, or if no old node corresponds to the node.
         """
         if index not in self._heirs or index in self._set_up_otherwise:
             return

@@ -28,7 +28,7 @@ class ExternalInputs:
         """End a tick; the session calls this after it has sent the messages of the tick."""
 
     def reading(self, files: Files) -> None:
-        """Receive the files that a reload has read, before the reload takes effect, and again if a file changes meanwhile."""
+        """Receive the files of a reload before it takes effect; called again if a file changed while the files were read."""
 
     def command(self, name: str, arguments: Mapping[str, Any]) -> None:
         """Receive a command that affects the simulation, after it was executed; it takes effect in the next tick.

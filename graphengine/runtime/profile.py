@@ -18,9 +18,9 @@ class NodeProfile:
     Attributes:
         path: path of the node, `robot/graph/node`.
         type: registered name of the node type.
-        runs: number of computes.
-        fired: number of computes that fired an execution output; for nodes of kind `pusher`, number of fired outputs.
-        seconds: wall time of the computes, s; for nodes of kind `pusher`, without the nodes that their outputs run.
+        runs: number of calls of `compute`.
+        fired: number of these calls that fired an execution output; for nodes of kind `pusher`, number of fired outputs.
+        seconds: wall time of these calls, s; for nodes of kind `pusher`, without the nodes that their outputs run.
     """
 
     path: str

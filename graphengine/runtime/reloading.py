@@ -28,7 +28,7 @@ class Reloaded:
         restarted: whether the session restarted at time 0, because the world or a robot changed.
         lost: names of the spawned robots that the restart removed.
         warnings: warnings about the new files, as text.
-        mended: whether the files had errors at the previous reload, which this reload found corrected.
+        mended: whether the previous reload failed because of errors, which are now corrected.
     """
 
     files: tuple[Path, ...] = ()

@@ -57,7 +57,9 @@ class _Sample(NamedTuple):
 
 
 class StatusMeter:
-    """Reads the status of a session; not thread-safe, for use in the session's thread. Rates count from the creation on.
+    """Reads the status of a session. Not thread-safe: create and use it in the session's thread.
+
+    Rates do not include the time before the meter was created.
 
     Args:
         session: session to measure.

@@ -28,7 +28,7 @@ IDLE = 0.25
 
 
 MAX_HELD = 1000
-"""Maximum number of checkpoints by the command `checkpoint` that a session keeps for the command `restore`."""
+"""Maximum number of checkpoints that a session keeps for the command `restore`."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,7 +38,7 @@ class SavedSession:
     name: str
     of: SessionCore
     version: int
-    """Number of the version of the files that the session ran; `files` has its content."""
+    """Version number of the files that the session ran; `files` is the saved version itself, for `Reloader.restore`."""
     files: Any
     robots: Any
     state: Any
@@ -237,7 +237,7 @@ class SessionCore:
         `play`; without a queue, it returns. After an error, the session is in the state `failed`, with zero joint commands.
 
         Args:
-            seconds: simulation time to run, also over several plays, s; None: no limit.
+            seconds: total simulation time to run, s, even if the session is stopped and played again; None: no limit.
             pace: target real-time factor, seconds of simulation per second of wall time; None: as fast as possible.
             on_tick: function that is called after each tick, and several times per second while the session is paused or
                 stopped; if it returns False, the run ends.

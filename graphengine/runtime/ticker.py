@@ -178,7 +178,7 @@ class Ticker:
         """Run one tick; after an error, the joint commands are zero.
 
         Args:
-            inbox: source of the wall clock time; it is told when the tick ends.
+            inbox: source of the wall clock time; its `end_tick` is called at the end of the tick.
 
         Raises:
             NodeError: a node raised an exception.

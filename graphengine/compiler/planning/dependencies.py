@@ -1,4 +1,4 @@
-"""Finds the nodes and resources on which each data node depends, and so when a data node must be computed again."""
+"""Finds the nodes and resources on which each data node depends; they determine when it must be computed again."""
 
 from __future__ import annotations
 

@@ -8,7 +8,7 @@ from graphengine.compiler.planning.regions import RegionGraph
 
 
 def lint_reads_and_writes(regions: RegionGraph) -> None:
-    """Add a warning for each pair of a reader and a writer of a resource whose order neither wires nor ports determine."""
+    """Add a warning for each reader and writer of the same resource if neither wires nor ports determine which runs first."""
     running = set[int]().union(*regions.members)
     writers: dict[str, list[int]] = {}
     for index in sorted(running):

@@ -24,11 +24,11 @@ MAX_PUSHERS = 500
 
 @dataclass(frozen=True, slots=True)
 class DataRead:
-    """A data dependency of a node on a node `source` that is not a data node, directly or through data nodes."""
+    """The dependency of a node's inputs on the node `source`, directly or through data nodes; `source` is not a data node."""
 
     source: int
     wire: Wire
-    """Wire into the reader that carries the value."""
+    """Wire by which the value enters the node."""
     shown: bool
     """True if the value comes from an output of the source, false if only from a resource that the source writes."""
 

@@ -65,7 +65,7 @@ class WiredGraph:
             self.exec_in.setdefault(wire.target, []).append(wire)
 
     def reads_input(self, wire: Wire) -> bool:
-        """Return whether a wire begins at an input instead of an output; in `data_in`, such an input is unwired."""
+        """Return whether a wire begins at an input instead of an output. If the wire is in `data_in`, this input is unwired."""
         return self.graph.source(wire)[1].side == "inputs"
 
     def _check_data_cycles(self) -> bool:

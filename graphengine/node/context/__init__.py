@@ -1,4 +1,5 @@
-"""The Context of nodes. It gives a node handles to the world and endpoints of the network, and checks names against the stage.
+"""The class Context, from which a node gets its handles to the world and its endpoints on the network.
 
-`graphrun check` and running sessions use the same classes; `graphrun check` passes stubs of the world and the network to them.
+It checks names against the stage. `graphrun check` uses the same classes as a running session, with stubs of the world and
+the network.
 """

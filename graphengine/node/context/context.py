@@ -84,7 +84,7 @@ class Context(WorldHandles, OwnedActions, Shared):
         return find_variable(self._variables, name)
 
     def mailbox(self, name: str) -> Mailbox:
-        """Return a new mailbox of the node on the session's event queue with this name; a missing queue is created."""
+        """Return a new mailbox of the node for an event queue of the session; the queue is created if it does not exist."""
         self.mailboxes.append(Mailbox(self._services.queues.setdefault(name, EventQueue(name))))
         return self.mailboxes[-1]
 
@@ -103,7 +103,7 @@ class Context(WorldHandles, OwnedActions, Shared):
             path: path of the file, relative to the folder of the graph file.
 
         Raises:
-            ContextError: the file does not exist, may not be read, is too large, or is not UTF-8.
+            ContextError: the file does not exist, graphs are not permitted to read it, it is too large, or it is not UTF-8.
         """
         self.files_read[path] = self._services.permissions.read(path, self._folder)
         return self.files_read[path]

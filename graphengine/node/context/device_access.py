@@ -57,8 +57,8 @@ _VIEWPORTS = "/Render/viewports/"
 class WorldHandles:
     """The methods of a node's context that return handles to bodies, robots, sensors and attributes of prims.
 
-    Handles stay valid as long as the world exists; nodes need not close them. A method with the path of a prim raises PrimError
-    if no prim has the path or if the prim is of the wrong kind.
+    Handles stay valid as long as the world exists; nodes need not close them. All methods that take a prim path raise PrimError
+    if no prim has this path or if the prim is of the wrong kind.
     """
 
     def __init__(self, services: Services, runs: Literal["tick", "physics_step"]) -> None:

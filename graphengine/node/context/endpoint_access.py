@@ -163,7 +163,9 @@ class OwnedEndpoints:
         return publisher
 
     def published_transform(self, beside: EndpointClaim, parent: str, children: Collection[str]) -> PublishedTransform:
-        """Return a reader of a transform that another node of this session publishes on the topic of the node's own publisher.
+        """Return an object that reads a transform which another node of this session publishes.
+
+        Only publishers on the same topic as the node's own publisher are considered.
 
         Args:
             beside: claim of the node's own publisher.

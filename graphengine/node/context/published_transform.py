@@ -10,7 +10,9 @@ from graphengine.node.context.session_services import Services
 
 
 class PublishedTransform:
-    """Reads the newest transform from a parent frame to one of several child frames from the publishers of a session.
+    """Reads the newest transform between a parent frame and one of several child frames.
+
+    The transform is taken from the messages of the session's own publishers.
 
     Args:
         services: services of the session.

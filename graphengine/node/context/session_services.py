@@ -1,4 +1,4 @@
-"""The services of a session that the contexts of all its nodes share."""
+"""The state of a session that its nodes share through their contexts, such as the world and the network."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from graphengine.node.mailbox import EventQueue
 
 @dataclass(slots=True)
 class Services:
-    """The world, the network and other state of a session that the contexts of all its nodes share."""
+    """The state of one session that its nodes share through their contexts, such as the world and the network."""
 
     world: World
     network: Network
@@ -35,9 +35,9 @@ class Services:
     log: Callable[[str, str, str], None] = lambda severity, node, message: None
     claims: list[EndpointClaim] = field(default_factory=list)
     servers: dict[int, list[ServiceServer]] = field(default_factory=dict)
-    """Service servers by handle. During a reload, a handle has several: the last one is the new node's, and requests go to it."""
+    """Service servers by handle. During a reload, a handle can have two; the last one belongs to the new node and is used."""
     handles: dict[tuple[str, int], int] = field(default_factory=dict)
-    """Handle of each service server, by the node's prim path and the server's index in the node; a new setup keeps the handle."""
+    """Handles of service servers, by prim path of the node and index of the server. A new setup of the node keeps its handles."""
     actions: list[ActionServer | ActionClient] = field(default_factory=list)
     """Action servers and action clients of all nodes."""
     queues: dict[str, EventQueue] = field(default_factory=dict)
@@ -47,7 +47,7 @@ class Services:
     """Random generators of the nodes, by prim path of the node."""
     render_products: dict[str, RenderProduct] = field(default_factory=dict)
     dropped: DroppedValues | None = field(default_factory=DroppedValues)
-    """Counts of the values from wires that nodes could not use and dropped; None if such a value ends the run instead."""
+    """Count of dropped bad values for each node; None if a bad value ends the run instead."""
 
     @property
     def stage(self) -> Stage:
