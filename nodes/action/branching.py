@@ -40,7 +40,7 @@ class Multisequence(Node, type="omni.graph.action.Multisequence"):
 class Sequence(Node, type="omni.graph.action.Sequence", counts=True):
     """Fires `a` and `b` alternately; the first execution after play fires `a`.
 
-    Isaac Sim hides this older node type in its menu; the entry Sequence of the menu is the type Multisequence.
+    Isaac Sim's menu hides this older node type; the menu entry Sequence creates a Multisequence.
     """
 
     exec_in = ExecIn()

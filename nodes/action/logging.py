@@ -1,4 +1,7 @@
-"""Nodes that log messages for users (`omni.graph.action`, `omni.graph.ui_nodes`). A message is logged only the first time."""
+"""Nodes that log messages for users (`omni.graph.action`, `omni.graph.ui_nodes`).
+
+If a node logs the same message again, `graphrun run` does not print it again.
+"""
 
 from __future__ import annotations
 

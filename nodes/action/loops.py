@@ -32,7 +32,7 @@ class ForLoop(Node, type="omni.graph.action.ForLoop"):
     breaks: bool = Bound()
 
     def setup(self, context: Context) -> None:
-        """Look up whether `breakLoop` is wired; a loop with a break may have any number of iterations."""
+        """Check whether `breakLoop` is wired; a loop with a break may have any number of iterations."""
         self.breaks = context.wires_into("break_loop") > 0
 
     def compute(self) -> Pushes:

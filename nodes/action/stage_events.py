@@ -1,4 +1,4 @@
-"""Event nodes for play, stop, start and end of the session, and for impulses from users (`omni.graph.action`)."""
+"""Event nodes for play and stop, the start and end of the session, and impulses from users (`omni.graph.action`)."""
 
 from __future__ import annotations
 

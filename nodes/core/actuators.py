@@ -22,10 +22,10 @@ class ArticulationActuators(Node, type="isaacsim.core.experimental.actuators.Art
     is set again or replaced by the `effortCommand` of an IsaacArticulationController. As in Isaac Sim, a feed-forward effort has
     no effect on a joint without a drive.
 
-    Drives act in every physics step, also if `autoStepPrePhysics` is false; in Isaac Sim, drives then act only when the node is
-    executed. The feed-forward effort is limited by the joint's effort limit, and the effort of the drive by `max_force`; Isaac
-    Sim limits the sum of the two. Isaac Sim's PID and neural controllers, delays and motor curves are not available. `stepDt` has
-    no effect, because only those controllers use it.
+    Drives act in every physics step, even if `autoStepPrePhysics` is false. In Isaac Sim, drives then act only when the node is
+    executed. The joint's effort limit bounds the feed-forward effort, and `max_force` bounds the effort of the drive; Isaac Sim
+    limits the sum of the two. Isaac Sim's PID and neural controllers, delays and motor curves are not available. `stepDt` has no
+    effect, because only those controllers use it.
     """
 
     exec_in = ExecIn()
@@ -58,8 +58,8 @@ class ArticulationActuators(Node, type="isaacsim.core.experimental.actuators.Art
         """Set the feed-forward efforts of the selected joints that have a drive. On an error, no effort changes.
 
         Raises:
-            BadValueError: `indices` contains another index than 0, an index in `dofIndices` is out of range, the number of
-                efforts is neither 1 nor that of the joints, or an effort is infinite or too large.
+            BadValueError: `indices` contains an index other than 0, an index in `dofIndices` is out of range, the number of
+                efforts is neither 1 nor the number of selected joints, or an effort is infinite or too large.
         """
         efforts = self.feedforward_command.tolist()
         if not efforts:

@@ -58,7 +58,7 @@ class SelectedJointsNode(RobotNode):
     selected: tuple[object, object] = Bound()
 
     def setup(self, context: Context) -> None:
-        """Look up the robot, and the joints that the inputs select at first."""
+        """Look up the robot and the joints that the inputs select at the start."""
         self.articulation = context.articulation(self.prim())
         self.select()
 
@@ -107,7 +107,7 @@ class IsaacArticulationController(SelectedJointsNode, type="isaacsim.core.nodes.
     logger: Context = Bound()
 
     def setup(self, context: Context) -> None:
-        """Look up the robot, and the joints that the inputs select at first."""
+        """Look up the robot and the joints that the inputs select at the start."""
         self.logger = context
         super().setup(context)
 
@@ -146,7 +146,7 @@ class IsaacArticulationController(SelectedJointsNode, type="isaacsim.core.nodes.
 
 
 class IsaacArticulationState(SelectedJointsNode, type="isaacsim.core.nodes.IsaacArticulationState"):
-    """Reads positions, velocities and efforts of selected joints; all outputs have the same order.
+    """Reads the positions, velocities and efforts of the selected joints. All outputs list the joints in the same order.
 
     The computation of `measuredJointForces` and `measuredJointTorques` takes longer than a physics step, so the node computes
     them only if one of the two is wired.
@@ -170,7 +170,7 @@ class IsaacArticulationState(SelectedJointsNode, type="isaacsim.core.nodes.Isaac
     has_wrenches: bool = Bound()
 
     def setup(self, context: Context) -> None:
-        """Look up the robot and its selected joints, and whether the outputs for forces or torques are wired."""
+        """Look up the robot and the selected joints, and check whether the output of forces or torques is wired."""
         super().setup(context)
         self.has_wrenches = context.wired("measured_joint_forces") or context.wired("measured_joint_torques")
 
@@ -178,7 +178,7 @@ class IsaacArticulationState(SelectedJointsNode, type="isaacsim.core.nodes.Isaac
         """Output the current state of the selected joints.
 
         Raises:
-            BadValueError: a joint is unknown, or a name is that of an actuator that does not move a single joint.
+            BadValueError: a joint is unknown, or `jointNames` contains an actuator that moves several joints or none.
         """
         robot = self.articulation
         self.joint_names_out = names = self.joints().names
@@ -286,12 +286,12 @@ def lint_commands_without_drive(context: LintContext) -> None:
         passive = {joint for joint, facts in joints.items() if facts["drive"] is None and not facts["leader"]}
         free = [joint for joint in idle if command.chosen and joint in passive]
         if free:
-            message = f"{node.id} sets targets of joints of {robot} that move freely: they have no drive"
+            message = f"{node.id} sets targets of joints of {robot}, but these joints have no drive and move freely"
             drive = ", ".join(f"{gain}: {_EXAMPLES[gain]}" for gain in _EXAMPLES if gain in gains or gain == "damping")
             way = f"write `{free[0]}: {{drive: {{{drive}}}}}` below `joints:` of the robot file, or command efforts"
             context.findings.add("G310", message, node.span, listing(free, "joints"), way, related=node.entry.via)
         else:
-            message = f"{node.id} commands joints of {robot} without a drive for this kind of command: nothing moves"
+            message = f"{node.id} commands joints of {robot} that have no drive for this kind of command: nothing moves"
             way = f"give these joints a drive with {' or '.join(gains)} below `joints:` of the robot file, or command efforts"
             context.findings.add("W209", message, node.span, listing(idle, "joints"), way, related=node.entry.via)
 

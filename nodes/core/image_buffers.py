@@ -1,7 +1,7 @@
 """Nodes that convert images (`isaacsim.core.nodes`).
 
-In Isaac Sim, these nodes get a buffer from the renderer. Here they convert the buffer of another node that is wired to
-`dataPtr`. Without such a wire, they convert the images of the camera that `renderProductPath` selects.
+In Isaac Sim, these nodes get a buffer from the renderer. Here they convert the buffer that another node outputs to `dataPtr`. If
+`dataPtr` is not wired, they convert the images of the camera that `renderProductPath` selects.
 """
 
 from __future__ import annotations
@@ -49,7 +49,7 @@ class ImageBufferNode(Node):
         self.camera = context.device(Camera, self.render_product_path) if self.render_product_path else None
 
     def converted(self, buffer: Buffer) -> bool:
-        """Convert the buffer, or the image that the camera delivers in this tick if there is no buffer.
+        """Convert the image in the buffer; without a buffer, convert the image that the camera delivers in this tick.
 
         Args:
             buffer: buffer with an image, or the integer 0 for no buffer.

@@ -49,7 +49,7 @@ class IsaacComputeOdometry(Node, type="isaacsim.core.nodes.IsaacComputeOdometry"
         self.start, self.last_time = None, math.nan
 
     def compute(self) -> None:
-        """Read the state of the body, and output it in the frames of the outputs."""
+        """Output the current pose, velocities and accelerations of the body."""
         position, orientation = self.body.pose()
         velocity, angular = self.body.velocity()
         if self.start is None:

@@ -1,4 +1,4 @@
-"""Nodes for render products, the paths by which helper nodes find a camera, lidar or radar (`isaacsim.core.nodes`)."""
+"""Nodes for render products (`isaacsim.core.nodes`). Helper nodes find a sensor by the path of its render product."""
 
 from __future__ import annotations
 

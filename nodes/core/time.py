@@ -13,7 +13,7 @@ from graphengine.nodes.clocked import ClockNode
 
 
 class TimeNode(ClockNode):
-    """Base of nodes that output the time of a clock, or a reference time instead if `referenceTimeDenominator` is above 0."""
+    """Base of nodes that output the time of a clock; if `referenceTimeDenominator` is above 0, they output a reference time."""
 
     reference_time_numerator: int = In(
         default=0, doc="numerator of the reference time (s); used if `referenceTimeDenominator` is above 0"
@@ -53,7 +53,7 @@ class IsaacReadSimulationTimeAnnotator(
 
 
 class IsaacReadSystemTime(TimeNode, type="isaacsim.core.nodes.IsaacReadSystemTime", volatile=True):
-    """Outputs the wall time at the start of the tick. All nodes get the same time in a tick."""
+    """Outputs the wall time at which the tick started. All nodes get the same time in a tick."""
 
     system_time: float = Out(unit="s", doc="time since 1970-01-01 UTC")
 
@@ -63,7 +63,7 @@ class IsaacReadSystemTime(TimeNode, type="isaacsim.core.nodes.IsaacReadSystemTim
 
 
 class IsaacReadSystemTimeAnnotator(IsaacReadSystemTime, type="isaacsim.core.nodes.IsaacReadSystemTimeAnnotator"):
-    """Outputs the wall time at the start of the tick, at each execution."""
+    """At each execution, outputs the wall time at which the tick started."""
 
     exec_in = ExecIn()
     exec_out = ExecOut()

@@ -9,12 +9,12 @@ DEFAULT = "Viewport"
 
 
 class IsaacCreateViewport(Node, type="isaacsim.core.nodes.IsaacCreateViewport"):
-    """Creates a viewport with this name if it does not exist. Use IsaacSetCameraOnRenderProduct to set its camera."""
+    """Creates the viewport `name` if it does not exist. Use IsaacSetCameraOnRenderProduct to set its camera."""
 
     exec_in = ExecIn()
     name: Token = In(default="", setup=True, doc="name of the viewport; if empty, `viewportId` selects the name")
     viewport_id: UInt = In(
-        default=0, setup=True, doc=f"number that is the viewport's name if `name` is empty; 0 selects {DEFAULT!r}"
+        default=0, setup=True, doc=f"number to use as the viewport's name if `name` is empty; 0 selects {DEFAULT!r}"
     )
     viewport: Token = Out(doc="name of the viewport")
     exec_out = ExecOut()
