@@ -88,7 +88,7 @@ def test_a_run_without_cyclonedds_says_what_to_do(transport: str) -> None:
     result = run(f"{missing} sys.exit(main(['run', 'dd100_flat', '--for', '1s', '--transport', {transport!r}]))")
     assert result.returncode == 1
     assert "PyPI has cyclonedds for Linux" in result.stderr
-    assert "--transport rclpy, or do without a network: --transport memory" in result.stderr
+    assert "--transport rclpy, or run without a network: --transport memory" in result.stderr
     assert "Traceback" not in result.stderr
 
 

@@ -138,7 +138,7 @@ def test_parameters_without_a_value_are_left_out_of_a_dump() -> None:
 
 
 def test_another_number_of_results_is_an_error_with_what_was_answered() -> None:
-    with pytest.raises(TransportError, match="/peer answers 1 results for 2 parameters: too many"):
+    with pytest.raises(TransportError, match="/peer returned 1 results for 2 parameters: too many"):
         Peer({}, ["too many"]).set([parameter_message(name, ParameterType.INTEGER, 1) for name in "ab"])
 
 

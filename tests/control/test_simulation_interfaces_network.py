@@ -96,7 +96,7 @@ def test_two_runs_in_one_domain_are_told_apart_by_their_namespaces(tmp_path: Pat
         for run in (one, two):
             run.send_signal(signal.SIGINT)
             _, said = run.communicate(timeout=PATIENCE)
-            assert b"either may answer" not in said
+            assert b"either program may answer" not in said
 
 
 def test_two_runs_that_offer_the_same_services_say_so(tmp_path: Path, domain_id: int) -> None:
@@ -105,6 +105,6 @@ def test_two_runs_that_offer_the_same_services_say_so(tmp_path: Path, domain_id:
             assert run.stderr is not None
             said = iter(run.stderr.readline, b"")
             assert next(line for line in said if line.startswith(b"warning")) == (
-                b"warning: another program offers services that this run offers too: either may answer a call\n"
+                b"warning: another program also offers services of this run: either program may answer a call\n"
             )
             assert b"/get_simulator_features" in run.stderr.readline()

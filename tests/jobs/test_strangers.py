@@ -44,7 +44,7 @@ def test_a_run_tells_who_asks_for_what_it_does_not_offer(environment: dict[str, 
 
 
 def test_two_runs_in_one_domain_tell_of_each_others_clock(environment: dict[str, str]) -> None:
-    told = "/clock: another process named /dd100_flat publishes it too"
+    told = "/clock: another process named /dd100_flat also publishes this topic"
     with live("run", "dd100_flat", "--transport", "dds", env=environment) as one:
         assert one.hear(lambda said: "discovery range LOCALHOST" in said), one.said
         with live("run", "dd100_flat", "--transport", "dds", env=environment) as other:

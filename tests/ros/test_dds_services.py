@@ -213,14 +213,14 @@ def test_a_service_that_cannot_be_opened_leaves_nothing(bob: DdsTransport, monke
 
     with monkeypatch.context() as patched:
         patched.setattr("graphengine.ros.transports.dds.dds.DataWriter", refuse)
-        with pytest.raises(TransportError, match="/trigger cannot be opened"):
+        with pytest.raises(TransportError, match="/trigger cannot be created"):
             bob.server("/trigger", TRIGGER, QoS(), lambda request_id, data: None)
     bob.server("/trigger", "std_srvs/srv/SetBool", QoS(), lambda request_id, data: None)
 
 
 def test_a_service_of_another_type_cannot_have_the_same_name(bob: DdsTransport) -> None:
     first = bob.client("/trigger", TRIGGER, QoS(), lambda number, data: None)
-    told = r"^/trigger has the type std_srvs/srv/Trigger_\w+ here and cannot also have std_srvs"
+    told = r"^/trigger has the type std_srvs/srv/Trigger_\w+ in this process; it cannot also have the type std_srvs"
     with pytest.raises(TransportError, match=told):
         bob.server("/trigger", "std_srvs/srv/SetBool", QoS(), lambda request_id, data: None)
     first.close()

@@ -216,8 +216,8 @@ def test_forged_packets_are_logged_by_kind_and_then_counted_once_a_minute(
     said = [record.getMessage() for record in caplog.records]
     assert len(said) == cyclone_log.MAX_KINDS + 2
     assert said[-2:] == [
-        "Cyclone DDS: 62 further messages are not shown",
-        "Cyclone DDS: 124 further messages are not shown",
+        "Cyclone DDS: 62 further log lines are not shown",
+        "Cyclone DDS: 124 further log lines are not shown",
     ]
     assert all(text.isprintable() for text in said)
 

@@ -101,7 +101,7 @@ def test_a_reader_with_another_definition_is_reported(ours: Side, theirs: Side) 
     theirs.transport.reader("/pair", PAIR, QoS(), lambda data: None)
     assert eventually(lambda: said, network.freeze)
     network.close()
-    why = "/theirs has another definition of my_msgs/msg/Pair than /World/says: it cannot read what is sent"
+    why = "/theirs has another definition of my_msgs/msg/Pair than /World/says: it cannot read the messages"
     assert [line.partition("\n")[0] for line in said] == [f"/pair: {why}"]
 
 

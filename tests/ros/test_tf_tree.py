@@ -66,10 +66,10 @@ def test_one_transform_has_no_rate() -> None:
     ("changed", "why"),
     [
         ({"child_frame_id": ""}, "'' in 'odom' because a frame has no name"),
-        ({"child_frame_id": "/odom"}, "'odom' in 'odom' because it is a frame within itself"),
+        ({"child_frame_id": "/odom"}, "'odom' in 'odom' because parent and child are the same frame"),
         ({"transform__translation__y": math.nan}, "'base' in 'odom' because it contains NaN"),
-        ({"transform__rotation__w": 0.0}, "'base' in 'odom' because its quaternion is not of length 1"),
-        ({"transform__rotation__x": 0.2}, "'base' in 'odom' because its quaternion is not of length 1"),
+        ({"transform__rotation__w": 0.0}, "'base' in 'odom' because the length of its quaternion is not 1"),
+        ({"transform__rotation__x": 0.2}, "'base' in 'odom' because the length of its quaternion is not 1"),
         ({"transform__rotation__w": math.nan}, "'base' in 'odom' because it contains NaN"),
     ],
 )
@@ -137,7 +137,7 @@ def test_what_is_too_much_is_left_out_and_told() -> None:
     made.add(messages.TFMessage([transform("map", "f0")]), True, A)
     assert len(made.edges) == MAX_EDGES
     assert made.edges[0].number == 2
-    assert made.faults(NAMES) == [f"there are more than {MAX_EDGES} transforms; further ones are left out"]
+    assert made.faults(NAMES) == [f"there are more than {MAX_EDGES} transforms; further transforms are ignored"]
 
 
 def test_dot_has_an_arrow_from_each_parent_with_its_facts() -> None:

@@ -158,7 +158,7 @@ def test_another_clock_is_told() -> None:
     own = peer("publish", "/clock", CLOCK, node="session")
     assert watched.look(own) == []
     (said,) = watched.look(own, peer("publish", "/clock", CLOCK, node="gazebo"))
-    assert said.startswith("/clock: /gazebo publishes it too")
+    assert said.startswith("/clock: /gazebo also publishes this topic")
     assert "ROS_DOMAIN_ID" in said
 
 
@@ -166,7 +166,7 @@ def test_another_clock_of_the_same_name_is_told() -> None:
     watched = Watched(ours("publish", "/clock", CLOCK))
     own = peer("publish", "/clock", CLOCK, node="session")
     (said,) = watched.look(own, replace(own, gid=bytes(16)))
-    assert said.startswith("/clock: another process named /session publishes it too")
+    assert said.startswith("/clock: another process named /session also publishes this topic")
 
 
 def test_services_that_somebody_else_offers_too_are_told_once() -> None:
@@ -175,7 +175,7 @@ def test_services_that_somebody_else_offers_too_are_told_once() -> None:
     watched.network.rival_services = ["/spawn_entity", *(f"/service_{i}" for i in range(30))]
     (said,) = watched.look()
     what, remedy = said.splitlines()
-    assert what == "another program offers services that this run offers too: either may answer a call"
+    assert what == "another program also offers services of this run: either program may answer a call"
     assert "/spawn_entity" in remedy
     assert "ROS_DOMAIN_ID" in remedy
     watched.network.rival_services.append("/another")

@@ -67,7 +67,7 @@ def test_one_that_cannot_be_imported_says_why_and_what_to_do(site: Path) -> None
     done = graphrun(site, "run", "clock", "--transport", "acme")
     assert done.returncode == 1
     assert "transport 'acme' of acme-transport cannot be imported: ModuleNotFoundError: No module named" in done.stderr
-    assert "install what acme-transport needs, or uninstall it" in done.stderr
+    assert "install the dependencies of acme-transport, or uninstall it" in done.stderr
     assert graphrun(site, "run", "clock", "--transport", "memory", "--for", "0.1").returncode == 0
 
 
