@@ -172,7 +172,10 @@ def test_an_error_names_the_line_of_the_script(text: str, told: str) -> None:
             r"db.outputs.command has the type double\[\]: expected a list of double, got 'fast'",
         ),
         ("db.outputs.comand = []", "db.outputs.comand is not a declared output.*did you mean 'command'"),
-        ("db.outputs.count = 2**40", "db.outputs.count has the type int: expected a value from -2147483648 to 2147483647"),
+        (
+            "db.outputs.count = 2**40",
+            "db.outputs.count has the type int: expected a value from -2147483648 to 2147483647",
+        ),
     ],
 )
 def test_an_output_that_does_not_fit_is_told(line: str, told: str) -> None:
