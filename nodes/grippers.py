@@ -71,12 +71,12 @@ class IsaacGripperController(Node, type="isaacsim.robot.manipulators.IsaacGrippe
     open_position: Doubles = In(
         unit="rad, m",
         doc="joint positions of the open gripper: one per joint, or one for all joints; if `openPosition` and `closePosition` "
-        "are empty or all 0, the upper limits of the joints",
+        "are empty or all 0, the upper limits of the joints are used",
     )
     close_position: Doubles = In(
         unit="rad, m",
         doc="joint positions of the closed gripper: one per joint, or one for all joints; if `openPosition` and `closePosition` "
-        "are empty or all 0, the lower limits of the joints",
+        "are empty or all 0, the lower limits of the joints are used",
     )
     gripper_speed: Doubles = In(
         required=True,
@@ -97,7 +97,7 @@ class IsaacGripperController(Node, type="isaacsim.robot.manipulators.IsaacGrippe
     """Last position target of each joint, rad or m; empty before the first execution."""
 
     def setup(self, context: Context) -> None:
-        """Look up the robot at `articulationRootPrim`, and whether `positionCommands` is wired."""
+        """Look up the robot at `articulationRootPrim`, and check whether `positionCommands` is wired."""
         self.articulation = context.articulation(self.articulation_root_prim[0])
         self.commands_joints = not context.wired("position_commands")
 

@@ -167,11 +167,11 @@ class PointBuffersNode(Node):
     last: int = State(default=-1)
 
     def bind(self, context: Context, path: str) -> None:
-        """Look up the lidar or radar of a render product or at a prim, and keep its handles.
+        """Look up the lidar or radar at a path, and keep handles to it and its frame.
 
         Args:
             context: context of the node.
-            path: path of the render product or of the prim.
+            path: path of the sensor's prim or of a render product.
         """
         if context.kind(path) == "radar":
             radar = context.device(Radar, path)
@@ -218,8 +218,8 @@ class OgnIsaacExtractRTXSensorPointCloud(
     """Outputs the points of a lidar or radar and their metadata as buffers; fires once per sample of the sensor.
 
     `renderProductPath` selects the sensor. The input `dataPtr` has no effect; in Isaac Sim, it is a buffer of the RTX renderer.
-    Metadata is output only if its buffer or the size of its buffer is wired, and if ray casting provides it; otherwise the two
-    outputs stay 0. All points of a sample have the same time.
+    Metadata is output only if its buffer or the size of its buffer is wired, and if ray casting provides it; otherwise the buffer
+    and its size stay 0. All points of a sample have the same time.
     """
 
     render_product_path: Token = In(
@@ -281,12 +281,13 @@ class IsaacCreateRTXLidarScanBuffer(
     exec_out = ExecOut(name="exec", doc="fires once per sample of the sensor")
 
     def setup(self, context: Context) -> None:
-        """Look up the sensor that `renderProductPath` selects, and warn of metadata that ray casting does not provide."""
+        """Look up the sensor that `renderProductPath` selects, and warn about metadata that ray casting does not provide."""
         self.bind(context, self.render_product_path)
         lost = [f"output{name[0].upper()}{name[1:]}" for name in _MISSING if self.is_selected(name)]
         if lost:
             context.log(
-                "warning", f"inputs without effect, as ray casting does not provide the metadata: {', '.join(lost)}"
+                "warning",
+                f"ray casting does not provide the metadata of these inputs, so they have no effect: {', '.join(lost)}",
             )
 
     def is_selected(self, name: str) -> bool:

@@ -39,7 +39,7 @@ _USE_PATH = "true: `primPath` selects the prim; false: `prim` selects it"
 class PrimNode(Node):
     """Base of nodes that need a prim, selected by the target `prim` or by the path in `primPath`."""
 
-    prim: Target = In(default=(), setup=True, required="prim", doc="target of the prim; used if `usePath` is false")
+    prim: Target = In(default=(), setup=True, required="prim", doc="the prim; used if `usePath` is false")
     prim_path: Token = In(default="", setup=True, required="prim", doc="path of the prim; used if `usePath` is true")
 
     use_path: bool

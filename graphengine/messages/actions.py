@@ -53,7 +53,7 @@ class ActionEndpoint(Stateful, Generic[E]):
         raise NotImplementedError
 
     def close(self) -> bool:
-        """Remove one holder. If no holder is left, end all goals; return whether no holder is left."""
+        """Remove one holder, and end all goals if it was the last one. Return whether no holder is left."""
         self.holders -= 1
         if self.holders == 0:
             self.restart()
@@ -173,8 +173,8 @@ class ActionServer(ActionEndpoint[ServerEndpoints]):
     def goals(self) -> Sequence[Goal]:
         """Return the goals that arrived since the last call, oldest first; the node accepts or rejects each, now or later.
 
-        The method also handles the requests of clients to cancel goals and for results. Call it once per execution, before all
-        other methods.
+        The method also handles the clients' cancel requests and result requests. Call it once per execution, before all other
+        methods.
         """
         arrived: list[Goal] = []
         for request_id, request in self.endpoints.send_goal.take():

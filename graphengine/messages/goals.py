@@ -99,7 +99,7 @@ class Goals(Stateful, Generic[G]):
         return super().save(), [goal.save() for goal in self]
 
     def restore(self, saved: Any) -> None:
-        """Return to a saved state; the `TrackedGoal` objects are the same as when it was saved, not copies."""
+        """Return to a saved state. The `TrackedGoal` objects themselves are restored, not copies of them."""
         table, states = saved
         super().restore(table)
         for goal, state in zip(self, states, strict=True):
@@ -164,7 +164,7 @@ class Goals(Stateful, Generic[G]):
         return self._definitions.initial(f"{self.action_type}_GetResult_Response")
 
     def cancel(self, request: Any) -> Any:
-        """Set the status of the running goals that a CancelGoal request selects to CANCELING; return the response."""
+        """Apply a CancelGoal request: the running goals that it selects become CANCELING. Return the response."""
         response = self._definitions.initial(f"{CANCEL_GOAL}_Response")
         identity, stamp = bytes(request.goal_info.goal_id.uuid), _order(request.goal_info.stamp)
         one, every = any(identity) and not any(stamp), not any(identity) and not any(stamp)

@@ -63,7 +63,11 @@ TEXTS = ("string", "wstring")
 """String types of ROS; `wstring` is a wide string of UTF-16 units."""
 
 Description = tuple[Any, Any]
-"""Type of a field as rosbags represents it: a `Nodetype`, and a type name, or the element type and the length of an array."""
+"""Type of a field as rosbags represents it: a `Nodetype` and its arguments.
+
+The arguments are the name and the maximum length of a number or string type (0: no limit), the name of a message type, or the
+element type and the length of an array.
+"""
 Field = tuple[str, Description]
 """Name and type of a field."""
 
@@ -101,7 +105,7 @@ class TypeName(NamedTuple):
 
     @property
     def source(self) -> str:
-        """Name of the type after which the definition file is named: the name without `part`, as in `std_srvs/srv/Trigger`."""
+        """Name of the type whose definition file contains this type: the name without `part`, as in `std_srvs/srv/Trigger`."""
         return f"{self.package}/{self.kind}/{self.name}"
 
     @staticmethod
@@ -115,7 +119,7 @@ class TypeName(NamedTuple):
 
 
 def read(path: Path, name: TypeName) -> dict[str, Definition]:
-    """Return the definitions in a file by ROS name: those of its messages, and that of its service or action, if it has one.
+    """Return the definitions of all types in a file, by ROS name: messages and, if present, the service or action itself.
 
     Args:
         path: the definition file.

@@ -2,7 +2,7 @@
 
 Most messages of a topic differ only in numbers: frame IDs, the number of transforms and the size of images stay the same. For
 such messages it is enough to pack the numbers into the bytes of the earlier message; the encoder is not needed. A large array
-is copied only once, because the bytes before it and after it are kept as separate pieces, between which it is joined.
+is copied only once: the bytes before and after it are kept as separate pieces, and all pieces and arrays are joined at the end.
 """
 
 from __future__ import annotations
@@ -33,7 +33,9 @@ class _NoTemplateError(Exception):
 
 
 class Template:
-    """The bytes of a message, into which the numbers of messages with the same strings and lengths are patched.
+    """The bytes of a message, with the place of each number in them.
+
+    Another message with the same strings and lengths is encoded by writing its numbers into these places.
 
     Args:
         message: message from which the template is made.

@@ -49,7 +49,7 @@ if TYPE_CHECKING:
     TFMessage = ros2_jazzy.tf2_msgs__msg__TFMessage
 
 _EARLIEST, _LATEST = -(2.0**31), 2.0**31
-"""Earliest and latest time in a stamp, s, whose seconds are a signed 32-bit number; the latest time is excluded."""
+"""Range of times that a stamp can hold, s: its seconds are a signed 32-bit number. `_LATEST` is out of range."""
 _ENCAPSULATIONS = (b"\0\0", b"\0\1")
 """First two bytes of a CDR message in big endian and in little endian."""
 

@@ -73,7 +73,7 @@ def qos_json(qos: QoS) -> str:
 
 
 def settled(qos: QoS) -> QoS:
-    """Return a profile in which each policy `systemDefault`, and a depth of 0, is replaced by an actual value."""
+    """Return a profile in which actual values replace the policies that are `systemDefault`, and a depth of 0."""
     chosen = {name: getattr(_SYSTEM_DEFAULT, name) for name in _CHOICES if getattr(qos, name) == "systemDefault"}
     return replace(qos, depth=qos.depth or 1, **chosen)
 

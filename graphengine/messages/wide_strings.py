@@ -1,7 +1,7 @@
 """Encodes and decodes wide strings in CDR: the number of UTF-16 units, then each unit in 4 bytes, as all RMWs of ROS 2 do.
 
 The code of ROS 2 is in `serialization_helpers.hpp` of rosidl_typesupport_fastrtps, and in `Serialization.cpp` of
-rmw_cyclonedds_cpp. In Fast CDR 2, a `wchar_t` has 2 bytes, but ROS 2 does not use it.
+rmw_cyclonedds_cpp. Fast CDR 2 itself encodes a `wchar_t` in 2 bytes, but ROS 2 does not use that encoding.
 """
 
 from __future__ import annotations

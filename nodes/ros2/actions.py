@@ -132,9 +132,9 @@ class ROS2ActionServerGoal(NamedActionNode, type="graphengine.ros2.ROS2ActionSer
 
 
 class PursuingNode(ActionNode):
-    """Base of nodes that send feedback on the current goal of a ROS2ActionServerGoal, or the result of this goal.
+    """Base of nodes that send feedback on the current goal of a ROS2ActionServerGoal, or the result of the goal.
 
-    The fields of this message are inputs.
+    The fields of the feedback or of the result are inputs.
     """
 
     part: ClassVar[str]
@@ -171,9 +171,9 @@ class PursuingNode(ActionNode):
         return server
 
     def find(self) -> tuple[ActionServer, Goal | None]:
-        """Return the action server whose handle is `serverHandle`, and its current goal.
+        """Return the action server with the handle `serverHandle`, and its current goal.
 
-        The goal is new or active; None is returned in its place if there is none, or if the goal has ended.
+        The goal is None if the server has no goal that is new or active.
 
         Raises:
             BadValueError: no action server has this handle, or the server has another action type.
@@ -225,8 +225,8 @@ class ROS2ActionServerResult(PursuingNode, type="graphengine.ros2.ROS2ActionServ
     status: Token = In(
         default="succeeded",
         tokens=("succeeded", "aborted", "canceled", "rejected"),
-        doc="final status of the goal; `canceled` becomes `aborted` if no client requested to cancel, as does `rejected` if the "
-        "goal was already accepted",
+        doc="final status of the goal; `aborted` is sent instead of `canceled` if no client requested to cancel the goal, and "
+        "instead of `rejected` if the goal was already accepted",
     )
     exec_out = ExecOut(doc="fires when the node has ended a goal")
 

@@ -101,7 +101,7 @@ class ROS2CameraHelper(SkippingHelper, type="isaacsim.ros2.bridge.ROS2CameraHelp
             context.log("warning", f"enableSemanticLabels has no effect: {self.type_in} has no labels")
 
     def update(self) -> None:
-        """Request the image that is due in this tick and publish the one delivered in this tick, if there are subscribers."""
+        """If there are subscribers, request the image that is due in this tick, and publish the image delivered in this tick."""
         labels = self.labels if self.labels is not None and self.labels.wanted else None
         if not self.publisher.wanted and labels is None:
             return
@@ -119,7 +119,7 @@ class ROS2CameraHelper(SkippingHelper, type="isaacsim.ros2.bridge.ROS2CameraHelp
             labels.publish(labels_message(self.classes(), header.stamp))
 
     def message(self, header: messages.Header, picture: Picture) -> Any:
-        """Return the message that the input `type` selects; None if it needs a segmentation and the image has none."""
+        """Return the message that the input `type` selects; None if the message needs a segmentation that the image lacks."""
         height, width = picture.depth.shape
         if self.compression:
             pixels = np.ascontiguousarray(picture.rgb)

@@ -191,7 +191,7 @@ class Layout:
         return found
 
     def ports(self, make: Callable[..., Any], taken: Container[str] = ()) -> dict[str, Any]:
-        """Return a new port for each leaf, by the name of its attribute in the node class.
+        """Return a dict with a new port for each leaf; the keys are attribute names of the node class.
 
         Args:
             make: `In` or `Out`.

@@ -142,7 +142,7 @@ class ROS2FollowJointTrajectory(RobotActionNode, type="graphengine.ros2.ROS2Foll
         return fired
 
     def drop(self) -> Fire:
-        """Hold the joints if the action server was closed during a goal, or if the node was set up with other joints.
+        """Hold the joints if the server of the current goal was closed, or if `setup` has chosen other joints to command.
 
         Return the port to fire, or None if the joints are not held.
         """
@@ -153,7 +153,9 @@ class ROS2FollowJointTrajectory(RobotActionNode, type="graphengine.ros2.ROS2Foll
         return self.hold(codes.INVALID_GOAL, "the controller was set up again", "abort")
 
     def begin(self, trajectory: Any, goal: Goal | None) -> Fire:
-        """Replace the current trajectory by a new one, or log the reason and abort the new goal if the new one is invalid.
+        """Replace the current trajectory by a new one, and abort the current goal.
+
+        If the new trajectory is invalid, log the reason and abort the new goal instead.
 
         Args:
             trajectory: the new trajectory_msgs/JointTrajectory.
@@ -195,7 +197,10 @@ class ROS2FollowJointTrajectory(RobotActionNode, type="graphengine.ros2.ROS2Foll
         return JointPoint(now, positions, np.nan_to_num(velocities), zeros)
 
     def follow(self, spline: JointSpline, tolerances: Tolerances) -> Fire:
-        """Check the tolerances, end the goal if it is due, and output the next set points; return the port to fire."""
+        """Send feedback and output the next set points; return the port to fire.
+
+        End the trajectory and its goal if the goal is canceled, if a tolerance is violated, or when the motion is complete.
+        """
         now, indices = self.clock.time, list(self.joints.indices)
         desired = spline.sample(now)
         actual = self.articulation.positions()[indices], self.articulation.velocities()[indices]
@@ -247,7 +252,7 @@ class ROS2FollowJointTrajectory(RobotActionNode, type="graphengine.ros2.ROS2Foll
 
         Args:
             goal: the goal.
-            states: desired positions and velocities, actual ones, and their differences.
+            states: three pairs of positions and velocities: desired, actual, and their difference.
         """
         if not self.server.endpoints.feedback.wanted:
             return

@@ -119,9 +119,9 @@ class ROS2GripperCommand(RobotActionNode, type="graphengine.ros2.ROS2GripperComm
         self.effort, self.speed = effort or self.max_effort or math.inf, speed or math.inf
 
     def read(self, command: Any) -> tuple[float, float, float, str]:
-        """Return the position, effort and velocity of a goal, and the reason why the goal is invalid, empty if it is valid.
+        """Return the position, effort and velocity of a goal, and the reason why the goal is invalid.
 
-        An effort of 0 selects the default of the node; a velocity of 0 means no limit.
+        The reason is empty if the goal is valid. An effort of 0 selects the default of the node; a velocity of 0 means no limit.
         """
         if self.action_type == _TYPES[0]:
             return command.position, abs(command.max_effort), 0.0, ""

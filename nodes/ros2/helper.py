@@ -38,7 +38,7 @@ class SensorHelper(TopicNode):
         return self.open_topic(context, message_type, topic, namespace_from=sensor.prim_path, rate=rate, **facts)
 
     def samples_per_message(self) -> int:
-        """Return the number n if every nth sample is published; here 1, because no sample is skipped."""
+        """Return n, where every nth sample is published. Here n is 1, so no sample is skipped."""
         return 1
 
     def compute(self) -> None:
@@ -66,7 +66,7 @@ class SkippingHelper(SensorHelper):
     )
 
     def samples_per_message(self) -> int:
-        """Return the number n if every nth sample is published."""
+        """Return n, where every nth sample is published: `frameSkipCount` + 1."""
         return self.frame_skip_count + 1
 
     def left_out(self, index: int) -> bool:

@@ -57,7 +57,7 @@ def compressed(
 
     Args:
         header: time and frame.
-        encoding: pixel format, one of those in `ENCODINGS` for the compression; an alpha channel is dropped.
+        encoding: pixel format that `ENCODINGS` lists for the compression; an alpha channel is dropped.
         size: width and height, pixels.
         pixels: rows of pixels, top row first, little-endian.
         compression: `jpeg` or `png`; only `png` is lossless.

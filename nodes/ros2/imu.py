@@ -19,7 +19,7 @@ _COVARIANCE = "covariance matrix, 3 x 3 numbers row by row; empty: zeros, which 
 class ROS2PublishImu(SensorPublisher, type="isaacsim.ros2.bridge.ROS2PublishImu"):
     """Publishes an IMU reading as sensor_msgs/Imu.
 
-    A quantity that is not to be published is zero, and the first number of its covariance is -1.
+    A quantity whose `publish...` input is false is published as zeros, with -1 as the first number of its covariance.
     """
 
     message_type: ClassVar[str] = "sensor_msgs/msg/Imu"
@@ -60,5 +60,5 @@ class ROS2PublishImu(SensorPublisher, type="isaacsim.ros2.bridge.ROS2PublishImu"
         """
         numbers: Doubles = getattr(self, field)
         if len(numbers) not in (0, 9):
-            raise BadValueError(type(self).fields[field].name, numbers, "of 9 numbers, or empty")
+            raise BadValueError(type(self).fields[field].name, numbers, "9 numbers, or empty")
         return numbers if len(numbers) else _UNKNOWN

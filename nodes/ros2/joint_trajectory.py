@@ -62,7 +62,7 @@ class ControlledJoints(Shared):
     """Lowest and highest position of each joint, rad or m, shape (joints, 2); infinite for a joint without limits."""
     max_velocities: Floats
     leaders: Mapping[str, str]
-    """The joint that a mimic joint follows, by the name of the mimic joint, for all mimic joints of the robot."""
+    """For all mimic joints of the robot, by name: the name of the joint that the mimic joint follows."""
 
     @property
     def continuous(self) -> NDArray[np.bool_]:

@@ -86,7 +86,7 @@ class ROS2PublishObjectIdMap(LabelPublisher, type="isaacsim.ros2.bridge.ROS2Publ
     buffer_size: UInt = In(default=0, doc="no effect: the size is that of the buffer in `dataPtr`")
 
     def labels(self) -> dict[str, Any]:
-        """Return a dict with one entry, `id_to_labels`: the prim path of each object ID, or an empty dict without a buffer."""
+        """Return `{"id_to_labels": paths}`: `paths` maps object IDs to prim paths, and is empty if there is no buffer."""
         return {"id_to_labels": {} if isinstance(self.data_ptr, int) else _paths(bytes(self.data_ptr))}
 
 

@@ -27,13 +27,16 @@ METADATA: dict[str, list[Any]] = {
     "TickState": [("tick_state", "u1")],
     "RadialVelocityMS": [("radial_velocity_ms", "<f4")],
 }
-"""Metadata that Isaac Sim has, with their fields, which follow x, y and z of a point in this order.
+"""Fields of each kind of metadata that Isaac Sim has. In a point, they follow x, y and z in the order of this dict.
 
 A timestamp is in ns and consists of two uint32, low half first.
 """
 
 FIELDS: dict[str, list[Any]] = METADATA | {"Ring": [("ring", "<u2")], "Time": [("time", "<f4")]}
-"""Fields of all metadata. With Intensity, Ring and Time, a point has the layout of Velodyne's driver, as lidar SLAM expects."""
+"""Fields of each kind of metadata, with the extensions Ring and Time.
+
+With Intensity, Ring and Time, a point has the layout of Velodyne's driver, which lidar SLAM expects.
+"""
 
 _DATATYPES = {"f4": 7, "u4": 6, "u2": 4, "u1": 2}
 """Values of `datatype` in sensor_msgs/PointField, by numpy type."""

@@ -26,8 +26,8 @@ if TYPE_CHECKING:
 class ROS2PublishClock(PublisherNode, type="isaacsim.ros2.bridge.ROS2PublishClock"):
     """Publishes simulation time as rosgraph_msgs/Clock.
 
-    If the time jumps, for example by a reset, the new time is published at once if the topic is `/clock`, even in a paused
-    session, so that tf2 buffers discard transforms from the future.
+    On the topic `/clock`, the new time is published at once when the time jumps, for example by a reset, even while the session
+    is paused. This makes tf2 buffers discard transforms from the future.
     """
 
     message_type: ClassVar[str] = "rosgraph_msgs/msg/Clock"
@@ -49,10 +49,11 @@ _PRISMATIC = 1
 
 
 class ROS2PublishJointState(PublisherNode, type="isaacsim.ros2.bridge.ROS2PublishJointState"):
-    """Publishes joint states as sensor_msgs/JointState: those in arrays if `jointNames` is given, otherwise `targetPrim`'s.
+    """Publishes joint states as sensor_msgs/JointState: those in arrays, or those of a robot.
 
-    Lengths and forces in the arrays are multiplied by k = 1 / `stageMetersPerUnit`, torques by k^2, as in Isaac Sim; k is 1 for
-    metres. The efforts of `targetPrim` are those after the last physics step.
+    The arrays are used if `jointNames` is given, otherwise the robot `targetPrim`. Lengths and forces in the arrays are
+    multiplied by k = 1 / `stageMetersPerUnit`, torques by k^2, as in Isaac Sim; k is 1 for metres. The efforts of `targetPrim`
+    are those after the last physics step.
     """
 
     message_type: ClassVar[str] = "sensor_msgs/msg/JointState"
@@ -110,7 +111,7 @@ class ROS2PublishJointState(PublisherNode, type="isaacsim.ros2.bridge.ROS2Publis
         """
         scale = self.stage_meters_per_unit
         if not 0.0 < scale < float("inf"):
-            raise BadValueError("stageMetersPerUnit", scale, "above 0: wire it from IsaacReadJointState")
+            raise BadValueError("stageMetersPerUnit", scale, "above 0 (wire it from IsaacReadJointState)")
         same_length(
             jointNames=self.joint_names,
             jointPositions=self.joint_positions,
@@ -240,7 +241,7 @@ class ROS2PublishOdometry(PublisherNode, type="isaacsim.ros2.bridge.ROS2PublishO
 
 def _covariance(port: str, numbers: Doubles) -> Doubles:
     if len(numbers) not in (0, 36):
-        raise BadValueError(port, numbers, "of 36 numbers, or empty")
+        raise BadValueError(port, numbers, "36 numbers, or empty")
     return numbers if len(numbers) else _UNKNOWN
 
 

@@ -47,9 +47,9 @@ class SubscriberNode(TopicNode):
         return self.exec_out
 
     def deliver(self, message: Any) -> str:
-        """Set the outputs from a message, or return a description of a message that must be dropped.
+        """Set the outputs from a message and return an empty string.
 
-        The description fills the log entry "TOPIC: ... was dropped"; it is empty if the outputs are set.
+        If the message must be dropped, return a description of it instead, for the log entry "TOPIC: DESCRIPTION was dropped".
         """
         raise NotImplementedError
 

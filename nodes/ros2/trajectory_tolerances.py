@@ -122,6 +122,6 @@ def _limit(given: float, default: float, place: str) -> float:
         return np.inf
     if not given > 0.0:
         raise TrajectoryError(
-            INVALID_GOAL, f"{place} cannot be {given:g}, legal: above 0, 0 for the default, -1 for none"
+            INVALID_GOAL, f"{place} cannot be {given:g}, legal: above 0, 0 for the default, -1 for no limit"
         )
     return given

@@ -32,9 +32,11 @@ class ROS2SubscribeTransformTree(TopicNode, type="isaacsim.ros2.bridge.ROS2Subsc
 
     topic_name: String = In(default="tf", setup=True)
     frame_names_map: Tokens = In(
-        required=True, setup=True, doc="prim path and frame name in turn; each prim and each frame only once"
+        required=True,
+        setup=True,
+        doc="alternating prim paths and frame names; each prim and each frame occurs only once",
     )
-    articulation_roots: Tokens = In(setup=True, doc="no effect, but each path must be that of a robot")
+    articulation_roots: Tokens = In(setup=True, doc="paths of robots; they are checked, but have no other effect")
     exec_out = ExecOut(doc="fires once in each tick in which messages arrived")
 
     subscription: Subscription = Bound()
@@ -72,7 +74,7 @@ class ROS2SubscribeTransformTree(TopicNode, type="isaacsim.ros2.bridge.ROS2Subsc
         return writing_poses(self.frame_names_map[::2])
 
     def compute(self) -> Fire:
-        """Move each child frame's prim by the newest transform of this frame, in order of arrival, and fire."""
+        """Move the prim of each child frame to the pose in the newest transform of this frame, and fire."""
         arrived, frames = self.subscription.take(), self.frames
         edges = (edge for message in arrived for edge in message.transforms)
         newest = {e.child_frame_id: e for e in edges if e.child_frame_id in frames and e.header.frame_id in frames}

@@ -49,10 +49,10 @@ class AckermannController(Node, type="isaacsim.robot.wheeled_robots.AckermannCon
         doc="distance between left and right wheels; 0: each axle is treated as a single wheel in its middle",
     )
     front_wheel_radius: float = In(
-        default=0.0, required="radius", unit="m", doc="radius of the front wheels; if 0, `backWheelRadius`"
+        default=0.0, required="radius", unit="m", doc="radius of the front wheels; 0: same as `backWheelRadius`"
     )
     back_wheel_radius: float = In(
-        default=0.0, required="radius", unit="m", doc="radius of the back wheels; if 0, `frontWheelRadius`"
+        default=0.0, required="radius", unit="m", doc="radius of the back wheels; 0: same as `frontWheelRadius`"
     )
     max_wheel_velocity: float = In(default=0.0, unit="rad/s", doc="largest speed of a wheel; 0 means no limit")
     invert_steering: bool = In(
@@ -127,7 +127,7 @@ class AckermannController(Node, type="isaacsim.robot.wheeled_robots.AckermannCon
         turning = limited(abs(self.steering_angle_velocity), abs(self.max_steering_angle_velocity))
         if self.dt == 0.0 and (acceleration or turning):
             ports = "dt, acceleration, steeringAngleVelocity"
-            raise BadValueError(ports, self.dt, "above 0 for ramps: wire deltaSeconds of OnPlaybackTick to dt")
+            raise BadValueError(ports, self.dt, "above 0 for ramps (wire deltaSeconds of OnPlaybackTick to dt)")
         speed, angle = limited(self.speed, fastest), limited(self.steering_angle, widest)
         dt = abs(self.dt)
         return ramped(self.previous_speed, speed, acceleration, dt), ramped(self.previous_angle, angle, turning, dt)

@@ -74,7 +74,7 @@ class DifferentialController(Node, type="isaacsim.robot.wheeled_robots.Different
             raise BadValueError("wheelDistance" if radius else "wheelRadius", 0.0, "other than 0")
         if self.dt <= 0.0 and (self.max_acceleration or self.max_deceleration or self.max_angular_acceleration):
             raise BadValueError(
-                _RAMPS, self.dt, "above 0 for acceleration limits: wire deltaSeconds of OnPlaybackTick to dt"
+                _RAMPS, self.dt, "above 0 for acceleration limits (wire deltaSeconds of OnPlaybackTick to dt)"
             )
         linear = limited(self.linear_velocity, abs(self.max_linear_speed))
         angular = limited(self.angular_velocity, abs(self.max_angular_speed))

@@ -35,7 +35,7 @@ def compare_geometry(
     Args:
         context: context of the lint, which collects the findings.
         node: instance of the node.
-        inputs: the node with the initial values of its inputs.
+        inputs: object whose attributes are the initial values of the inputs.
         robot: the robot.
         joints: names of the joints of the wheels.
         effects: functions that describe the effects of wrong values.

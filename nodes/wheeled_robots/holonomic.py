@@ -142,7 +142,8 @@ class HolonomicController(Node, type="isaacsim.robot.wheeled_robots.HolonomicCon
         angles = self.per_wheel("mecanumAngles", self.mecanum_angles).tolist()
         orientations = self.wheel_orientations.tolist()
         if len(orientations) != len(angles):
-            raise BadValueError("wheelOrientations, wheelPositions", [len(orientations), len(angles)], "one per wheel")
+            lengths = [len(orientations), len(angles)]
+            raise BadValueError("wheelOrientations, wheelPositions", lengths, "one orientation per wheel")
         up = _unit("upAxis", self.up_axis)
         for angle, orientation in zip(angles, orientations, strict=True):
             w, x, y, z = _unit("wheelOrientations", orientation)

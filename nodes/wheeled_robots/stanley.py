@@ -22,7 +22,10 @@ SLOWEST = 0.05
 FASTEST_TURN = 1.0
 """Maximum turn rate (rad/s) of a base that turns on the spot."""
 FACING = 0.1
-"""Tolerance (rad): a base drives to a missed target only if its yaw differs by at most this angle from the direction to it."""
+"""Maximum angle (rad) between the yaw of a base and the direction to a missed target at which the base drives.
+
+At a larger angle, the base only turns towards the target.
+"""
 
 
 class Path(NamedTuple):
@@ -114,7 +117,7 @@ class StanleyControlPID(PlanarNode, type="isaacsim.robot.wheeled_robots.StanleyC
         if away <= self.thresholds[0] or any(self.reached_goal[:1]):
             speeds = self.turn(self.target[2] - base[2])
         elif path is None:
-            raise BadValueError("pathArrays", [], "a path: wire pathArrays of QuinticPathPlanner to it")
+            raise BadValueError("pathArrays", [], "a path (wire pathArrays of QuinticPathPlanner to it)")
         elif missed or _is_behind(path, nearest, base):
             missed, speeds = True, self.approach(base)
         else:
@@ -124,7 +127,7 @@ class StanleyControlPID(PlanarNode, type="isaacsim.robot.wheeled_robots.StanleyC
         self.linear_velocity, self.angular_velocity = speeds
 
     def check(self) -> None:
-        """Check the numbers of the inputs other than the pose and the path.
+        """Check the numeric inputs, except the pose and the path.
 
         Raises:
             BadValueError: a number is not finite or is out of range.
@@ -158,7 +161,7 @@ class StanleyControlPID(PlanarNode, type="isaacsim.robot.wheeled_robots.StanleyC
         return min(SLOWEST, self.max_velocity) if abs(angle) <= FACING else 0.0, self.turn(angle)[1]
 
     def follow(self, path: Path, nearest: int, base: Heading) -> tuple[int, Speeds]:
-        """Return the forward speed and turn rate with which a base follows a path, with the index of the nearest path point.
+        """Return the index of the nearest path point, and the forward speed and turn rate with which a base follows the path.
 
         Args:
             path: path to follow.

@@ -19,11 +19,11 @@ _AXLE = (0.0, 1.0, 0.0)
 class HolonomicRobotUsdSetup(Node, type="isaacsim.robot.wheeled_robots.HolonomicRobotUsdSetup"):
     """Outputs the wheel geometry of a base with omnidirectional or mecanum wheels.
 
-    The outputs are the inputs of a HolonomicController with `rolling: true`. They contain all wheels with rollers. A wheel has
-    rollers if its material in the robot file has different friction in two directions; the axis of the roller on the floor is
-    the direction of the greater friction. The radius of a wheel is the radius of its collider. Positions and orientations are
-    those of the wheel joints, with all joints at zero. Isaac Sim instead reads radii and roller angles from the attributes
-    `isaacmecanumwheel:radius` and `isaacmecanumwheel:angle` of wheel joints.
+    Wire the outputs to the inputs of the same names of a HolonomicController with `rolling: true`. They describe all wheels that
+    have rollers. A wheel has rollers if its material in the robot file has different friction in two directions; the axis of the
+    roller on the floor is the direction of the greater friction. The radius of a wheel is the radius of its collider. Positions
+    and orientations are those of the wheel joints, with all joints at zero. Isaac Sim instead reads radii and roller angles from
+    the attributes `isaacmecanumwheel:radius` and `isaacmecanumwheel:angle` of wheel joints.
 
     Positions are in the frame of `comPrim`; in Isaac Sim, they are along the axes of the world. `wheelAxis` is always the y axis,
     and the orientation of a wheel rotates the y axis to the axle of the wheel.

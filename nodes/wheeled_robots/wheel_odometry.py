@@ -222,7 +222,8 @@ class ComputeWheelOdometry(RobotNode, type="graphengine.wheeled_robots.ComputeWh
         except ZeroDivisionError:
             ports = "wheelDistance, wheelDistanceMultiplier, wheelBase"
             given = (self.wheel_distance, self.wheel_distance_multiplier, base)
-            raise BadValueError(ports, given, f"the geometry of a base with {self.kinematics} kinematics") from None
+            legal = f"values that determine the motion of a base with {self.kinematics} kinematics"
+            raise BadValueError(ports, given, legal) from None
         return to_origin(self.center_position) @ matrix
 
     def with_slip(self, travel: Floats) -> Floats:

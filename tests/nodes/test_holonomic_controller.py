@@ -163,7 +163,10 @@ def test_after_a_stop_there_is_no_command_until_the_next_compute() -> None:
         ),
         ({"wheel_radius": [0.1, 0.0, 0.1]}, "wheelRadius must be above 0"),
         ({"mecanum_angles": []}, r"mecanumAngles, .* must be one per wheel.*\[0, 3\]"),
-        ({"wheel_orientations": [[1.0, 0.0, 0.0, 0.0]]}, r"wheelOrientations, .* must be one per wheel.*\[1, 3\]"),
+        (
+            {"wheel_orientations": [[1.0, 0.0, 0.0, 0.0]]},
+            r"wheelOrientations, .* must be one orientation per wheel.*\[1, 3\]",
+        ),
         ({"wheel_orientations": [[0.0] * 4] * 3}, "wheelOrientations must be of a finite length above 0"),
         (
             {"wheel_positions": [[0.1, 0.0, 0.0], [-0.1, 0.0, 0.0]]},

@@ -334,7 +334,7 @@ def test_a_path_is_taken_when_it_is_another_or_is_said_to_be() -> None:
 @pytest.mark.parametrize(
     ("inputs", "complaint"),
     [
-        ({"path_arrays": []}, "pathArrays must be a path: wire pathArrays of QuinticPathPlanner"),
+        ({"path_arrays": []}, r"pathArrays must be a path \(wire pathArrays of QuinticPathPlanner"),
         ({"path_arrays": [1.0] * 5}, "four arrays of the same length, all finite, not 5 numbers"),
         ({"path_arrays": [1.0, math.nan, 0.0, 0.0]}, "four arrays of the same length, all finite"),
         ({"gains": (0.5, 0.0, 0.1)}, "gains must be three numbers, the second above 0"),

@@ -208,7 +208,7 @@ def test_covariances_are_published_as_they_are_given() -> None:
 
 
 def test_a_covariance_of_another_size_is_refused() -> None:
-    with pytest.raises(ValueError, match="twistCovariance must be of 36 numbers, or empty"):
+    with pytest.raises(ValueError, match="twistCovariance must be 36 numbers, or empty"):
         published(twist_covariance=np.zeros(9))
 
 

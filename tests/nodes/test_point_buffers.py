@@ -138,7 +138,7 @@ def test_a_scan_buffer_says_what_rays_do_not_provide() -> None:
     assert bench.context.logged == [
         (
             "warning",
-            "inputs without effect, as ray casting does not provide the metadata: outputHitNormal, outputEchoId",
+            "ray casting does not provide the metadata of these inputs, so they have no effect: outputHitNormal, outputEchoId",
         )
     ]
 

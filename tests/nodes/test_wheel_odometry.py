@@ -350,7 +350,7 @@ def test_joints_that_the_kinematics_lack_are_named() -> None:
     ("inputs", "message"),
     [
         ({"wheel_radius": 0.0}, "wheelRadius must be other than 0"),
-        ({"wheel_distance": 0.0}, "must be the geometry of a base with differential kinematics"),
+        ({"wheel_distance": 0.0}, "must be values that determine the motion of a base with differential kinematics"),
         ({"wheel_distance": math.nan}, "wheelDistance must be finite"),
         ({"slip": -0.1}, "slip must be 0.0 or more"),
         ({"velocity_window": 0}, "velocityWindow must be 1 or more"),
