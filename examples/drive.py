@@ -5,7 +5,7 @@ from graphengine.messages.messages import Odometry
 
 
 def main() -> float:
-    """Distance from the start, m."""
+    """Drive the robot and return the distance from the start to its last odometry position, m."""
     scene = ge.load("dd100_warehouse")
     with scene.session() as sim:
         robot = sim.robots["dd100"]

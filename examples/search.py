@@ -1,4 +1,4 @@
-"""Search from a checkpoint: of some turning speeds, the one that brings a robot nearest to a goal within two seconds."""
+"""Searches for the turn rate that brings a robot nearest to a goal in two seconds; each try starts from a checkpoint."""
 
 import math
 
@@ -10,7 +10,7 @@ TURNS = [0.2 * step for step in range(9)]  # rad/s
 
 
 def miss(sim: ge.Session, start: tuple[float, ...], turn: float) -> float:
-    """Distance from the goal, m, after a drive with a constant twist."""
+    """Drive with a constant twist and return the distance from the robot to the goal afterwards, m."""
     robot = sim.robots["dd100"]
     drive = robot.publish("cmd_vel", {"linear": {"x": SPEED}, "angular": {"z": turn}}, every=0.1)
     sim.run(DURATION)
@@ -20,7 +20,7 @@ def miss(sim: ge.Session, start: tuple[float, ...], turn: float) -> float:
 
 
 def main() -> tuple[float, float]:
-    """The best turning speed, rad/s, and its distance from the goal, m."""
+    """Try all turn rates; return the best one, rad/s, and the robot's distance from the goal after it, m."""
     with ge.load("dd100_flat").session() as sim:
         sim.run(0.5)
         start = sim.robots["dd100"].pose.position

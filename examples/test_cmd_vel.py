@@ -1,4 +1,4 @@
-"""A test of a graph: `pytest examples/test_cmd_vel.py`."""
+"""Tests the graph `cmd_vel` of a robot; run the tests with `pytest examples/test_cmd_vel.py`."""
 
 import pytest
 

@@ -1,4 +1,7 @@
-"""Tune a position controller over 50 sessions of one scene: the gain that brings a robot soonest to a line 1 m ahead."""
+"""Tunes the gain of a position controller over 50 sessions of one scene.
+
+The controller drives a robot to a line 1 m ahead; the best gain gets it there soonest, without overshooting far.
+"""
 
 from scipy.optimize import brute
 
@@ -9,7 +12,7 @@ SESSIONS = 50
 
 
 def cost(scene: ge.Scene, gain: float) -> float:
-    """Distance from the goal, summed over the time, m s; what is beyond the goal counts tenfold."""
+    """Return the cost of a gain, m s: the distance from the goal, integrated over the drive; overshoot counts tenfold."""
     total = 0.0
     with scene.session() as sim:
         robot = sim.robots["dd100"]
@@ -22,7 +25,7 @@ def cost(scene: ge.Scene, gain: float) -> float:
 
 
 def main() -> tuple[float, float]:
-    """The best gain, 1/s, and its cost, m s."""
+    """Return the gain with the least cost, 1/s, and this cost, m s."""
     scene = ge.load("dd100_flat")
     gain, least, _, _ = brute(
         lambda gains: cost(scene, gains[0]), [(0.5, 3.0)], Ns=SESSIONS, finish=None, full_output=True

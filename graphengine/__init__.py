@@ -1,12 +1,14 @@
-"""OmniGraph-style ActionGraphs in YAML, run against MuJoCo, seen by ROS 2.
+"""Runs OmniGraph-style ActionGraphs, written in YAML, with MuJoCo physics, and connects them to ROS 2.
 
-import graphengine as ge
+    import graphengine as ge
 
-with ge.load("dd100_warehouse").session() as sim:
-odom = sim.subscribe("/dd100_0000/odom")
-sim.publish("/dd100_0000/cmd_vel", {"linear": {"x": 0.5}}, every=0.1)
-sim.run(5.0)
-print(odom.latest.pose.pose.position)
+    with ge.load("dd100_warehouse").session() as sim:
+        odom = sim.subscribe("/dd100_0000/odom")
+        sim.publish("/dd100_0000/cmd_vel", {"linear": {"x": 0.5}}, every=0.1)
+        sim.run(5.0)
+        print(odom.latest.pose.pose.position)
+
+`load` returns a checked `Scene`; `Scene.session` starts a simulation of it.
 """
 
 from __future__ import annotations
@@ -69,7 +71,7 @@ __all__ = [*_ORIGINS, "__version__"]
 if not TYPE_CHECKING:  # so that a misspelt name is an error to mypy and pyright
 
     def __getattr__(name: str) -> object:
-        """Import a public name when it is first used."""
+        """Import a public name of the package when it is first used, and return its object."""
         if name not in _ORIGINS:
             raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
         import importlib

@@ -1,1 +1,1 @@
-"""The node library: one family per file, one class per node type."""
+"""The node library: each module holds a family of nodes, each class one node type."""

@@ -1,4 +1,4 @@
-"""Checks of input values, for nodes that cannot use every value of a port's type."""
+"""Functions that check input values, for nodes that cannot use every value of a port's type."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ def check_finite(node: Node, *fields: str) -> None:
 
     Args:
         node: node with the inputs.
-        fields: Python names of the inputs, whose values are numbers, tuples or arrays.
+        fields: Python names of the inputs to check. Their values are numbers, tuples of numbers or arrays.
 
     Raises:
         BadValueError: a number is infinite or NaN.
@@ -34,15 +34,15 @@ def check_finite(node: Node, *fields: str) -> None:
 
 
 def one_of(port: str, value: str, legal: Collection[str]) -> str:
-    """Return the value of an input after checking that it is one of the legal values.
+    """Return `value` if it is one of the legal values of an input.
 
     Args:
-        port: OmniGraph's name of the input, for the error.
+        port: OmniGraph name of the input, for the error message.
         value: value of the input.
-        legal: all legal values.
+        legal: all legal values of the input.
 
     Raises:
-        BadValueError: the value is not legal.
+        BadValueError: `value` is not one of the legal values.
     """
     if value not in legal:
         raise BadValueError(port, value, f"one of {', '.join(legal)}")
@@ -50,10 +50,12 @@ def one_of(port: str, value: str, legal: Collection[str]) -> str:
 
 
 def same_length(**arrays: Any) -> None:
-    """Check that arrays have the same length; each keyword is the name of the array's port, for the error.
+    """Check that all given arrays have the same length.
+
+    Pass each array by keyword. The keyword is the OmniGraph name of the array's port, for the error message.
 
     Raises:
-        BadValueError: the lengths differ.
+        BadValueError: two arrays differ in length.
     """
     lengths = list(map(len, arrays.values()))
     if len(set(lengths)) > 1:
@@ -61,10 +63,11 @@ def same_length(**arrays: Any) -> None:
 
 
 def check_outcome(node: Node, *outcome: float) -> None:
-    """Check the result of a computation: no scalar input of the node is NaN, and all computed numbers are finite.
+    """Check that the computed numbers in `outcome` are finite and that no scalar input of the node is NaN.
 
     Raises:
-        BadValueError: the check fails. The error names all inputs that are not finite, or all real inputs if these are finite.
+        BadValueError: a computed number is infinite or NaN, or a scalar input is NaN. The error names all inputs that are not
+            finite. If all inputs are finite, the error names all floating-point inputs of the node.
     """
     inputs, numbers = _numbers(type(node))
     given_numbers = numbers(node)
@@ -79,7 +82,10 @@ def check_outcome(node: Node, *outcome: float) -> None:
 
 @functools.cache
 def _numbers(cls: type[Node]) -> tuple[list[tuple[str, str]], Callable[[Node], tuple[float, ...]]]:
-    """Return port name and Python name of each real input of a node class, and a getter of all scalar ones (two or more)."""
+    """Return two things: (port name, Python name) of each floating-point input, and a getter of the scalar ones as a tuple.
+
+    The node class needs at least two scalar floating-point inputs; with a single one, the getter would not return a tuple.
+    """
     inputs = [port for port in cls.fields.values() if port.side == "inputs"]
     real = [port for port in inputs if isinstance(port.type, PortType) and port.type.base in ("double", "float")]
     single = [port.field for port in real if isinstance(port.default, float)]

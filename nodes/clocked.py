@@ -1,4 +1,4 @@
-"""The base class of nodes that read their graph's clock."""
+"""ClockNode, the base class of nodes that read the simulation clock of their graph."""
 
 from __future__ import annotations
 
@@ -6,10 +6,10 @@ from graphengine.node import Bound, Clock, Context, Node
 
 
 class ClockNode(Node):
-    """Base of nodes that read their graph's clock, bound as `clock`."""
+    """Base of nodes that read the simulation clock of their graph. `setup` stores the clock in `clock`."""
 
     clock: Clock = Bound()
 
     def setup(self, context: Context) -> None:
-        """Bind the clock."""
+        """Store the clock of the node's graph in `clock`."""
         self.clock = context.clock

@@ -1,4 +1,4 @@
-"""Conveyor belts (`isaacsim.asset.gen.conveyor`)."""
+"""The conveyor belt node of `isaacsim.asset.gen.conveyor`."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ _NO_EFFECT = "no effect: textures do not move"
 
 
 class IsaacConveyor(Node, type="isaacsim.asset.gen.conveyor.IsaacConveyor"):
-    """Sets the surface velocity of a body: objects on its surface are carried along, while the body itself stays in place.
+    """Sets the surface velocity of a body. The surface carries along the objects on it, while the body itself stays in place.
 
-    The body is a body of the world or a link of a robot that no joint moves; bodies attached to it get the same velocity.
-    The velocity lasts until the next execution or reset. Isaac Sim ignores changes below 1 mm/s; here they take effect. Without
-    a wire to `onStep`, the node does nothing.
+    The body belongs to the world or is a link of a robot; it is an error if a joint moves it. Bodies fixed to this body get the
+    same surface velocity. The velocity lasts until the next execution or reset. Isaac Sim ignores changes below 1 mm/s; here
+    they take effect. Without a wire to `onStep`, the node does nothing.
     """
 
     on_step = ExecIn(doc="sets the surface velocity; in Isaac Sim, a change of an input sets it too")
@@ -28,10 +28,10 @@ class IsaacConveyor(Node, type="isaacsim.asset.gen.conveyor.IsaacConveyor"):
     velocity: Float = In(default=0.0, unit="m/s, rad/s", doc="speed of the surface")
     direction: Float3 = In(
         default=(1.0, 0.0, 0.0),
-        doc="direction of motion, or rotation axis if `curved`, in the body's frame; its length multiplies `velocity`",
+        doc="direction of motion, or rotation axis if `curved` is true, in the body's frame; its length multiplies `velocity`",
     )
     curved: bool = In(
-        default=False, doc="true: the surface turns about the origin of the body; false: it moves straight"
+        default=False, doc="true: the surface turns about the origin of the body; false: the surface moves straight"
     )
     animate_texture: bool = In(default=False, doc=_NO_EFFECT)
     animate_scale: Float = In(default=1.0, doc=_NO_EFFECT)
@@ -41,18 +41,18 @@ class IsaacConveyor(Node, type="isaacsim.asset.gen.conveyor.IsaacConveyor"):
     surface: Surface = Bound()
 
     def setup(self, context: Context) -> None:
-        """Bind the body.
+        """Look up the body at `conveyorPrim` and keep a handle to its surface velocity.
 
         Raises:
-            ContextError: a joint moves the body.
+            ContextError: the prim does not exist, has no body, or a joint moves the body.
         """
         self.surface = context.conveyor(self.conveyor_prim[0])
 
     def compute(self) -> None:
-        """Set the velocity.
+        """Set the surface velocity, unless `enabled` is false.
 
         Raises:
-            BadValueError: the velocity is not finite or too large.
+            BadValueError: the velocity is not finite or is too large for the physics.
         """
         if not self.enabled:
             return
@@ -65,5 +65,5 @@ class IsaacConveyor(Node, type="isaacsim.asset.gen.conveyor.IsaacConveyor"):
             raise BadValueError("velocity, direction", [self.velocity, self.direction], str(error)) from error
 
     def writes(self) -> Iterable[str]:
-        """Return the resource keys of the body's surface velocity."""
+        """Return the resource key of the body's surface velocity."""
         return [attribute_of(path, "physxSurfaceVelocity:surfaceVelocity") for path in self.conveyor_prim]

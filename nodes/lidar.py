@@ -18,25 +18,25 @@ def beams_of_a_ring(lidar: Lidar) -> int:
 
 
 def level_ring(lidar: Lidar) -> slice:
-    """Return the slice of a sample's arrays that holds the ring nearest to the sensor's xy plane."""
+    """Return the slice that selects, from the arrays of a sample, the beams of the ring nearest to the lidar's xy plane."""
     ring, beams = int(np.argmin(np.abs(lidar.elevations))), beams_of_a_ring(lidar)
     return slice(ring * beams, (ring + 1) * beams)
 
 
 def points_of(lidar: Lidar, scan: Scan, beams: NDArray[np.intp]) -> NDArray[np.float64]:
-    """Return the points (n, 3) that beams of a sample hit, in the sensor's frame, m.
+    """Return the hit points of the given beams in the lidar's frame, m, shape (n, 3).
 
     Args:
-        lidar: lidar of the sample.
-        scan: the sample.
-        beams: indices of the beams, all of which have a hit.
+        lidar: the lidar.
+        scan: a sample of the lidar.
+        beams: indices of the beams; each of them must have a hit.
     """
     points: NDArray[np.float64] = lidar.directions[beams] * scan.ranges[beams, None]
     return points
 
 
 class LidarNode(Node):
-    """Base of nodes that fire once per lidar sample; subclasses bind `lidar` and define `exec_out` and `put_out`."""
+    """Base of nodes that fire once per lidar sample. A subclass sets `lidar` in `setup`, and defines `exec_out` and `put_out`."""
 
     exec_out: ClassVar[ExecOut]
 
@@ -44,7 +44,7 @@ class LidarNode(Node):
     last: int = State(default=-1)
 
     def compute(self) -> Fire:
-        """Output this tick's sample and fire, if the lidar has a new sample."""
+        """Set the outputs and fire if the lidar has a new sample in this tick."""
         if not self.lidar.due or self.lidar.index == self.last:
             return None
         scan = self.lidar.scan()
@@ -53,26 +53,30 @@ class LidarNode(Node):
         return self.exec_out
 
     def put_out(self, scan: Scan) -> None:
-        """Set the outputs from a sample."""
+        """Set the outputs from a lidar sample."""
         raise NotImplementedError
 
 
 class BeamsNode(LidarNode):
     """Base of nodes that output the ranges, intensities and angles of lidar beams."""
 
-    horizontal_fov: Float = Out(default=0.0, unit="deg", doc="angle from the first beam of a ring to the last")
+    horizontal_fov: Float = Out(default=0.0, unit="deg", doc="angle between the first beam and the last beam of a ring")
     horizontal_resolution: Float = Out(default=0.0, unit="deg", doc="angle between neighbouring beams of a ring")
-    depth_range: Float2 = Out(default=(0.0, 0.0), unit="m", doc="shortest and longest range the lidar can measure")
+    depth_range: Float2 = Out(
+        default=(0.0, 0.0), unit="m", doc="[shortest range, longest range] that the lidar can measure"
+    )
     rotation_rate: Float = Out(
         default=0.0, unit="Hz", doc="samples per second; all beams of a sample are cast at the same time"
     )
     linear_depth_data: Floats = Out(unit="m", doc="range of each beam, ring by ring; infinite if the beam hits nothing")
     intensities_data: UChars = Out(doc="intensity of each beam, ring by ring, 0 to 255")
     num_cols: Int = Out(default=0, doc="number of beams in a ring")
-    azimuth_range: Float2 = Out(default=(0.0, 0.0), unit="deg", doc="azimuths of the first and the last beam of a ring")
+    azimuth_range: Float2 = Out(
+        default=(0.0, 0.0), unit="deg", doc="azimuths of the first beam and of the last beam of a ring"
+    )
 
     def put_out_beams(self, scan: Scan, beams: slice) -> None:
-        """Set the outputs from the given beams of a sample."""
+        """Set the outputs of this class; `beams` selects the beams of the sample to output."""
         first, last, increment = np.degrees(self.lidar.angles).tolist()
         self.horizontal_fov, self.horizontal_resolution, self.azimuth_range = last - first, increment, (first, last)
         self.depth_range, self.rotation_rate = self.lidar.ranges, self.lidar.rate
@@ -85,10 +89,10 @@ _NO_EFFECT = "no effect; in Isaac Sim it describes a buffer of the RTX renderer"
 
 
 class IsaacComputeRTXLidarFlatScan(BeamsNode, type="isaacsim.sensors.rtx.IsaacComputeRTXLidarFlatScan", gated=True):
-    """Outputs ranges and intensities of the ring nearest to the lidar's xy plane; fires once per sample.
+    """Outputs the ranges and intensities of the ring nearest to the lidar's xy plane; fires once per lidar sample.
 
-    `renderProductPath` selects the lidar. The pointer, size and data type inputs (`dataPtr`, `bufferSize`, …) have no effect:
-    in Isaac Sim they carry the RTX renderer's buffers.
+    `renderProductPath` selects the lidar. The inputs for pointers, sizes and data types (`dataPtr`, `bufferSize`, …) have no
+    effect: in Isaac Sim, they describe buffers of the RTX renderer.
     """
 
     exec_in = ExecIn(name="exec")
@@ -107,41 +111,45 @@ class IsaacComputeRTXLidarFlatScan(BeamsNode, type="isaacsim.sensors.rtx.IsaacCo
     intensity_ptr: Buffer = In(default=0, doc=_NO_EFFECT)
     intensity_data_type: Float = In(default=0.0, doc=_NO_EFFECT)
     intensity_buffer_size: UInt64 = In(default=0, doc=_NO_EFFECT)
-    num_rows: Int = Out(default=1, doc="number of rings; always 1")
-    exec_out = ExecOut(name="exec", doc="fires once per sample")
+    num_rows: Int = Out(default=1, doc="number of rings that are output; always 1")
+    exec_out = ExecOut(name="exec", doc="fires once per lidar sample")
 
     level: slice = Bound()
 
     def setup(self, context: Context) -> None:
-        """Bind the lidar."""
+        """Look up the lidar that `renderProductPath` selects, and its ring nearest to the xy plane."""
         self.lidar = context.device(Lidar, self.render_product_path)
         self.level = level_ring(self.lidar)
 
     def put_out(self, scan: Scan) -> None:
-        """Set the outputs from the ring nearest to the xy plane."""
+        """Set the outputs from the ring nearest to the lidar's xy plane."""
         self.put_out_beams(scan, self.level)
 
 
 class IsaacReadLidarBeams(BeamsNode, type="isaacsim.sensors.physx.IsaacReadLidarBeams", gated=True):
-    """Outputs ranges and intensities of all rings of a lidar, one ring per row; fires once per sample."""
+    """Outputs the ranges and intensities of all rings of a lidar, ring by ring; fires once per lidar sample."""
 
     exec_in = ExecIn()
     lidar_prim: Target = In(required=True, setup=True, doc="prim of the lidar")
-    vertical_fov: Float = Out(default=0.0, unit="deg", doc="angle from the lowest ring to the highest")
+    vertical_fov: Float = Out(default=0.0, unit="deg", doc="angle between the lowest ring and the highest ring")
     vertical_resolution: Float = Out(default=0.0, unit="deg", doc="mean angle between neighbouring rings")
-    beam_time_data: Floats = Out(unit="s", doc="time of each beam relative to the sample; always 0")
+    beam_time_data: Floats = Out(
+        unit="s", doc="time of each beam relative to the time of the sample; always 0, as all beams are cast at once"
+    )
     num_rows: Int = Out(default=0, doc="number of rings")
     zenith_range: Float2 = Out(
-        default=(0.0, 0.0), unit="deg", doc="angles of the lowest and the highest ring above the lidar's xy plane"
+        default=(0.0, 0.0),
+        unit="deg",
+        doc="elevations of the lowest ring and of the highest ring above the lidar's xy plane",
     )
-    exec_out = ExecOut(doc="fires once per sample")
+    exec_out = ExecOut(doc="fires once per lidar sample")
 
     def setup(self, context: Context) -> None:
-        """Bind the lidar."""
+        """Look up the lidar at `lidarPrim` and keep its handle."""
         self.lidar = context.device(Lidar, self.lidar_prim[0])
 
     def put_out(self, scan: Scan) -> None:
-        """Set the outputs from all rings."""
+        """Set the outputs from all rings of a lidar sample."""
         self.put_out_beams(scan, slice(None))
         rings = np.degrees(self.lidar.elevations)
         low, high = float(rings.min()), float(rings.max())
@@ -151,17 +159,19 @@ class IsaacReadLidarBeams(BeamsNode, type="isaacsim.sensors.physx.IsaacReadLidar
 
 
 class IsaacReadLidarPointCloud(LidarNode, type="isaacsim.sensors.physx.IsaacReadLidarPointCloud", gated=True):
-    """Outputs the points that a lidar hits, in the lidar's frame; fires once per sample."""
+    """Outputs the hit points of a lidar in the lidar's frame; fires once per lidar sample."""
 
     exec_in = ExecIn()
     lidar_prim: Target = In(required=True, setup=True, doc="prim of the lidar")
-    exec_out = ExecOut(doc="fires once per sample")
-    data: Point3fs = Out(unit="m", doc="points that the beams of all rings hit, in the lidar's frame")
+    exec_out = ExecOut(doc="fires once per lidar sample")
+    data: Point3fs = Out(
+        unit="m", doc="hit points of the beams of all rings, in the lidar's frame; beams without a hit give no point"
+    )
 
     def setup(self, context: Context) -> None:
-        """Bind the lidar."""
+        """Look up the lidar at `lidarPrim` and keep its handle."""
         self.lidar = context.device(Lidar, self.lidar_prim[0])
 
     def put_out(self, scan: Scan) -> None:
-        """Set the output to the points."""
+        """Set `data` to the hit points of a lidar sample."""
         self.data = points_of(self.lidar, scan, np.flatnonzero(np.isfinite(scan.ranges))).astype(np.float32)

@@ -25,27 +25,30 @@ _BUFFER = "no effect; in Isaac Sim, a buffer of the RTX renderer"
 _DEPRECATED = "no effect; deprecated in Isaac Sim"
 _TYPE = "value has no meaning: the type of the buffer's elements is fixed"
 _SIZE = "size of the buffer in bytes"
-_NONE = "always 0: ray casting does not provide it"
+_NONE = "ray casting does not provide this metadata: the output is always 0"
 _NO_OBJECT = read_only(np.zeros(4, np.uint32))
 _PROVIDED = ("azimuth", "elevation", "distance", "timestamp", "intensity", "emitterId", "channelId", "radialVelocityMS")
-"""Metadata of points that a lidar or a radar provides."""
+"""Names of the point metadata that a lidar or a radar provides."""
 _MISSING = ("materialId", "tickId", "hitNormal", "velocity", "objectId", "echoId", "tickState")
-"""Metadata of points that ray casting does not provide."""
+"""Names of the point metadata that exist in Isaac Sim, but that ray casting does not provide."""
 
 
 @dataclass(frozen=True, slots=True)
 class _Returns:
-    """The points of a sample."""
+    """The points of one lidar or radar sample, with their metadata."""
 
     time: float
-    """Simulation time, s."""
+    """Simulation time of the sample, s."""
     points: NDArray[np.float32]
     """Positions in the sensor's frame, m, shape (n, 3)."""
     values: Mapping[str, NDArray[Any]]
-    """Metadata with one record per point, by name."""
+    """Metadata that the sensor provides, by name: arrays with one element per point."""
 
     def metadata(self, name: str) -> NDArray[Any] | None:
-        """Return the metadata of this name, from the sensor or computed from the points; None if neither provides it."""
+        """Return one kind of metadata, with one element per point, or None if the sensor does not provide it.
+
+        Azimuth, elevation and distance are computed from the points; every point has the time of the sample as its timestamp.
+        """
         x, y, z = self.points.T
         found: NDArray[Any] | None
         match name:
@@ -63,7 +66,7 @@ class _Returns:
 
 
 def _of_lidar(lidar: Lidar) -> _Returns:
-    """Return the points of the newest sample; beams without a hit give no point."""
+    """Return the hit points of the newest lidar sample; beams without a hit give no point."""
     scan = lidar.scan()
     hit = np.flatnonzero(np.isfinite(scan.ranges))
     rings = (hit // beams_of_a_ring(lidar)).astype(np.uint32)
@@ -72,14 +75,14 @@ def _of_lidar(lidar: Lidar) -> _Returns:
 
 
 def _of_radar(radar: Radar) -> _Returns:
-    """Return the detections of the newest sample."""
+    """Return the detections of the newest radar sample as points."""
     sample = radar.detections()
     values = {"intensity": sample.intensities, "radialVelocityMS": sample.radial_velocities}
     return _Returns(sample.time, sample.points, values)
 
 
 class PointBuffersNode(Node):
-    """Base of nodes that output the points of a lidar or radar, once per sample; a subclass defines `exec_out`."""
+    """Base of nodes that output the points of each lidar or radar sample. A subclass defines `exec_out` and `is_selected`."""
 
     exec_out: ClassVar[ExecOut]
 
@@ -87,37 +90,44 @@ class PointBuffersNode(Node):
     data_ptr: Buffer = In(default=0, doc=_BUFFER)
     cuda_device_index: Int = In(default=-1, doc="no effect: buffers are in host memory")
     data_ptr_out: Buffer = Out(
-        default=0, name="dataPtr", unit="m", doc="buffer of points in the sensor's frame: x, y, z as three float32 each"
+        default=0,
+        name="dataPtr",
+        unit="m",
+        doc="points in the sensor's frame: buffer with x, y, z of each point as float32",
     )
     cuda_device_index_out: Int = Out(default=-1, name="cudaDeviceIndex", doc="always -1: host memory")
     buffer_size: UInt64 = Out(default=0, doc=_SIZE)
     transform: Matrix4d = Out(
-        doc="pose of the sensor in the world frame as a row-vector matrix; the last row holds the position, m"
+        doc="pose of the sensor in the world frame: 4 x 4 matrix for row vectors, with the position (m) in its last row"
     )
     width: UInt = Out(default=0, doc="number of points in the sample")
-    height: UInt = Out(default=1, doc="always 1")
-    azimuth_ptr: Buffer = Out(default=0, unit="deg", doc="buffer with one float32 per point")
+    height: UInt = Out(default=1, doc="always 1, as the points have no rows")
+    azimuth_ptr: Buffer = Out(default=0, unit="deg", doc="azimuths: buffer with one float32 per point")
     azimuth_data_type: Float = Out(default=4.0, doc=_TYPE)
     azimuth_buffer_size: UInt64 = Out(default=0, doc=_SIZE)
-    elevation_ptr: Buffer = Out(default=0, unit="deg", doc="buffer with one float32 per point")
+    elevation_ptr: Buffer = Out(default=0, unit="deg", doc="elevations: buffer with one float32 per point")
     elevation_data_type: Float = Out(default=4.0, doc=_TYPE)
     elevation_buffer_size: UInt64 = Out(default=0, doc=_SIZE)
-    distance_ptr: Buffer = Out(default=0, unit="m", doc="buffer with one float32 per point")
+    distance_ptr: Buffer = Out(default=0, unit="m", doc="distances from the sensor: buffer with one float32 per point")
     distance_data_type: Float = Out(default=4.0, doc=_TYPE)
     distance_buffer_size: UInt64 = Out(default=0, doc=_SIZE)
     intensity_ptr: Buffer = Out(
-        default=0, doc="buffer with one float32 per point: 0 to 255 for a lidar, dB for a radar"
+        default=0, doc="intensities, 0 to 255 for a lidar, in dB for a radar: buffer with one float32 per point"
     )
     intensity_data_type: Float = Out(default=0.0, doc=_TYPE)
     intensity_buffer_size: UInt64 = Out(default=0, doc=_SIZE)
-    timestamp_ptr: Buffer = Out(default=0, unit="ns", doc="buffer with one uint64 per point")
+    timestamp_ptr: Buffer = Out(
+        default=0, unit="ns", doc="simulation time of the sample, repeated: buffer with one uint64 per point"
+    )
     timestamp_data_type: UInt64 = Out(default=0, doc=_TYPE)
     timestamp_buffer_size: UInt64 = Out(default=0, doc=_SIZE)
-    emitter_id_ptr: Buffer = Out(default=0, doc="buffer with one uint32 per point: number of the lidar's beam")
+    emitter_id_ptr: Buffer = Out(
+        default=0, doc="indices of the lidar's beams, from 0: buffer with one uint32 per point"
+    )
     emitter_id_data_type: UInt = Out(default=0, doc=_TYPE)
     emitter_id_buffer_size: UInt64 = Out(default=0, doc=_SIZE)
     channel_id_ptr: Buffer = Out(
-        default=0, doc="buffer with one uint32 per point: number of the lidar's ring, from below"
+        default=0, doc="indices of the lidar's rings, from 0 in the lidar's order: buffer with one uint32 per point"
     )
     channel_id_data_type: UInt = Out(default=0, doc=_TYPE)
     channel_id_buffer_size: UInt64 = Out(default=0, doc=_SIZE)
@@ -143,7 +153,10 @@ class PointBuffersNode(Node):
     tick_state_data_type: UChar = Out(default=0, doc=_TYPE)
     tick_state_buffer_size: UInt64 = Out(default=0, doc=_SIZE)
     radial_velocity_ms_ptr: Buffer = Out(
-        default=0, name="radialVelocityMSPtr", unit="m/s", doc="buffer with one float32 per point, for a radar"
+        default=0,
+        name="radialVelocityMSPtr",
+        unit="m/s",
+        doc="radial velocities, only of a radar: buffer with one float32 per point",
     )
     radial_velocity_ms_data_type: Float = Out(default=0.0, name="radialVelocityMSDataType", doc=_TYPE)
     radial_velocity_ms_buffer_size: UInt64 = Out(default=0, name="radialVelocityMSBufferSize", doc=_SIZE)
@@ -154,7 +167,12 @@ class PointBuffersNode(Node):
     last: int = State(default=-1)
 
     def bind(self, context: Context, path: str) -> None:
-        """Find the sensor of a render product or at a prim."""
+        """Look up the lidar or radar at a path, and keep handles to it and its frame.
+
+        Args:
+            context: context of the node.
+            path: path of the sensor's prim or of a render product.
+        """
         if context.kind(path) == "radar":
             radar = context.device(Radar, path)
             self.sensor, self.read = radar, lambda: _of_radar(radar)
@@ -164,7 +182,7 @@ class PointBuffersNode(Node):
         self.frame = context.frame(self.sensor.prim_path)
 
     def compute(self) -> Fire:
-        """Output this tick's sample and fire, if the sensor has a new sample."""
+        """Set the outputs and fire if the sensor has a new sample in this tick."""
         sensor = self.sensor
         if not sensor.due or sensor.index == self.last:
             return None
@@ -173,7 +191,7 @@ class PointBuffersNode(Node):
         return self.exec_out
 
     def put_out(self, returns: _Returns) -> None:
-        """Set the outputs to the points of a sample."""
+        """Set the outputs to the points of a sample and to the selected metadata."""
         self.data_ptr_out, self.buffer_size = returns.points, returns.points.nbytes
         self.width, self.transform = len(returns.points), matrix_of(self.frame.pose())
         for name, (buffer, size) in _METADATA.items():
@@ -183,7 +201,7 @@ class PointBuffersNode(Node):
                 setattr(self, size, values.nbytes)
 
     def is_selected(self, name: str) -> bool:
-        """Return whether to output metadata of this name."""
+        """Return whether to output the metadata with this name, such as `azimuth`."""
         raise NotImplementedError
 
 
@@ -191,16 +209,17 @@ _METADATA = {
     name: tuple(PointBuffersNode.ports[f"outputs:{name}{what}"].field for what in ("Ptr", "BufferSize"))
     for name in _PROVIDED
 }
-"""Python names of the outputs for the buffer and the buffer's size of each metadata."""
+"""Python names of two outputs, the buffer and the size of the buffer, by name of the metadata."""
 
 
 class OgnIsaacExtractRTXSensorPointCloud(
     PointBuffersNode, type="isaacsim.sensors.rtx.nodes.OgnIsaacExtractRTXSensorPointCloud", gated=True
 ):
-    """Outputs the points of a lidar or radar and all their metadata as buffers; fires once per sample.
+    """Outputs the points of a lidar or radar and their metadata as buffers; fires once per sample of the sensor.
 
-    `renderProductPath` selects the sensor; `dataPtr`, in Isaac Sim a buffer of the RTX renderer, has no effect. Outputs that
-    are not wired stay 0, and so does metadata that ray casting does not provide. All points of a sample have the same time.
+    `renderProductPath` selects the sensor. The input `dataPtr` has no effect; in Isaac Sim, it is a buffer of the RTX renderer.
+    Metadata is output only if its buffer or the size of its buffer is wired, and if ray casting provides it; otherwise the buffer
+    and its size stay 0. All points of a sample have the same time.
     """
 
     render_product_path: Token = In(
@@ -209,27 +228,28 @@ class OgnIsaacExtractRTXSensorPointCloud(
         extension=True,
         doc="path from IsaacCreateRenderProduct, or the prim path of a lidar or radar",
     )
-    exec_out = ExecOut(name="exec", doc="fires once per sample")
+    exec_out = ExecOut(name="exec", doc="fires once per sample of the sensor")
 
     wired: frozenset[str] = Bound()
 
     def setup(self, context: Context) -> None:
-        """Bind the sensor, and look up which outputs are wired."""
+        """Look up the sensor that `renderProductPath` selects, and the metadata whose outputs are wired."""
         self.bind(context, self.render_product_path)
         self.wired = frozenset(name for name, fields in _METADATA.items() if any(map(context.wired, fields)))
 
     def is_selected(self, name: str) -> bool:
-        """Return whether an output for this metadata is wired."""
+        """Return whether the buffer of this metadata, or the size of the buffer, is wired."""
         return name in self.wired
 
 
 class IsaacCreateRTXLidarScanBuffer(
     PointBuffersNode, type="isaacsim.sensors.rtx.IsaacCreateRTXLidarScanBuffer", gated=True
 ):
-    """Outputs the points of a lidar or radar and selected metadata as buffers; fires once per sample.
+    """Outputs the points of a lidar or radar and selected metadata as buffers; fires once per sample of the sensor.
 
-    `renderProductPath` selects the sensor; `dataPtr`, in Isaac Sim a buffer of the RTX renderer, has no effect. Metadata that ray
-    casting does not provide stays 0. All points of a sample have the same time.
+    `renderProductPath` selects the sensor. The input `dataPtr` has no effect; in Isaac Sim, it is a buffer of the RTX renderer.
+    Outputs for metadata that is not selected, or that ray casting does not provide, stay 0. All points of a sample have the same
+    time.
     """
 
     keep_only_positive_distance: bool = In(default=True, doc=_DEPRECATED)
@@ -245,8 +265,8 @@ class IsaacCreateRTXLidarScanBuffer(
     output_distance: bool = In(default=False)
     output_intensity: bool = In(default=False)
     output_timestamp: bool = In(default=False)
-    output_emitter_id: bool = In(default=False, doc="true: output emitter ids, which only a lidar has")
-    output_channel_id: bool = In(default=False, doc="true: output channel ids, which only a lidar has")
+    output_emitter_id: bool = In(default=False, doc="true: output emitter IDs, which only a lidar has")
+    output_channel_id: bool = In(default=False, doc="true: output channel IDs, which only a lidar has")
     output_material_id: bool = In(default=False, doc=_NONE)
     output_tick_id: bool = In(default=False, doc=_NONE)
     output_hit_normal: bool = In(default=False, doc=_NONE)
@@ -258,16 +278,19 @@ class IsaacCreateRTXLidarScanBuffer(
         default=False, name="outputRadialVelocityMS", doc="true: output radial velocities, which only a radar has"
     )
     enable_per_frame_output: bool = In(default=False, doc=_DEPRECATED)
-    exec_out = ExecOut(name="exec", doc="fires once per sample")
+    exec_out = ExecOut(name="exec", doc="fires once per sample of the sensor")
 
     def setup(self, context: Context) -> None:
-        """Bind the sensor."""
+        """Look up the sensor that `renderProductPath` selects, and warn about metadata that ray casting does not provide."""
         self.bind(context, self.render_product_path)
         lost = [f"output{name[0].upper()}{name[1:]}" for name in _MISSING if self.is_selected(name)]
         if lost:
-            context.log("warning", f"without effect, as rays do not provide it: {', '.join(lost)}")
+            context.log(
+                "warning",
+                f"ray casting does not provide the metadata of these inputs, so they have no effect: {', '.join(lost)}",
+            )
 
     def is_selected(self, name: str) -> bool:
-        """Return whether the input for this metadata is true."""
+        """Return whether the input that selects this metadata is true."""
         selected: bool = getattr(self, type(self).ports[f"inputs:output{name[0].upper()}{name[1:]}"].field)
         return selected

@@ -1,20 +1,22 @@
-"""Attributes and poses of prims (`omni.graph.nodes`).
+"""Nodes that read and write attributes and poses of prims (`omni.graph.nodes`).
 
 Prims have these attributes, with USD's names and units:
 
-- any prim, as far as they apply: `xformOp:translate` (m) and `xformOp:orient` relative to the parent prim, `physics:mass` (kg),
-  `physics:jointEnabled`, `isaac:namespace`, `isaac:nameOverride`;
+- prims with a pose: `xformOp:translate` (m) and `xformOp:orient`, both relative to the parent prim;
+- bodies and links: `physics:mass` (kg);
+- joints: `physics:jointEnabled`;
+- prims with a namespace or a name override: `isaac:namespace`, `isaac:nameOverride`;
 - cameras: `clippingRange`;
 - surface grippers: `isaac:status`, which is `Open`, `Closing` or `Closed`;
-- revolute joints, in degrees: `state:angular:physics:position` and `:velocity`, and `drive:angular:physics:targetPosition` and
-  `targetVelocity` if the drive has them;
+- revolute joints, in degrees: `state:angular:physics:position` and `state:angular:physics:velocity`; if the drive has such a
+  target, `drive:angular:physics:targetPosition` and `drive:angular:physics:targetVelocity`;
 - prismatic joints, in m: the same attributes with `linear` instead of `angular`;
 - /physicsScene: `physics:gravityDirection` and `physics:gravityMagnitude` (m/s2);
 - materials of a robot: `physics:staticFriction` and `physics:dynamicFriction`;
-- lights of the world: `inputs:intensity`, 1 at the start, and `inputs:color`.
+- lights of the world: `inputs:intensity` (initially 1) and `inputs:color`.
 
 Graphs can write poses of robots and free bodies, drive targets, gravity, friction and lights. MuJoCo has a single friction
-coefficient, which is the dynamic one; `physics:staticFriction` has no effect.
+coefficient; it gets the value of `physics:dynamicFriction`, and `physics:staticFriction` has no effect.
 """
 
 from __future__ import annotations
@@ -31,11 +33,11 @@ from graphengine.node.usd_types import type_of_attribute
 from graphengine.nodes.touched import ANY, WIRED, attribute_of, drives_of, reading_poses
 
 _UNUSED = "no effect: attributes have neither time samples nor layers"
-_USE_PATH = "true: `primPath` gives the prim; false: `prim` does"
+_USE_PATH = "true: `primPath` selects the prim; false: `prim` selects it"
 
 
 class PrimNode(Node):
-    """Base of nodes that need a prim, given as a target or by its path."""
+    """Base of nodes that need a prim, selected by the target `prim` or by the path in `primPath`."""
 
     prim: Target = In(default=(), setup=True, required="prim", doc="the prim; used if `usePath` is false")
     prim_path: Token = In(default="", setup=True, required="prim", doc="path of the prim; used if `usePath` is true")
@@ -43,21 +45,23 @@ class PrimNode(Node):
     use_path: bool
 
     def given(self) -> str:
-        """Return the path of the prim, or an empty string if a wire will set it."""
+        """Return the path of the prim, or an empty string if the inputs select no prim or a wire selects it during the run."""
         return self.prim_path if self.use_path else next(iter(self.prim), "")
 
     def path(self) -> str:
-        """Return the path of the prim.
+        """Return the path of the prim that the inputs select.
 
         Raises:
-            ContextError: no prim is given.
+            ContextError: the input that selects the prim is empty.
         """
         path = self.given()
         if not path:
             name, other = ("primPath", "prim") if self.use_path else ("prim", "primPath")
             given = self.prim if self.use_path else self.prim_path
             hint = (
-                f"{other} is set, which counts while usePath is {'false' if self.use_path else 'true'}" if given else ""
+                f"{other} is set, but is used only if usePath is {'false' if self.use_path else 'true'}"
+                if given
+                else ""
             )
             raise ContextError(f"{name} is empty", "", hint)
         return path
@@ -81,15 +85,15 @@ class ReadPrimAttribute(AttributeNode, type="omni.graph.nodes.ReadPrimAttribute"
     value: Any = Out(type="any", doc="value of the attribute; quaternions are (x, y, z, w)")
 
     def resolve_types(self, known: Mapping[str, PortType], variables: Mapping[str, PortType]) -> Mapping[str, PortType]:
-        """Return the attribute's type for `value`; it follows from the attribute's name.
+        """Return the type of the attribute as the type of `value`. The name alone determines the type.
 
         Raises:
-            ContextError: no prim has an attribute of this name.
+            ContextError: no prim has an attribute with this name.
         """
         return {"value": type_of_attribute(self.name)} if self.name else {}
 
     def setup(self, context: Context) -> None:
-        """Bind the attribute.
+        """Look up the attribute and keep a handle to it.
 
         Raises:
             ContextError: the prim or the attribute does not exist.
@@ -97,11 +101,11 @@ class ReadPrimAttribute(AttributeNode, type="omni.graph.nodes.ReadPrimAttribute"
         self.attribute = context.attribute(self.path(), self.name)
 
     def compute(self) -> None:
-        """Read the value."""
+        """Output the current value of the attribute."""
         self.value = self.attribute.read()
 
     def reads(self) -> Iterable[str]:
-        """Return the resource keys of the attribute; for a drive target, also those of the robot's drive targets."""
+        """Return the resource keys of the attribute; for a drive target, also the key of all drive targets of the robot."""
         path = self.given()
         if not path or not self.name:
             return ANY, WIRED
@@ -119,11 +123,11 @@ class WritePrimAttribute(AttributeNode, type="omni.graph.nodes.WritePrimAttribut
     exec_out = ExecOut()
 
     def resolve_types(self, known: Mapping[str, PortType], variables: Mapping[str, PortType]) -> Mapping[str, PortType]:
-        """Return no types; only check before the run that the value can be converted to the attribute's type.
+        """Check that a value of the known type can be written to the attribute. Returns no types.
 
         Raises:
-            ContextError: no prim has an attribute of this name.
-            ValueError: the types are incompatible, such as strings and numbers, or differ in the number of components.
+            ContextError: no prim has an attribute with this name.
+            ValueError: one of the two types is numeric and the other is not, or they differ in the number of components.
         """
         given, wanted = known.get("value"), type_of_attribute(self.name) if self.name else None
         if given is not None and wanted is not None:
@@ -133,18 +137,18 @@ class WritePrimAttribute(AttributeNode, type="omni.graph.nodes.WritePrimAttribut
         return {}
 
     def setup(self, context: Context) -> None:
-        """Bind the attribute.
+        """Look up the attribute and keep a writable handle to it.
 
         Raises:
-            ContextError: the prim or attribute does not exist, or it cannot change during a simulation.
+            ContextError: the prim or the attribute does not exist, or the attribute cannot change during a simulation.
         """
         self.attribute = context.attribute(self.path(), self.name, writable=True)
 
     def compute(self) -> None:
-        """Write the value.
+        """Write `value` to the attribute.
 
         Raises:
-            BadValueError: the value has another type, is not finite, or is out of the attribute's range.
+            BadValueError: the value cannot be converted to the attribute's type, is not finite, or is out of range.
         """
         try:
             self.attribute.write(self.value)
@@ -158,17 +162,17 @@ class WritePrimAttribute(AttributeNode, type="omni.graph.nodes.WritePrimAttribut
 
 
 class PosedNode(PrimNode, volatile=True):
-    """Base of nodes that read the world pose of a prim."""
+    """Base of nodes that read the pose of a prim in the world frame."""
 
     use_path: bool = In(default=True, setup=True, doc=_USE_PATH)
 
     frame: Frame = Bound()
 
     def setup(self, context: Context) -> None:
-        """Bind the prim.
+        """Look up the prim and keep a handle to its pose.
 
         Raises:
-            ContextError: the prim does not exist.
+            ContextError: no prim is selected, or the prim does not exist.
         """
         self.frame = context.frame(self.path())
 
@@ -178,19 +182,20 @@ class PosedNode(PrimNode, volatile=True):
 
 
 class GetPrimLocalToWorldTransform(PosedNode, type="omni.graph.nodes.GetPrimLocalToWorldTransform"):
-    """Reads the world pose of a prim as a matrix for row vectors, with the position (m) in its last row."""
+    """Reads the pose of a prim in the world frame as a matrix for row vectors, with the position (m) in its last row."""
 
     local_to_world_transform: Any = Out(
-        type="matrixd[4]", doc="4 x 4 matrix, row by row; the position (m) is the last row"
+        type="matrixd[4]",
+        doc="pose in the world frame: 4 x 4 matrix, row by row, with the position (m) in its last row",
     )
 
     def compute(self) -> None:
-        """Read the pose."""
+        """Output the current pose as a matrix."""
         self.local_to_world_transform = matrix_of(self.frame.pose())
 
 
 class GetPrimDirectionVector(PosedNode, type="omni.graph.nodes.GetPrimDirectionVector"):
-    """Reads the axes of a prim as directions in the world frame: x is right, y up and -z forward, as for USD cameras."""
+    """Outputs the axes of a prim as unit vectors in the world frame; x is right, y is up, -z is forward, as for USD cameras."""
 
     backward_vector: Double3 = Out(doc="direction of the prim's z axis in the world frame")
     down_vector: Double3 = Out(doc="direction of the prim's -y axis in the world frame")
@@ -200,7 +205,7 @@ class GetPrimDirectionVector(PosedNode, type="omni.graph.nodes.GetPrimDirectionV
     up_vector: Double3 = Out(doc="direction of the prim's y axis in the world frame")
 
     def compute(self) -> None:
-        """Rotate the axes into the world frame."""
+        """Rotate the axes of the prim into the world frame and output them."""
         _, orientation = self.frame.pose()
         self.right_vector, self.left_vector = (rotate(orientation, (sign, 0.0, 0.0)) for sign in (1.0, -1.0))
         self.up_vector, self.down_vector = (rotate(orientation, (0.0, sign, 0.0)) for sign in (1.0, -1.0))
@@ -208,25 +213,28 @@ class GetPrimDirectionVector(PosedNode, type="omni.graph.nodes.GetPrimDirectionV
 
 
 class ReadPrimLocalTransform(Node, type="omni.graph.nodes.ReadPrimLocalTransform", volatile=True):
-    """Reads the pose of a prim relative to its parent as a matrix for row vectors, with the position (m) in its last row."""
+    """Reads the pose of a prim relative to its parent prim, as a matrix for row vectors with the position (m) in its last row."""
 
     prim: Target = In(required=True, setup=True, doc="prim whose pose is read")
-    value: Any = Out(type="matrixd[4]", doc="4 x 4 matrix, row by row; the position (m) is the last row")
+    value: Any = Out(
+        type="matrixd[4]",
+        doc="pose relative to the parent prim: 4 x 4 matrix, row by row, with the position (m) in its last row",
+    )
 
     translate: PrimAttribute = Bound()
     orient: PrimAttribute = Bound()
 
     def setup(self, context: Context) -> None:
-        """Bind the prim's pose.
+        """Look up the position and orientation attributes of the prim and keep handles to them.
 
         Raises:
-            ContextError: the prim does not exist, or it has no pose.
+            ContextError: the prim does not exist or has no pose.
         """
         self.translate = context.attribute(self.prim[0], "xformOp:translate")
         self.orient = context.attribute(self.prim[0], "xformOp:orient")
 
     def compute(self) -> None:
-        """Read the pose."""
+        """Output the current pose as a matrix."""
         self.value = matrix_of((self.translate.read(), self.orient.read()))
 
     def reads(self) -> Iterable[str]:
@@ -235,9 +243,9 @@ class ReadPrimLocalTransform(Node, type="omni.graph.nodes.ReadPrimLocalTransform
 
 
 def matrix_of(pose: Pose) -> tuple[float, ...]:
-    """Return a pose as a 4 x 4 matrix M, row by row: three rows with the axes, one with the position.
+    """Return the 16 numbers of a pose as a 4 x 4 matrix M, row by row: three rows hold the axes, the last one the position (m).
 
-    M transforms the row vector of a point p = (x, y, z, 1) to p M.
+    A point with the row vector p = (x, y, z, 1) is transformed to p M.
     """
     position, orientation = pose
     axes = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))

@@ -1,4 +1,4 @@
-"""Raycast sensors (`isaacsim.sensors.physics`) and light beams (`isaacsim.sensors.physx`)."""
+"""Nodes that read raycast sensors (`isaacsim.sensors.physics`) and light beam sensors (`isaacsim.sensors.physx`)."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ from graphengine.node.types import Bools, Float, Floats, Int, Point3fs, Target, 
 class IsaacReadRaycastSensor(Node, type="isaacsim.sensors.physics.IsaacReadRaycastSensor"):
     """Casts the rays of a raycast sensor and outputs their hits; fires at every execution.
 
-    Rays pass through the sensor's own robot. All are cast at the time of the execution: `rayTimeOffsets` of Isaac Sim's prim
-    is not available. `hitPrimPaths` contains paths of bodies; it is empty for geometry of the world that belongs to no body.
+    Rays pass through the sensor's own robot. All rays are cast at the time of the execution; Isaac Sim's attribute
+    `rayTimeOffsets` is not available. A ray that hits geometry of the world without a body has an empty path in `hitPrimPaths`.
     """
 
     exec_in = ExecIn()
@@ -22,30 +22,34 @@ class IsaacReadRaycastSensor(Node, type="isaacsim.sensors.physics.IsaacReadRayca
     exec_out = ExecOut()
     sensor_time: Float = Out(default=0.0, unit="s", doc="simulation time of the reading")
     depths: Floats = Out(
-        unit="m", doc="distance from each ray's origin to its hit; the sensor's range if there is no hit"
+        unit="m", doc="for each ray, distance from its origin to its hit; the sensor's range if there is no hit"
     )
     hit_positions: Floats = Out(
         unit="m",
-        doc="x, y, z of all hits in one array, in the sensor's or world frame (`output_frame` of the sensor); 0 without a hit",
+        doc="x, y, z of all hits in one array, 0 for rays without a hit; `output_frame` of the sensor selects the sensor's "
+        "frame or the world frame",
     )
     hit_normals: Floats = Out(
-        doc="x, y, z of all surface normals in one array, in the frame of `hitPositions`; 0 if there is no hit"
+        doc="x, y, z of the surface normals at all hits in one array, in the frame of `hitPositions`; 0 for rays without a hit"
     )
     hit_prim_paths: Tokens = Out(
-        doc="path of the body that each ray hits, empty if there is no hit; an empty array if the sensor does not report paths"
+        doc="for each ray, path of the body that it hits, empty if there is no hit; no elements if the sensor does not report "
+        "paths"
     )
     num_rays: UInt = Out(default=0, doc="number of rays")
     beam_origins: Point3fs = Out(unit="m", doc="origin of each ray in the world frame")
-    beam_end_points: Point3fs = Out(unit="m", doc="end of each ray in the world frame: its hit, or the sensor's range")
+    beam_end_points: Point3fs = Out(
+        unit="m", doc="end of each ray in the world frame: its hit, or the point at the sensor's range"
+    )
 
     sensor: RaycastSensor = Bound()
 
     def setup(self, context: Context) -> None:
-        """Bind the sensor."""
+        """Look up the raycast sensor at `raycastSensorPrim` and keep its handle."""
         self.sensor = context.device(RaycastSensor, self.raycast_sensor_prim[0])
 
     def compute(self) -> None:
-        """Cast the rays."""
+        """Cast the rays and output their hits."""
         reading = self.sensor.reading()
         self.sensor_time, self.num_rays, self.hit_prim_paths = reading.time, len(reading.depths), reading.hit_prims
         self.depths = reading.depths.astype(np.float32)
@@ -57,8 +61,8 @@ class IsaacReadRaycastSensor(Node, type="isaacsim.sensors.physics.IsaacReadRayca
 class IsaacReadLightBeam(Node, type="isaacsim.sensors.physx.IsaacReadLightBeam"):
     """Casts the beams of a light beam sensor and outputs which beams are broken; fires at every execution.
 
-    Beams pass through the sensor's own robot and end at the distance `max_range` from the sensor; in Isaac Sim, they are longer
-    by `min_range`.
+    Beams pass through the sensor's own robot. A beam that is not broken ends at the distance `max_range` from the sensor; in
+    Isaac Sim, it ends at `max_range` + `min_range`.
     """
 
     exec_in = ExecIn()
@@ -67,20 +71,24 @@ class IsaacReadLightBeam(Node, type="isaacsim.sensors.physx.IsaacReadLightBeam")
     num_rays: Int = Out(default=0, doc="number of beams")
     beam_hit_data: Bools = Out(doc="whether each beam is broken")
     linear_depth_data: Floats = Out(
-        unit="m", doc="distance from the sensor to each hit along the beam; the sensor's range if there is no hit"
+        unit="m", doc="for each beam, distance from the sensor to the hit; the sensor's range if there is no hit"
     )
-    hit_pos_data: Point3fs = Out(unit="m", doc="end of each beam in the sensor's frame: its hit, or the sensor's range")
+    hit_pos_data: Point3fs = Out(
+        unit="m", doc="end of each beam in the sensor's frame: its hit, or the point at the sensor's range"
+    )
     beam_origins: Point3fs = Out(unit="m", doc="start of each beam in the world frame")
-    beam_end_points: Point3fs = Out(unit="m", doc="end of each beam in the world frame: its hit, or the sensor's range")
+    beam_end_points: Point3fs = Out(
+        unit="m", doc="end of each beam in the world frame: its hit, or the point at the sensor's range"
+    )
 
     sensor: LightBeam = Bound()
 
     def setup(self, context: Context) -> None:
-        """Bind the sensor."""
+        """Look up the light beam sensor at `lightbeamPrim` and keep its handle."""
         self.sensor = context.device(LightBeam, self.lightbeam_prim[0])
 
     def compute(self) -> None:
-        """Cast the beams."""
+        """Cast the beams and output their hits."""
         reading = self.sensor.reading()
         self.num_rays, self.beam_hit_data = len(reading.hits), reading.hits
         self.linear_depth_data = reading.depths.astype(np.float32)

@@ -1,4 +1,6 @@
-"""Python in a graph (`omni.graph.scriptnode`).
+"""The ScriptNode of `omni.graph.scriptnode`, which runs Python code in a graph.
+
+In a graph file, a node with a script looks like this:
 
     Double:
       type: ScriptNode
@@ -8,7 +10,7 @@
           def compute(db):
               db.outputs.command = [db.inputs.speed, db.inputs.speed]
 
-Scripts run without a sandbox, so they need the option `--allow-scripts`. Without it, `check` reports an error.
+Scripts run without a sandbox, so they need the option `--allow-scripts`. Without this option, `graphrun check` reports an error.
 """
 
 from __future__ import annotations
@@ -32,21 +34,26 @@ Log = Callable[[Literal["info", "warning", "error"], str], None]
 
 
 class Attributes(python.SimpleNamespace):
-    """The values of a ScriptNode's declared inputs or outputs, as Python attributes: `db.inputs.speed`."""
+    """The values of the declared inputs or outputs of a ScriptNode, as Python attributes, for example `db.inputs.speed`."""
 
     def __getattr__(self, name: str) -> Any:
-        """Raise AttributeError: the name is not declared."""
+        """Report that the node declares no attribute with this name; Python calls this method only for missing attributes.
+
+        Raises:
+            AttributeError: always.
+        """
         near = did_you_mean(name, vars(self)) or listing(vars(self), "declared")
-        raise AttributeError(f"the node declares no {name!r}; {near}")
+        raise AttributeError(f"the node declares no attribute {name!r}; {near}")
 
 
 class Database:
-    """The argument `db` of a script's functions: the node's inputs, outputs and state.
+    """The argument `db` of a script's functions: inputs, outputs and state of the node.
 
     Attributes:
-        inputs: values of the declared inputs, by name; arrays are read-only.
-        outputs: values of the declared outputs, by name; the node takes them over after `compute`.
-        per_instance_state: namespace for the state of the script, cleared when the simulation stops.
+        inputs: values of the declared inputs, as attributes with the inputs' names; arrays are read-only.
+        outputs: values of the declared outputs, as attributes with the outputs' names; the script sets them, and the node copies
+            them to its outputs after `compute`.
+        per_instance_state: object on which the script may store its state as attributes; cleared when the simulation stops.
         internal_state: the same object as `per_instance_state`.
     """
 
@@ -57,24 +64,26 @@ class Database:
         self._log = log
 
     def log_info(self, message: object) -> None:
-        """Log a message with severity info."""
+        """Log a message with the severity `info`."""
         self._log("info", str(message))
 
     def log_warning(self, message: object) -> None:
-        """Log a warning."""
+        """Log a message with the severity `warning`."""
         self._log("warning", str(message))
 
     def log_error(self, message: object) -> None:
-        """Log an error; the run continues."""
+        """Log a message with the severity `error`. The run continues."""
         self._log("error", str(message))
 
     log_warn = log_warning
 
 
 class ScriptNode(Node, type="omni.graph.scriptnode.ScriptNode", gated=True):
-    """Runs a Python script: `compute(db)` at each execution, `setup(db)` before the first, `cleanup(db)` at stop.
+    """Runs a Python script.
 
-    Fires `execOut` unless `compute` returns False. `attributes` declares the script's inputs and outputs.
+    The node calls the script's functions `setup(db)` before the first execution, `compute(db)` at each execution and
+    `cleanup(db)` at stop. It fires `execOut` unless `compute` returns False. `attributes` declares inputs and outputs, which the
+    script finds in `db.inputs` and `db.outputs`.
     """
 
     exec_in = ExecIn()
@@ -101,23 +110,23 @@ class ScriptNode(Node, type="omni.graph.scriptnode.ScriptNode", gated=True):
         """Return the inputs and outputs that `attributes` declares, by Python name.
 
         Raises:
-            ValueError: a declaration is invalid, or the node already has a port of that name.
+            ValueError: a declaration is invalid, or the node already has a port with the declared name.
         """
         declared = literals.get("attributes", ())
         fields: dict[str, Any] = {}
         for text in declared if isinstance(declared, list | tuple) else ():
             side, name, port_type = _declaration(text)
             if f"{side}:{name}" in cls.ports or f"{side}_{name}" in fields:
-                raise ValueError(f"{text!r}: {side}:{name} already exists")
+                raise ValueError(f"{text!r}: the port {side}:{name} already exists")
             make = In if side == "inputs" else Out
-            fields[f"{side}_{name}"] = make(type=str(port_type), name=name, doc="declared by the graph")
+            fields[f"{side}_{name}"] = make(type=str(port_type), name=name, doc="declared in `attributes`")
         return fields
 
     def setup(self, context: Context) -> None:
         """Compile the script.
 
         Raises:
-            ContextError: scripts are not allowed, the file cannot be read, or the script has a syntax error.
+            ContextError: the user does not allow scripts, the file cannot be read, or the script has a syntax error.
         """
         self.running = None
         context.allow_scripts()
@@ -136,12 +145,12 @@ class ScriptNode(Node, type="omni.graph.scriptnode.ScriptNode", gated=True):
         context.when_closed(self.reset)
 
     def compute(self) -> Fire:
-        """Run the script.
+        """Call the script's `compute`; before the first call, run the script's code and call its `setup`.
 
         Raises:
-            RuntimeError: the script raised an exception; the message names the line.
-            TypeError: the script set an undeclared output, or a value of the wrong type.
-            ValueError: the script set a value out of range.
+            RuntimeError: the script raised an exception; the message names the line of the script.
+            TypeError: the script set an undeclared output, or set an output to a value of the wrong type.
+            ValueError: the script set an output to a value out of range.
         """
         first = self.running is None
         namespace, db = self.running = self.running or ({"__name__": "__script__"}, Database(self.log))
@@ -163,24 +172,26 @@ class ScriptNode(Node, type="omni.graph.scriptnode.ScriptNode", gated=True):
         for name, value in vars(db.outputs).items():
             if name not in ports:
                 hint = did_you_mean(name, ports) or listing(ports, "outputs")
-                raise TypeError(f'db.outputs.{name} is no output; add "outputs:{name} double" to attributes; {hint}')
+                raise TypeError(
+                    f'db.outputs.{name} is not a declared output; add "outputs:{name} double" to attributes; {hint}'
+                )
             port_type = ports[name].type
             assert isinstance(port_type, PortType)
             try:
                 setattr(self, ports[name].field, types.coerce(value, port_type))
             except (TypeError, ValueError) as error:
-                raise type(error)(f"db.outputs.{name} is {port_type}: {error}, got {value!r}") from None
+                raise type(error)(f"db.outputs.{name} has the type {port_type}: {error}, got {value!r}") from None
 
     def save(self) -> Any:
-        """Return the node's port values, and copies of the script's variables and of the state in `db`.
+        """Return the port values of the node, copies of the script's variables and copies of the state in `db`.
 
         Raises:
-            TypeError: a variable of the script cannot be copied, such as an open file.
+            TypeError: a variable of the script, such as an open file, cannot be copied.
         """
         return super().save(), self.running, _copied(self.running) if self.running is not None else ()
 
     def restore(self, saved: Any) -> None:
-        """Return to a saved state; the script's functions then use the saved variables."""
+        """Restore a state that `save` returned: the port values, the script's variables and the state in `db`."""
         values, self.running, kept = saved
         super().restore(values)
         if self.running is not None:
@@ -189,7 +200,7 @@ class ScriptNode(Node, type="omni.graph.scriptnode.ScriptNode", gated=True):
                 place.update(variables)
 
     def reset(self) -> None:
-        """Call the script's `cleanup`, and discard its state."""
+        """Call the script's `cleanup` if the script has run, and discard the state of the script."""
         if self.running is not None:
             try:
                 self._call_own("cleanup")
@@ -197,7 +208,7 @@ class ScriptNode(Node, type="omni.graph.scriptnode.ScriptNode", gated=True):
                 self.running = None
 
     def _call_own(self, name: str) -> Any:
-        """Call a function of the script, if the script defines it."""
+        """Call the script's function with this name and return its result; None if the script does not define the function."""
         assert self.running is not None
         namespace, db = self.running
         function = namespace.get(name)
@@ -221,16 +232,18 @@ _Running = tuple[dict[str, Any], Database]
 
 
 def _places(running: _Running) -> list[dict[str, Any]]:
-    """The dictionaries that hold a script's state: its variables, and those of `db`."""
+    """Return the dictionaries that hold a script's state: its global variables, inputs, outputs and `per_instance_state`."""
     namespace, db = running
     return [namespace, *(vars(part) for part in (db.inputs, db.outputs, db.per_instance_state))]
 
 
 def _copied(running: _Running, kept: Sequence[dict[str, Any]] | None = None) -> list[dict[str, Any]]:
-    """Copies of a script's state or of a saved state; modules and `db` itself are not copied.
+    """Return copies of the dictionaries in `kept`, or of the dictionaries that hold the script's current state.
+
+    References to modules, to `db` and to its parts stay references to the same objects.
 
     Raises:
-        TypeError: a variable cannot be copied.
+        TypeError: a variable of the script cannot be copied.
     """
     own = (running[1], running[1].inputs, running[1].outputs, running[1].per_instance_state)
     memo: dict[int, Any] = {id(one): one for one in (*sys.modules.values(), *own)}
@@ -240,29 +253,29 @@ def _copied(running: _Running, kept: Sequence[dict[str, Any]] | None = None) -> 
             try:
                 into[name] = value if name == "__builtins__" else copy.deepcopy(value, memo)
             except Exception as error:  # a value of the script may refuse in any way
-                raise TypeError(f"the script's {name} cannot be kept by a checkpoint: {error}") from error
+                raise TypeError(f"the script's variable {name} cannot be saved in a checkpoint: {error}") from error
     return copied
 
 
 def declared(node: ScriptNode, side: Literal["inputs", "outputs"]) -> list[Port]:
-    """Return the ports of one side that the graph file declares for a script node."""
+    """Return the inputs or the outputs that the `attributes` of a script node declare."""
     own = ScriptNode.fields
     return [port for field, port in type(node).fields.items() if port.side == side and field not in own]
 
 
 def _declaration(text: object) -> tuple[str, str, PortType]:
-    """Side, name and type of a declaration such as `inputs:speed double`.
+    """Return the side (`inputs` or `outputs`), the name and the type in a declaration such as `inputs:speed double`.
 
     Raises:
-        ValueError: the text is not a declaration.
+        ValueError: the text is not such a declaration, or a script cannot have a port of the declared type.
     """
     path, _, type_name = text.partition(" ") if isinstance(text, str) else ("", "", "")
     side, _, name = path.partition(":")
     if side not in ("inputs", "outputs") or not name.isidentifier() or name.startswith("_"):
         raise ValueError(
-            f'{text!r} declares no attribute; write it as "inputs:speed double" or "outputs:command double[]"'
+            f'{text!r} declares no attribute; write a declaration such as "inputs:speed double" or "outputs:command double[]"'
         )
     port_type = types.parse(type_name.strip())
     if not isinstance(port_type, PortType) or port_type.base in ("any", "bundle", "execution"):
-        raise ValueError(f"{text!r}: an attribute of a script needs a single type, such as double, token, int[]")
+        raise ValueError(f"{text!r}: an attribute of a script needs a single type, such as double, token or int[]")
     return side, name, port_type

@@ -1,4 +1,4 @@
-"""Variables of a graph (`omni.graph.core`)."""
+"""Nodes that read and write the variables of a graph (`omni.graph.core`)."""
 
 from __future__ import annotations
 
@@ -8,11 +8,11 @@ from typing import Any
 from graphengine.node import Bound, Context, ExecIn, ExecOut, In, Node, Out, PortType, Target, Token, Variable
 from graphengine.node.variable import find_variable
 
-_IGNORED = "no effect, as in Isaac Sim"
+_IGNORED = "no effect; Isaac Sim ignores this input too"
 
 
 class VariableNode(Node):
-    """Base of nodes that read or write a graph variable; `value` has the variable's type."""
+    """Base of nodes that read or write a graph variable. The ports named `value` have the type of the variable."""
 
     variable_name: Token = In(
         default="", setup=True, required=True, doc="name of a variable below `variables:` in the graph file"
@@ -23,7 +23,7 @@ class VariableNode(Node):
     variable: Variable = Bound()
 
     def setup(self, context: Context) -> None:
-        """Bind the variable.
+        """Look up the graph variable `variableName` and keep it.
 
         Raises:
             ContextError: the graph has no variable of this name.
@@ -31,7 +31,7 @@ class VariableNode(Node):
         self.variable = context.variable(self.variable_name)
 
     def resolve_types(self, known: Mapping[str, PortType], variables: Mapping[str, PortType]) -> Mapping[str, PortType]:
-        """Return the variable's type for `value`.
+        """Return the type of the variable as the type of all ports named `value`.
 
         Raises:
             ContextError: the graph has no variable of this name.
@@ -48,7 +48,7 @@ class ReadVariable(VariableNode, type="omni.graph.core.ReadVariable", volatile=T
     value: Any = Out(type="any", doc="last written value, or the variable's default if none was written")
 
     def compute(self) -> None:
-        """Read the value."""
+        """Output the current value of the variable."""
         self.value = self.variable.value
 
     def reads(self) -> Iterable[str]:
@@ -65,7 +65,7 @@ class WriteVariable(VariableNode, type="omni.graph.core.WriteVariable"):
     value_out: Any = Out(type="any", name="value", doc="the written value")
 
     def compute(self) -> None:
-        """Write the value."""
+        """Write the input `value` to the variable, and copy it to the output `value`."""
         self.variable.value = self.value_out = self.value_in
 
     def writes(self) -> Iterable[str]:

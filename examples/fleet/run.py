@@ -1,4 +1,7 @@
-"""Run a fleet with a node of one's own, record it, and replay the recording: `python examples/fleet/run.py out.mcap`."""
+"""Runs a fleet of robots with a user-defined node, records the run, and replays the recording.
+
+Start it with `python examples/fleet/run.py out.mcap`.
+"""
 
 import sys
 from pathlib import Path
@@ -10,8 +13,11 @@ HERE = Path(__file__).parent
 
 
 def main(recording: str) -> dict[str, float]:
-    """Positions along the x axis, m; the replay is compared byte by byte."""
-    sys.path.append(str(HERE))  # where the module with the node is
+    """Record and replay a run; return the x coordinate of each robot at its end, m, by robot name.
+
+    The replay is compared with the recording byte by byte.
+    """
+    sys.path.append(str(HERE))  # the folder with patrol.py, the module of the node
     scene = ge.load(HERE / "scene.yaml", modules=["patrol"])
     with scene.session(record=recording, force=True) as sim:
         sim.run(1.0)

@@ -1,1 +1,1 @@
-"""The public Python API: scenes, sessions, port values, topics and robots. `graphengine` exports its names."""
+"""The public Python API: scenes, sessions, port values, topics and robots. Users import its names from `graphengine`."""

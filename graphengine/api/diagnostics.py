@@ -1,6 +1,6 @@
 """Publishes the health of a session and its robots on /diagnostics, as diagnostic_aggregator and rqt_robot_monitor expect it.
 
-Rates and lateness depend on the wall clock. So the messages bypass the network of the nodes: recordings do not contain them.
+Rates and lateness depend on the wall clock, which a replay cannot reproduce. Recordings do not contain these messages.
 """
 
 from __future__ import annotations
@@ -22,9 +22,9 @@ TOPIC, TYPE = "/diagnostics", "diagnostic_msgs/msg/DiagnosticArray"
 PERIOD = 1.0
 """Wall time between two messages, s."""
 ENOUGH = 0.9
-"""Share of its nominal rate that a topic must reach, and share of the set pace that the simulation must reach."""
+"""A topic below this share of its nominal rate, or a simulation below this share of the requested pace, gets a warning."""
 MOST_FAULTS = 20
-"""Maximum number of peer faults to keep; the oldest are dropped."""
+"""Maximum number of problems with other ROS 2 participants to keep; the oldest are dropped."""
 OK, WARN, ERROR = range(3)
 
 
@@ -35,8 +35,8 @@ class Diagnostics:
         session: session to watch.
         network: network of this session.
         name: name of the scene, used as `hardware_id` of the session.
-        faults: faults of peers, such as incompatible QoS, in the order in which they were found; the owner appends to it.
-        clock: returns wall time, s.
+        faults: problems with other ROS 2 participants, such as incompatible QoS, oldest first; the caller adds new ones.
+        clock: function that returns wall time, s.
     """
 
     def __init__(
@@ -54,9 +54,9 @@ class Diagnostics:
         self._meter: StatusMeter | None = None
         self._due = 0.0
         self._counts: Counter[tuple[str, str]] = Counter()
-        """Messages since the last report, by node and topic."""
+        """Number of messages since the last DiagnosticArray, by node and topic."""
         self._before: Counter[str] = Counter()
-        """Totals at the last report, by kind of loss or by node with dropped values."""
+        """Totals at the last DiagnosticArray: lost messages by kind of loss, and dropped values by node."""
         self._began = (0, 0)
 
     def write(self, claim: EndpointClaim, data: bytes) -> None:
@@ -67,7 +67,7 @@ class Diagnostics:
         """Do nothing: received messages are not measured."""
 
     def after_tick(self) -> None:
-        """Publish if a message is due. Call this after each tick, and also while the session is paused or stopped."""
+        """Publish a DiagnosticArray if `PERIOD` has passed. Call this after each tick, also while the session is paused."""
         now = self._clock()
         if now < self._due:
             return
@@ -121,7 +121,7 @@ class Diagnostics:
         return make(level, f"graphengine: {part}", text, hardware, pairs)
 
     def _simulation(self, meter: StatusMeter) -> Any:
-        """Return the status of the session: its speed."""
+        """Return the DiagnosticStatus of the session: its state, speed and late ticks."""
         session, status = self._session, meter.read()
         late = status.late_ticks - self._began[1]
         slow = status.state == "playing" and status.pace is not None
@@ -142,17 +142,17 @@ class Diagnostics:
         return self._status("simulation", self._name, level, text, values)
 
     def _peers(self) -> Any:
-        """Return the status of the network: lost messages and incompatible peers."""
+        """Return the DiagnosticStatus of the network: lost messages, and problems with other ROS 2 participants."""
         totals = {name: sum(counts.values()) for name, counts in self._losses().items()}
         losing = [name for name, total in totals.items() if total > self._before[name]]
         faults = {f"peer {number}": fault.replace("\n", " ") for number, fault in enumerate(self._faults, 1)}
-        texts = [*losing, *([f"{len(faults)} faults of peers"] if faults else [])]
+        texts = [*losing, *([f"problems with peers: {len(faults)}"] if faults else [])]
         return self._status(
             "network", self._name, WARN if texts else OK, ", ".join(texts) or "OK", {**totals, **faults}
         )
 
     def _robots(self) -> Iterator[Any]:
-        """Yield the status of each robot: rates of its topics that have readers, and values that its nodes dropped."""
+        """Yield the DiagnosticStatus of each robot: rates of its topics with subscribers, and values that its nodes dropped."""
         session = self._session
         elapsed = (session.ticks - self._began[0]) * session.clock.delta
         wanted = [end for end in self._network.publishers if _is_measured(end) and elapsed > 0.0]
@@ -175,5 +175,5 @@ class Diagnostics:
 
 
 def _is_measured(publisher: Publisher) -> bool:
-    """Return whether a topic has readers and a nominal rate, and is not latched."""
+    """Return whether a publisher's rate is measured: its topic has subscribers and a nominal rate and is not latched."""
     return bool(publisher.subscribers and publisher.claim.rate and not publisher.claim.latched)

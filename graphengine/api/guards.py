@@ -1,4 +1,4 @@
-"""Guards of the public API: one thread at a time uses a session, and a failed session can only be read."""
+"""Decorators for methods of the public API: only one thread at a time may use a session, and a failed session is read-only."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ T = TypeVar("T")
 
 
 class HasRunner(Protocol):
-    """An object of the public API that uses one session."""
+    """An object of the public API that belongs to one session, such as a Robot."""
 
     @property
     def _runner(self) -> Runner: ...
@@ -26,12 +26,12 @@ S = TypeVar("S", bound=HasRunner)
 
 
 def reading(method: Callable[Concatenate[S, P], T]) -> Callable[Concatenate[S, P], T]:
-    """Decorate a method that reads a session: one thread at a time may call it."""
+    """Wrap a method so that it raises StateError if another thread uses the session or if the session is closed."""
     return _guarded(method, acts=False)
 
 
 def acting(method: Callable[Concatenate[S, P], T]) -> Callable[Concatenate[S, P], T]:
-    """Decorate a method that changes a session: one thread at a time may call it, and not in the state `failed`."""
+    """Wrap a method as `reading` does; in addition, the method raises StateError if the session has failed."""
     return _guarded(method, acts=True)
 
 

@@ -1,4 +1,4 @@
-"""Pictures of a session's world, taken by a view or by one of its cameras."""
+"""Renders images of a session's world from a view or from a camera prim."""
 
 from __future__ import annotations
 
@@ -21,11 +21,11 @@ if TYPE_CHECKING:
     from graphengine.physics.simulation import Simulation
 
 SIZE = (1280, 720)
-"""Default size of pictures of a view, pixels."""
+"""Default width and height of images of a view, pixels."""
 
 
 def simulated(world: World) -> Simulation:
-    """Return the session's world as a simulation that can be rendered.
+    """Return the session's world as a Simulation, the only kind of world that can be rendered.
 
     Raises:
         UsageError: the session runs a graph without a scene.
@@ -38,12 +38,12 @@ def simulated(world: World) -> Simulation:
 
 
 def find_camera(world: Simulation, name: str) -> Prim | None:
-    """Return the camera prim with this name or path, or None for a view: `top`, `perspective` or a MuJoCo camera.
+    """Return the camera prim with this name or path; return None if a view has the name.
 
-    A view takes precedence over a camera prim of the same name.
+    Views are `top`, `perspective` and the MuJoCo cameras. A view takes precedence over a camera prim of the same name.
 
     Raises:
-        UsageError: no view and no camera prim has the name, or several camera prims have it.
+        UsageError: neither a view nor a camera prim has the name, or several camera prims have it.
     """
     from graphengine.physics.pictures import views
 
@@ -58,10 +58,10 @@ def find_camera(world: Simulation, name: str) -> Prim | None:
         return named[0]
     paths = [prim.path for prim in named or cameras]
     if named:
-        raise UsageError(f"{name}: this could mean {len(named)} cameras\n  {listing(paths, 'write one of')}")
+        raise UsageError(f"{name}: {len(named)} cameras have this name\n  {listing(paths, 'write one of')}")
     near = did_you_mean(name, [*known, *paths, *(prim.name for prim in cameras)])
     raise UsageError(
-        f"{name}: there is no such view, and no camera there\n  "
+        f"{name}: there is no view or camera with this name or path\n  "
         + (near or f"{listing(known, 'views')}\n  {listing(paths, 'cameras')}")
     )
 
@@ -69,17 +69,17 @@ def find_camera(world: Simulation, name: str) -> Prim | None:
 def look(
     world: Simulation, name: str, size: tuple[int, int] | None = None, *, segmentation: bool = False
 ) -> Picture | Image:
-    """Return a picture of the world, from a camera prim (as graphs receive it) or from a view.
+    """Return an image of the world from a view or a camera prim; from a camera prim, it is the image that graphs receive.
 
     Args:
         world: world to draw, in its current state.
         name: name of a view, or name or path of a camera prim.
-        size: width and height, pixels; None: the camera's own size, or `SIZE` for a view.
-        segmentation: whether to add the number of the prim at each pixel.
+        size: width and height, pixels; None takes the camera's own size, or `SIZE` for a view.
+        segmentation: whether to add the segmentation ID of the prim at each pixel.
 
     Raises:
         RenderError: OpenGL is missing or failed.
-        UsageError: no view or camera has the name.
+        UsageError: no view or camera has the name, or several camera prims have it.
     """
     from graphengine.physics.pictures import views
     from graphengine.physics.sensors.camera import PinholeCamera

@@ -1,4 +1,4 @@
-"""The web page that shows a recording: a playback clock that viewers control, and a session that follows the clock."""
+"""Shows a recording on a web page: viewers control a playback clock, and a replayed session follows the clock."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ if TYPE_CHECKING:
 
 SPEEDS = (0.25, 0.5, 1.0, 2.0, 4.0, 8.0)
 SLICE = 0.04
-"""Wall time that the background replay may use between two frames of the page, s."""
+"""Wall time for which recorded ticks are replayed in the background between two updates of the page, s."""
 WORTH = 4
-"""Minimum duration of a background replay, as a multiple of the time that the return to the shown tick takes."""
+"""Minimum duration of a background replay, as a multiple of the time that the session needs to return to the shown tick."""
 LONGEST_SEEK = 0.3
-"""Wall time after which a slow seek shows the tick that it has reached, s."""
+"""If a seek takes longer than this wall time, s, the page shows the tick that the replay has reached so far."""
 IDLE = 0.02
 """Wall time between two polls for requests of viewers while the page is idle, s."""
 
@@ -34,7 +34,7 @@ class Playback:
 
     Args:
         player: player of the recording.
-        clock: wall clock, s.
+        clock: function that returns wall time, s.
     """
 
     def __init__(self, player: RecordingPlayer, clock: Callable[[], float] = time.monotonic) -> None:
@@ -46,17 +46,18 @@ class Playback:
         self._clock = clock
         self._seen = clock()
         self._goal = 0.0
-        """The tick to show; the fractional part is the elapsed part of the next tick."""
+        """Number of the tick to show; the fraction is the elapsed share of the time until the next tick."""
         self._away = False
-        """Whether the session is at the end of the replayed ticks instead of the shown tick."""
+        """Whether the session is at the last replayed tick, because of the background replay, and not at the shown tick."""
         self._return = 0.0
-        """Wall time of the last return from the end of the replayed ticks to the shown tick, s."""
+        """Duration, in wall time, of the session's latest return from the last replayed tick to the shown tick, s."""
 
     def obey(self, asked: Mapping[str, Any]) -> None:
         """Execute a request of a viewer.
 
         Args:
-            asked: `do` is `play`, `pause`, `seek` with a `tick`, `step` with a number of `ticks`, or `speed` with a `factor`.
+            asked: request as a mapping. The key `do` is `play`, `pause`, `seek` (with a tick number in the key `tick`), `step`
+                (with a number of ticks in the key `ticks`) or `speed` (with one of `SPEEDS` in the key `factor`).
 
         Raises:
             UsageError: the request is invalid.
@@ -76,16 +77,16 @@ class Playback:
         elif do == "speed" and asked.get("factor") in SPEEDS:
             self.speed = float(asked["factor"])
         elif do == "speed":
-            raise UsageError(f"the speed is not available; {listing([f'{speed:g}' for speed in SPEEDS])}")
+            raise UsageError(f"factor: unknown playback speed; {listing([f'{speed:g}' for speed in SPEEDS])}")
         else:
             raise UsageError(f"unknown playback command; {listing(['play', 'pause', 'seek', 'step', 'speed'])}")
 
     def seek(self, tick: int) -> None:
-        """Select the tick to show; a tick that is not replayed yet is shown once the replay reaches it."""
+        """Set the tick to show; if the tick is not replayed yet, it is shown when the replay reaches it."""
         self._goal = float(min(max(tick, 0), self.player.length))
 
     def show(self) -> None:
-        """Bring the session to the tick to show at the current wall time."""
+        """Advance playback to the current wall time, and bring the session to the tick to show."""
         player, now = self.player, self._clock()
         elapsed, self._seen = min(now - self._seen, 0.1), now
         if self.playing and player.position == int(self._goal):  # otherwise the clock waits for the session
@@ -99,10 +100,10 @@ class Playback:
     def build(self, interrupted: Callable[[], bool] = lambda: False) -> None:
         """Replay further ticks in the background, unless playback would stutter.
 
-        The call takes longer if the return to the shown tick is slow, so that fewer returns are needed.
+        If the session needs long to return to the shown tick, each call replays for longer, so that fewer returns are needed.
 
         Args:
-            interrupted: called after each tick; True ends the call.
+            interrupted: function called after each tick; the call ends when it returns True.
         """
         if self.playing and self._return > SLICE and self.player.position < self.player.built:
             return
@@ -152,12 +153,12 @@ class Playback:
 
 
 def open_recording_page(playback: Playback, host: str, port: int) -> Feed:
-    """Start the page of a recording; the caller closes it.
+    """Start the web page of a recording and return its feed; the caller closes the feed.
 
     Args:
-        playback: the recording to show.
-        host: address of the page.
-        port: port of the page; 0: a free port.
+        playback: playback of the recording to show.
+        host: network address to listen on.
+        port: TCP port; 0 chooses a free port.
 
     Raises:
         UsageError: the extra `view` is not installed, or the address cannot be used.
@@ -166,7 +167,7 @@ def open_recording_page(playback: Playback, host: str, port: int) -> Feed:
     from graphengine.view.feed import Feed
 
     def lost(text: str) -> None:
-        raise UsageError("the process of the page has ended")
+        raise UsageError("the process that serves the page has ended")
 
     title, session = playback.player.recording.path.name, playback.player.session
     floor = functools.partial(make_floor, session)
@@ -174,10 +175,10 @@ def open_recording_page(playback: Playback, host: str, port: int) -> Feed:
 
 
 def turn(playback: Playback, feed: Feed) -> None:
-    """Execute the requests of viewers, update the page, and continue the replay for a while.
+    """Execute the requests of viewers, update the page, and continue the background replay for a short time.
 
     Raises:
-        UsageError: the page's process has ended.
+        UsageError: the process that serves the page has ended.
     """
     playback.show()
     feed.after_tick()
@@ -192,7 +193,7 @@ class _NoDriver:
     """Ignores drive commands: a recording cannot be changed."""
 
     def topics(self) -> Mapping[str, str]:
-        """Return no topics."""
+        """Return an empty mapping, so that the page offers no robot to drive."""
         return {}
 
     def drive(self, topic: str, twist: tuple[float, float, float] | None) -> None:
@@ -201,5 +202,5 @@ class _NoDriver:
 
 def _whole(number: Any, name: str) -> int:
     if type(number) is not int or abs(number) > 10**15:
-        raise UsageError(f"{name}: write a whole number")
+        raise UsageError(f"{name}: expected a whole number")
     return number

@@ -14,15 +14,15 @@ class RobotState:
     """Parameters of robot_state_publisher for one robot.
 
     Attributes:
-        name: name in the scene.
-        namespace: absolute namespace of its topics; `/` for none.
-        joint_states: topic of its joint states; empty if its graphs publish none.
+        name: name of the robot in the scene.
+        namespace: absolute namespace of the robot's topics; `/` if there is none.
+        joint_states: topic of the robot's joint states; empty if its graphs publish no joint states.
         robot_description: topic for the URDF.
         tf: topic for the transforms of movable joints.
         tf_static: topic for the transforms of fixed joints.
-        frame_prefix: prefix of the frame names, with its slash; empty for none.
-        published: whether the scene publishes these topics, because it has `robot_state: true`.
-        urdf: description of the robot, with absolute paths to its meshes.
+        frame_prefix: prefix of the frame names, with a trailing slash; empty if there is none.
+        published: whether the simulation publishes these topics itself, because the scene has `robot_state: true`.
+        urdf: content of the URDF, with absolute paths to meshes; empty if the robot has no URDF.
     """
 
     name: str
@@ -37,7 +37,7 @@ class RobotState:
 
 
 def robot_states(scene: LoadedScene) -> list[RobotState]:
-    """Return the robots of a scene that was loaded with `robot_state`, in the order of the scene."""
+    """Return the parameters of each robot, in the order of the scene, which must be loaded with the option `robot_state`."""
     if scene.world is None:
         return []
     return [_robot_state(scene, name) for name in scene.world.robots]

@@ -58,10 +58,10 @@ class Joint:
 
 
 class Robot:
-    """A robot of a session; each property returns its value in the current tick. `Session.robots` lists all robots.
+    """A robot of a session; each property returns its value in the current tick. `Session.robots` has all robots by name.
 
     Attributes:
-        name: name in the scene.
+        name: name of the robot in the scene.
     """
 
     def __init__(self, runner: Runner, name: str) -> None:
@@ -71,7 +71,7 @@ class Robot:
     @property
     @reading
     def pose(self) -> Pose:
-        """Pose of the base link in the world frame, m and quaternion (x, y, z, w)."""
+        """Pose of the base link in the world frame: position in m, orientation as a quaternion (x, y, z, w)."""
         state = self._runner.session.services.world.entities.state(self.name)
         return Pose(state.position, state.orientation)
 
@@ -85,7 +85,7 @@ class Robot:
     @property
     @reading
     def joints(self) -> Mapping[str, Joint]:
-        """States of the movable joints by name, in the articulation's order."""
+        """States of the movable joints by joint name, in the order of the articulation."""
         joints = self._runner.session.services.world.articulation(find_robot(self._runner, self.name))
         values = (joints.positions().tolist(), joints.velocities().tolist(), joints.efforts().tolist())
         return {name: Joint(*state) for name, *state in zip(joints.joint_names, *values, strict=True)}
@@ -93,13 +93,13 @@ class Robot:
     @property
     @reading
     def namespace(self) -> str:
-        """Namespace of the robot's topics, such as `dd100_0000`; empty for none."""
+        """Namespace of the robot's topics, without a leading slash, such as `dd100_0000`; empty if there is no namespace."""
         base_link = find_robot(self._runner, self.name).facts["base_link"]
         return join_namespaces(self._runner.session.services.stage.namespaces(base_link))
 
     @acting
     def publish(self, topic: str, message: Any, every: float | None = None, type: MessageType = None) -> Publication:
-        """Publish on a topic in the robot's namespace. The arguments are those of `Session.publish`.
+        """Publish a message on a topic in the robot's namespace. The arguments are those of `Session.publish`.
 
         >>> drive = sim.robots["dd100"].publish("cmd_vel", {"linear": {"x": 0.2}})
         """
@@ -128,7 +128,7 @@ class Robots(dict[str, Robot]):
     """Robots by name; an unknown name raises UnknownEntityError."""
 
     def __missing__(self, name: str) -> Robot:
-        """Raise UnknownEntityError with similar names, or with all names."""
+        """Raise UnknownEntityError; its message suggests similar names, or lists all names."""
         raise UnknownEntityError(unknown("robot", name, self))
 
 

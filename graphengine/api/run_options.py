@@ -1,4 +1,4 @@
-"""Options of a session: what a caller of `Scene.session` or `graphrun run` may choose."""
+"""Options of a session, which callers of `Scene.session` and users of `graphrun run` set."""
 
 from __future__ import annotations
 
@@ -13,30 +13,30 @@ from graphengine.node.dropped_values import BadValues
 from graphengine.ros.transport import JoinOptions, Transport
 
 Log = Callable[[str, str, str], None]
-"""Function that receives the messages of nodes. Its arguments are severity, prim path of the node, and text."""
+"""Type of a function that receives the log messages of nodes. Its arguments are severity, prim path of the node, and text."""
 
 _LEVELS = {"error": logging.ERROR, "warning": logging.WARNING}
 
 
 def log_to_logging(severity: str, node: str, text: str) -> None:
-    """Send a node's message to the Python logger `graphengine`."""
+    """Send a node's log message to the Python logger `graphengine`."""
     message = f"{node}: {text}" if node else text
     logging.getLogger("graphengine").log(_LEVELS.get(severity, logging.INFO), "%s", message)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RunOptions:
-    """Options of a session: the arguments of `Scene.session`, and those that only the command line sets.
+    """Options of a session: the arguments of `Scene.session`, and the following options, which only the command line sets.
 
     Attributes:
-        complain: receives each problem with a peer on the network; None logs them.
-        environ: environment variables; those of ROS 2 set the domain and the range of discovery.
-        fault: receives each NodeError if `keep_going` is set; None logs them.
-        foxglove: host and port of a server for Foxglove; None for no server.
-        join: function that joins a ROS 2 domain; replaces `transport`.
-        patient: DDS writers wait for slow readers.
-        parameters: offer ROS parameters, on transports with a node.
-        seed: seed of all random generators; None takes the scene's.
+        complain: function called with each problem with another ROS 2 participant; None logs the problems as warnings.
+        environ: environment variables, such as ROS_DOMAIN_ID and the variables that configure ROS 2 discovery.
+        fault: function called with each NodeError if `keep_going` is set; None logs the errors.
+        foxglove: host and port on which to start a Foxglove server; None starts no server.
+        join: function that joins a ROS 2 domain and returns a transport; used instead of `transport`.
+        patient: whether DDS writers wait for slow readers.
+        parameters: whether the session offers ROS parameters; only transports with a ROS node can.
+        seed: seed of all random generators; None takes the seed with which the scene was loaded.
     """
 
     transport: str = "memory"
@@ -59,12 +59,12 @@ class RunOptions:
 
 
 def check_recording(path: Path, *, force: bool) -> None:
-    """Check that a recording can be written under this name.
+    """Check that a recording can be written to this path.
 
     Raises:
         UsageError: the name does not end in `.mcap`, its folder does not exist, or the file exists and `force` is not set.
     """
     if path.suffix != ".mcap" or not path.parent.is_dir() or path.is_dir():
-        raise UsageError(f"{path}: write the name of a file in an existing folder, such as out.mcap")
+        raise UsageError(f"{path}: expected a file name that ends in .mcap, in an existing folder, such as out.mcap")
     if path.exists() and not force:
         raise UsageError(f"{path}: already exists; --force overwrites it")

@@ -1,4 +1,4 @@
-"""A running session with its network, recorder and control channel, and the rules on which thread may call it."""
+"""Runs a session together with its network, recorder and control channel, for one thread at a time."""
 
 from __future__ import annotations
 
@@ -43,15 +43,15 @@ T = TypeVar("T")
 
 
 class Runner:
-    """One session with its network and, if asked for, its recorder and control channel.
+    """One session with its network and, if the options request them, its recorder and control channel.
 
     Args:
         scene: scene without errors.
         options: options of the session.
-        modules: Python modules with node types; the recording stores their names.
+        modules: names of Python modules with node types; the recording stores these names.
 
     Raises:
-        GraphError: a part of the session cannot start; the parts already started are closed.
+        GraphError: a part of the session cannot start; all parts that were already started are closed.
     """
 
     def __init__(self, scene: LoadedScene, options: RunOptions, modules: Sequence[str] = ()) -> None:
@@ -59,28 +59,28 @@ class Runner:
         self.options = options
         self.queue = CommandQueue()
         self.publications: dict[Publication, None] = {}
-        """Periodic publications, in the order of their start."""
+        """The user's periodic publications, oldest first."""
         self.writers: dict[object, Writer] = {}
-        """Writers of the user's messages, by topic, type and transport."""
+        """Writers for messages that the user publishes, by topic, type and transport."""
         self.lock = threading.RLock()
-        """Held by the thread that uses the session."""
+        """Lock of the session; a thread holds it while it uses the session."""
         self.closed = False
         self.running = False
-        """Whether ticks or the condition `until` are being executed."""
+        """Whether `run` or `step` is executing ticks or callbacks."""
         self._recorder: Recorder | None = None
         self.feed: Feed | None = None
-        """Feed of the page, if there is one."""
+        """Feed that sends the session's state to the web page; None until the page is opened."""
         self.problems = NodeProblems()
-        """Problems of nodes since the start, which a page shows that is opened later."""
+        """Errors and warnings of nodes since the session was started; a web page that is opened later shows these too."""
         with ExitStack() as closing:
             self._check()
             own = Domain.from_environment(options.environ)
             domain = own if options.domain is None else replace(own, id=options.domain)
             self._complain = options.complain or functools.partial(options.log, "warning", "")
             self._faults: deque[str] = deque(maxlen=MOST_FAULTS)
-            """The newest faults of peers, for /diagnostics."""
+            """Newest problems with other ROS 2 participants, such as incompatible QoS, for /diagnostics."""
             self.foxglove = self._open_foxglove(closing)
-            """The server that shows the session to Foxglove, if asked for."""
+            """The Foxglove server of the session; None if the options do not request a server."""
             self.network = LiveNetwork(
                 functools.partial(self._open_domain, domain), domain.id, self._take_peer_fault, scene.definitions
             )
@@ -111,7 +111,7 @@ class Runner:
         """Raise UsageError for invalid options."""
         options = self.options
         if any(finding.code == "N102" for finding in self.scene.findings.items):
-            raise UsageError(f"{self.scene.path} uses prims of a scene; give one with --scene")
+            raise UsageError(f"{self.scene.path} uses prims of a scene; give the scene with --scene")
         if options.bad_values not in get_args(BadValues):
             raise UsageError(f"bad_values: unknown value {options.bad_values!r}; {listing(get_args(BadValues))}")
         if options.simulation_interfaces is not None:
@@ -166,7 +166,7 @@ class Runner:
         self._faults.append(text)
 
     def _open_diagnostics(self) -> Diagnostics | None:
-        """Open /diagnostics, unless messages stay in the process."""
+        """Return a publisher of /diagnostics; None if messages do not leave the process."""
         if not self._reaches_others():
             return None
         return Diagnostics(self.session, self.network, self.scene.path.stem, self._faults)
@@ -192,7 +192,7 @@ class Runner:
             )
 
     def _end_recording(self, error: BaseException | None = None) -> None:
-        """Close the recording, and store the error that ended it."""
+        """Close the recording, if there is one; `error` is stored in it as the reason for its end."""
         recorder, self._recorder = self._recorder, None
         if recorder is not None:
             try:
@@ -202,7 +202,7 @@ class Runner:
                 self.session.inbox = ExternalInputs()
 
     def _offer_simulation_interfaces(self) -> None:
-        """Offer the services of simulation_interfaces until the network is closed."""
+        """Create the services of simulation_interfaces if the options request them; closing the network destroys them."""
         if self.options.simulation_interfaces is not None:
             from graphengine.control.simulation_interfaces.server import SimulationInterfaces
 
@@ -210,7 +210,7 @@ class Runner:
             SimulationInterfaces(self.queue, self.scene, transport, self._complain, namespace=namespace)
 
     def _offer_parameters(self, closing: ExitStack) -> None:
-        """Offer the parameters of the session and its robots, unless messages stay in this process."""
+        """Create the ROS parameters of the session and its robots, if requested and if the transport has a ROS node."""
         transport = self.network.transport(0)
         if self.options.parameters and transport.node:
             from graphengine.control.parameters import ParameterNodes
@@ -223,7 +223,7 @@ class Runner:
         """Acquire `lock` for this thread without waiting; the same thread has to release it.
 
         Raises:
-            StateError: another thread has it.
+            StateError: another thread holds the lock.
         """
         if not self.lock.acquire(blocking=False):
             raise StateError(
@@ -231,7 +231,7 @@ class Runner:
             )
 
     def command(self, name: str, /, **arguments: Any) -> Any:
-        """Execute a command of `runtime.commands` immediately.
+        """Execute a command of `runtime.commands` immediately and return its result.
 
         Raises:
             UsageError: the arguments are invalid.
@@ -239,7 +239,7 @@ class Runner:
         return self.act(parse(name, arguments).apply)
 
     def act(self, action: Callable[[SessionCore], T]) -> T:
-        """Execute an action between two ticks and record it."""
+        """Execute an action between two ticks and return its result; if the action cannot be recorded, close the recording."""
         try:
             return action(self.session)
         except RecordingError as error:  # it was done, and the run cannot be recorded any more
@@ -254,25 +254,27 @@ class Runner:
         *,
         paused: bool = False,
     ) -> bool:
-        """Play for a duration in simulation time, then pause; arguments as for `SessionCore.run`.
+        """Play for a duration in simulation time, then pause.
 
-        Ctrl-C ends it between two ticks, unless the program has a SIGINT handler.
+        Ctrl-C ends the run between two ticks, unless the program has its own SIGINT handler.
 
         Args:
-            seconds: duration, s of simulation; None or infinity plays without end.
-            rate: seconds of simulation per second of wall time; infinity plays as fast as possible; None does so with the
-                transport memory, and plays in real time with others.
+            seconds: duration in simulation time, s; None or infinity plays without end.
+            rate: seconds of simulation per second of wall time; infinity plays as fast as possible. None plays as fast as
+                possible with the transport `memory`, and in real time with other transports.
             on_tick: called after each tick; returning False ends the run.
-            paused: start paused.
+            paused: whether the run begins paused.
 
         Returns:
             Whether the whole duration passed.
         """
         factor = rate if rate is not None else 1.0 if self._reaches_others() else math.inf
         if not factor >= SLOWEST:
-            raise UsageError(f"rate: expected a factor of real time, at least {SLOWEST:g}, got {rate!r}")
+            raise UsageError(
+                f"rate: expected at least {SLOWEST:g} seconds of simulation per second of wall time, got {rate!r}"
+            )
         if seconds is not None and not seconds >= 0.0:
-            raise UsageError(f"seconds: expected a time that is not negative, got {seconds!r}")
+            raise UsageError(f"seconds: expected a duration of 0 s or more, got {seconds!r}")
         ends = None if seconds is None or math.isinf(seconds) else seconds
 
         def after_tick(session: SessionCore) -> bool:
@@ -284,7 +286,7 @@ class Runner:
         return self.session.ticks >= self.session.last
 
     def step(self, ticks: int) -> None:
-        """Run a number of ticks as fast as possible; Ctrl-C ends it between two ticks."""
+        """Run a number of ticks as fast as possible; Ctrl-C ends the call between two ticks."""
         with self._ticking():
             self.session.services.world.realtime = False
             for _ in range(ticks):
@@ -304,18 +306,18 @@ class Runner:
             self.feed.after_tick()
 
     def show(self, feed: Feed) -> None:
-        """Set the web page to update after each tick; the page is closed with the session."""
+        """Update a web page after each tick from now on; the page is closed with the session."""
         self.feed = feed
         self._closing.callback(feed.close)
 
     @contextmanager
     def _ticking(self) -> Iterator[None]:
-        """Prepare for ticks: reject nested runs, and let the first Ctrl-C end the run after the current tick.
+        """Enclose the execution of ticks: nested runs raise StateError, and Ctrl-C ends the run after the current tick.
 
-        A second Ctrl-C raises KeyboardInterrupt immediately. A SIGINT handler of the program stays in place.
+        A second Ctrl-C raises KeyboardInterrupt immediately. If the program has its own SIGINT handler, Ctrl-C is left to it.
         """
         if self.running:
-            raise StateError("the session is running: `until` must not run ticks")
+            raise StateError("the session is running: `until` and other callbacks must not run ticks")
         self.running, pressed, error = True, False, None
 
         def end(number: int, frame: FrameType | None) -> None:
@@ -345,7 +347,7 @@ class Runner:
                     raise KeyboardInterrupt
 
     def _end_run(self, error: BaseException | None) -> None:
-        """Pause after ticks, and close the recording after an error that ends the run."""
+        """Pause the session and update the web page; after an error of the session or the recording, close the recording."""
         if error is not None and (self.session.state == "failed" or isinstance(error, RecordingError)):
             self._end_recording(error)
         if self.session.state == "playing":
@@ -358,12 +360,12 @@ class Runner:
 
         Raises:
             RecordingError: the recording cannot be written.
-            StateError: the session is running, or another thread uses it.
+            StateError: the session is running, or another thread uses the session.
         """
         self.enter()
         try:
             if self.running:
-                raise StateError("the session is running: `until` must not close it")
+                raise StateError("the session is running: `until` and other callbacks must not close the session")
             self.closed = True
             self._closing.close()
         finally:

@@ -1,4 +1,4 @@
-"""Scenes: checked files from which sessions are started."""
+"""The class `Scene`: a scene or graph whose files were read and checked, and from which sessions are started."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ class GraphInfo:
     Attributes:
         prim_path: path of the graph's prim.
         file: file that the graph was read from.
-        nodes: registered type of each node, by the node's name; in a subgraph, the name is `subgraph/Node`.
+        nodes: node types by node name; the name of a node in a subgraph is `subgraph/Node`.
     """
 
     prim_path: str
@@ -46,7 +46,7 @@ class RobotInfo:
 
     Attributes:
         prim_path: path of the robot's prim.
-        namespace: absolute namespace of the robot's topics; empty for none.
+        namespace: namespace of the robot's topics, without a leading slash; empty if there is no namespace.
         joints: names of the movable joints.
     """
 
@@ -58,13 +58,13 @@ class RobotInfo:
 class Scene:
     """A scene or graph that was checked and has no errors. `load` returns it.
 
-    Any number of sessions can be started from it. A pickled scene contains its files, so it can be unpickled
-    where they do not exist. Unpickling imports the `modules` that were passed to `load`.
+    Any number of sessions can be started from one scene. A pickled scene contains the content of its files, so it can be
+    unpickled on a machine that does not have these files. Unpickling imports the `modules` that were passed to `load`.
 
     Attributes:
         name: name of the scene's file, without folder and suffix.
-        findings: warnings and notes in file order; `str(finding.span)` is the place, `finding.render()` the text.
-        topics: topics and services that nodes use, sorted by name, as `graphrun topics` prints them.
+        findings: warnings and notes in file order; `str(finding.span)` is the place in the file, `finding.render()` the text.
+        topics: topics and services that nodes use, sorted by name; `graphrun topics` prints the same list.
         graphs: graphs by name, in execution order; the name of a robot's graph is `robot/graph`.
         robots: robots by name.
     """
@@ -109,28 +109,31 @@ class Scene:
         simulation_interfaces: str | None = None,
         log: Log | None = None,
     ) -> Session:
-        """Start a session at time 0, stopped. Close it, or use it in a `with` statement.
+        """Start a session and return it, stopped at time 0. Close the session, or use it in a `with` statement.
 
         >>> with scene.session(seed=7) as sim:
         ...     sim.step()
 
         Args:
-            transport: `memory` stays within the process; `auto`, `dds` and `rclpy` connect to ROS 2 programs.
+            transport: `memory` keeps messages within the process; `auto`, `dds` and `rclpy` connect to ROS 2 programs.
             seed: seed of all random generators.
-            keep_going: whether an exception in a node ends only the node's branch of the graph, instead of the run.
-            bad_values: `drop` discards and counts values from wires that a node cannot use; `stop` raises NodeError for them.
-            domain: ROS 2 domain; None: `ROS_DOMAIN_ID` if it is set, otherwise 0.
-            record: MCAP file of the recording, which begins before the first tick.
-            force: overwrite an existing recording.
-            control: name of the session for `graphrun ctl`; None: no control channel.
-            simulation_interfaces: namespace of the services of simulation_interfaces, such as `/`; None: no services.
-            log: called with severity, prim path and text of each message; None: use the logger `graphengine`.
+            keep_going: if True, an exception in a node ends only the node's branch of the graph, not the run.
+            bad_values: treatment of values on wires that the receiving node cannot use: `drop` discards and counts them,
+                `stop` raises NodeError.
+            domain: ROS 2 domain ID; None takes `ROS_DOMAIN_ID` if it is set, otherwise 0.
+            record: MCAP file to record the session to, from before the first tick; None records nothing.
+            force: whether to overwrite an existing recording.
+            control: name of the session for `graphrun ctl`; None creates no control channel.
+            simulation_interfaces: namespace of the services of simulation_interfaces, such as `/`; None creates no services.
+            log: function called with severity, prim path of the node, and text of each log message of a node; None sends the
+                messages to the Python logger `graphengine`.
 
         Raises:
             ControlError: the socket of `control` cannot be created.
             GraphError: a node cannot be set up.
             RecordingError: the recording cannot be written.
-            TransportError: the network cannot be joined.
+            TransportError: the session cannot join the ROS 2 network.
+            UsageError: an argument is invalid, or a graph that uses prims was loaded without a scene.
         """
         options = RunOptions(
             transport=transport,
@@ -161,32 +164,34 @@ class Scene:
         image: Format = "png",
         convention: Convention = "ros",
     ) -> OccupancyMap:
-        """Make an occupancy map of the scene at time 0, as `graphrun map` does for nav2's map_server.
+        """Return an occupancy map of the scene at time 0; `graphrun map` makes the same map for Nav2's map_server.
 
         >>> floor = scene.occupancy_map(bounds=((-2, -1), (2, 1)), cell=0.5)
         >>> floor.cells.shape
         (4, 8)
 
         Args:
-            path: path of the image and of PATH.yaml, without suffix; None writes no files.
-            heights: height range of obstacles, m.
+            path: path without suffix; the map is written to an image and to PATH.yaml. None writes no files.
+            heights: lowest and highest z in the world at which bodies count as obstacles, m.
             cell: side of a cell, m.
-            bounds: south-west and north-east corner, m, rounded outwards to cells; None fits the map to `select`.
-            origin: point to align the grid with: a corner of four cells, m.
-            free: points from which free space is filled, m; empty: the position of the first robot.
-            select: prims whose extent the map covers if `bounds` is None; empty: all obstacles.
-            include: robots and movable bodies to map as obstacles.
-            exclude: prims to leave out of the obstacles.
+            bounds: south-west and north-east corner (x, y), m, rounded outwards to whole cells; None fits the map to the prims
+                in `select`.
+            origin: point (x, y) at which corners of cells meet, m; aligns the grid.
+            free: points (x, y) from which free space is flood-filled, m; empty takes the position of the first robot.
+            select: paths of prims whose extent the map covers if `bounds` is None; empty takes all obstacles.
+            include: paths of robots and movable bodies to map as obstacles.
+            exclude: paths of prims that are not mapped as obstacles.
             image: file format of the image.
-            convention: `isaac` maps and writes as Isaac Sim does: height range half a cell wider, origin shifted by half a
-                cell, RGBA.
+            convention: `ros`, or `isaac` for a map as Isaac Sim makes it: the height range is rounded outwards to cells and
+                extended by half a cell at both ends, the origin is shifted by half a cell, and the image is RGBA.
 
         Returns:
-            The map; `cells` is (rows, columns) from south to north and west to east, 100 occupied, 0 free, -1 unknown.
+            The map. `cells` has the shape (rows, columns), with rows from south to north and columns from west to east; 100
+            is occupied, 0 free, -1 unknown.
 
         Raises:
             OSError: a file cannot be written.
-            PrimError: no prim is at a path.
+            PrimError: there is no prim at a path in `select`, `include` or `exclude`.
             UsageError: an argument is invalid, or a graph was loaded without a scene.
         """
         from graphengine.physics.occupancy.map_files import Convention, Format, isaac_window, write_map
@@ -220,7 +225,7 @@ class Scene:
         alpha: float = 0.01,
         progress: Callable[[float], None] = lambda share: None,
     ) -> Localizability:
-        """Measure how well AMCL could localise a robot at each place of a map, as `graphrun map --localizability` does.
+        """Compute how well AMCL could localize a robot at each place of a map, as `graphrun map --localizability` does.
 
         >>> floor = scene.occupancy_map(bounds=((-2, -1), (2, 1)))
         >>> result = scene.localizability(floor, spacing=1.0)
@@ -229,21 +234,22 @@ class Scene:
 
         Args:
             chart: map of the scene.
-            path: path of a PNG and a CSV file, without suffix; None writes no files.
-            robot: name of the robot; None: the first one.
-            lidar: path of the lidar's prim; None: the only one of the robot.
-            spacing: distance between places, m.
-            scans: number of scans whose likelihoods are multiplied to find the ambiguity.
-            alpha: noise of the motion model, alpha3 of AMCL.
-            progress: called with the completed share of the work, 0 to 1.
+            path: path without suffix; the result is written to a PNG and a CSV file. None writes no files.
+            robot: name of the robot; None takes the first robot.
+            lidar: path of the lidar's prim; None takes the robot's only lidar.
+            spacing: distance between two places, m.
+            scans: number of scans whose likelihoods are multiplied to compute the ambiguity.
+            alpha: translation noise of the motion model, alpha3 of AMCL.
+            progress: function called with the completed share of the work, 0 to 1.
 
         Returns:
             Spread and ambiguity of each place and heading, as `graphengine.physics.occupancy.localizability` defines them.
 
         Raises:
             OSError: a file cannot be written.
-            PrimError: no prim is at a path.
-            UsageError: there is no such robot or lidar, or no free place, or the scene is a graph.
+            PrimError: there is no prim at the path `lidar`.
+            UsageError: the robot or lidar does not exist, the robot has several lidars and `lidar` is None, the lidar is not
+                level, the map has no free place, or a graph was loaded without a scene.
         """
         from graphengine.physics.occupancy.localizability import localizability
         from graphengine.physics.occupancy.localizability_report import write_report
@@ -268,31 +274,31 @@ class Scene:
     ) -> Calibration:
         """Drive a robot alone on a flat floor and measure how it follows its commands, as `graphrun calibrate` does.
 
-        The robot file and its graphs are used as they are; the scene's world and its own graphs are not. The same files
-        give the same figures.
+        The robot file and its graphs are used unchanged; the scene's world and the graphs of the scene file are not used. The
+        same files and arguments give the same results.
 
         >>> result = scene.calibrate()
         >>> result.kinematics, f"{result.wheel_radius:.3f} m", result.outside(0.02)
         ('differential', '0.049 m', ())
 
         Args:
-            robot: name of the robot; None if the scene has only one, or only robots of one file.
-            command_topic: topic to drive it with, of type Twist, TwistStamped or AckermannDriveStamped; a unique end of the
-                name is enough; None if it has only one.
-            speed: speed to command, m/s; at most what the robot's controllers allow.
-            turn_speed: turn rate to command, rad/s; at most what the robot's controllers allow.
+            robot: name of the robot; None takes the only robot, or the first one if all robots have the same robot file.
+            command_topic: topic to drive the robot with, of type Twist, TwistStamped or AckermannDriveStamped. The last part
+                of the name is enough if it is unique. None takes the robot's only command topic.
+            speed: speed to command, m/s; lowered to the limits of the robot's controllers.
+            turn_speed: turn rate to command, rad/s; lowered to the limits of the robot's controllers.
             seed: seed of all random generators.
 
         Raises:
             CheckError: the robot or one of its graphs has errors on the flat floor.
-            UsageError: an argument is invalid, or the scene has several robots or the robot several topics.
+            UsageError: an argument is invalid, or the robot or its command topic is ambiguous.
         """
         from graphengine.api.calibration.calibrator import calibrate
 
         return calibrate(self._loaded, robot, command_topic, speed, turn_speed, seed=seed, modules=self._modules)
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """Pickle the scene as the bytes of its files, the arguments of `load` and the names of modules."""
+        """Return the pickled form: the content of the scene's files, the arguments of `load` and the names of modules."""
         from graphengine.api.scene_loading import unpack
         from graphengine.recording.packing import PackedScene
 
@@ -304,10 +310,10 @@ class Scene:
 
 
 def loaded_of(scene: Scene) -> LoadedScene:
-    """Return the internal form of a scene, with details that `Scene` does not offer."""
+    """Return the internal LoadedScene of a scene, which has details that `Scene` does not expose."""
     return scene._loaded
 
 
 def start_runner(scene: Scene, options: RunOptions) -> Runner:
-    """Start a session and return its runner, which has features that `Session` does not offer."""
+    """Start a session and return its runner, which has features that `Session` does not expose."""
     return Runner(scene._loaded, options, scene._modules)

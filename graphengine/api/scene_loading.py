@@ -1,4 +1,4 @@
-"""Loads files into a checked scene."""
+"""Reads and checks scene and graph files, and returns them as a `Scene`."""
 
 from __future__ import annotations
 
@@ -44,28 +44,29 @@ def load(
     env: Mapping[str, str] = NOTHING,
     allow_scripts: bool = False,
 ) -> Scene:
-    """Read and check a scene or a graph.
+    """Read and check a scene or a graph; return it as a Scene.
 
     >>> scene = ge.load("dd100_flat", set={"DiffController.maxLinearSpeed": 0.8})
     >>> list(scene.robots)
     ['dd100']
 
     Args:
-        source: path of a file, or name of an included scene or graph: `dd100_warehouse`, `dd100/cmd_vel`.
-        set: input values by `[robot/][graph/]Node.port`, globs allowed.
-        scene: scene in which to run a single graph.
-        robot_state: publish the topics of robot_state_publisher for every robot.
-        localization: `truth` publishes map -> odom on tf for every mobile robot, from its true pose.
-        rays: ray casting of lidars: `mujoco`, `fast` (needs numba), or `auto`, which is `fast` if possible.
+        source: path of a file, or name of a scene or graph in the package, such as `dd100_warehouse` or `dd100/cmd_vel`.
+        set: input values by address `[robot/][graph/]Node.port`; each part may be a glob pattern.
+        scene: scene in which to run the graph `source`; None if `source` is a scene or needs no scene.
+        robot_state: whether to publish the topics of robot_state_publisher for every robot.
+        localization: `truth` publishes the transform map -> odom of every mobile robot on tf, from its true pose; None
+            publishes no such transform.
+        rays: ray casting method of lidars: `mujoco`, `fast` (needs numba), or `auto`, which takes `fast` where it works.
         allow: folders from which files may be read, in addition to the folder of the source.
-        message_paths: packages, folders of packages, or single files with message types.
-        packages: `share` folders of ROS packages, in addition to those of AMENT_PREFIX_PATH.
-        modules: Python modules with node types, or their names.
-        env: environment variables that graphs may read, with their values.
-        allow_scripts: let graphs run the Python of their ScriptNodes, without a sandbox.
+        message_paths: message type definitions: ROS packages, folders of packages, or single files.
+        packages: `share` folders of ROS packages, in addition to those in AMENT_PREFIX_PATH.
+        modules: Python modules with node types, or names of such modules.
+        env: values of the environment variables that graphs may read, by name.
+        allow_scripts: whether graphs may run the Python code of their ScriptNodes, without a sandbox.
 
     Raises:
-        CheckError: the files have errors; its `findings` hold all errors, warnings and notes.
+        CheckError: the files have errors; the attribute `findings` has all errors, warnings and notes.
         UsageError: an argument is invalid, such as a missing file or a `set` address that matches no input.
     """
     if rays not in RAYS:
@@ -105,7 +106,7 @@ def load(
 
 
 def open_scene(path: Path, options: Options, modules: Sequence[str] = (), *, graphs: bool = True) -> Scene:
-    """Read and check the scene in a file, with its graphs only if `graphs` is set.
+    """Read and check the scene in a file and return it; if `graphs` is False, its graphs are not loaded.
 
     Raises:
         CheckError: the scene has errors.
@@ -134,7 +135,7 @@ def _registry(modules: Sequence[str | ModuleType]) -> Registry:
 
 
 def unpack(packed: PackedScene, modules: Sequence[str]) -> Scene:
-    """Load a pickled scene. Its files are kept in a temporary folder while the scene or one of its sessions exists."""
+    """Return the scene of a pickle. A temporary folder keeps its files until the scene and all its sessions are deleted."""
     from graphengine.recording.sources import Workspace
 
     folder = tempfile.TemporaryDirectory(prefix="graphengine-")

@@ -1,4 +1,4 @@
-"""The public session: a running scene that can be read and changed between two ticks."""
+"""The class `Session`: a running scene whose values programs read and change between two ticks."""
 
 from __future__ import annotations
 
@@ -47,12 +47,12 @@ class Checkpoint:
 class Session:
     """A running scene: one world, one network, and the state of every node. `Scene.session` starts it.
 
-    Times are s of simulation, lengths m, angles rad, forces N; poses and velocities are in the world frame, quaternions
-    (x, y, z, w). Changes take effect in the next tick. Arrays are read-only views; copy an array to keep it.
+    Times are in simulation time, s; lengths in m, angles in rad, forces in N. Poses and velocities are in the world frame;
+    quaternions are (x, y, z, w). Changes take effect in the next tick. Arrays are read-only views; copy an array to keep it.
 
-    Use a session from one thread at a time: `submit` and `interrupt` may be called from any thread, other concurrent calls
-    raise StateError. After a NodeError or PhysicsError the state is `failed`: values can be read, everything else raises
-    StateError until `reset`.
+    Use a session from one thread at a time. Only `submit` and `interrupt` may be called from any thread; other concurrent
+    calls raise StateError. After a NodeError or PhysicsError, the state is `failed`: values can be read, but methods that
+    change the session raise StateError until `reset` or `restore` is called.
 
     >>> with ge.load("dd100_flat").session() as sim:
     ...     drive = sim.publish("/dd100_0000/cmd_vel", {"linear": {"x": 0.5}}, every=0.1)
@@ -66,26 +66,26 @@ class Session:
         self._runner = runner
         self._graphs: object = None
         self._ports: dict[str, NodePort] = {}
-        """Ports of `_graphs` by the addresses that were asked for."""
+        """Cache of `value`: ports of `_graphs` by the address that the caller gave."""
 
     # Time
 
     @property
     @reading
     def time(self) -> float:
-        """Simulation time since play, s."""
+        """Simulation time, s; 0 at the start and after a reset of the time."""
         return self._runner.session.time
 
     @property
     @reading
     def tick(self) -> int:
-        """Number of ticks since play."""
+        """Number of ticks since the start or since the last reset of the time."""
         return self._runner.session.clock.frame
 
     @property
     @reading
     def state(self) -> SessionState:
-        """`stopped` at time 0, `playing` within `run`, `paused` after it, or `failed`."""
+        """`stopped` (at time 0), `playing` (during `run`), `paused` (after `run` or `step`) or `failed` (after an error)."""
         return self._runner.session.state
 
     @acting
@@ -95,7 +95,7 @@ class Session:
         >>> sim.step(3)
 
         Raises:
-            NodeError: a node raised; commands were set to zero.
+            NodeError: a node raised an exception; joint commands were set to zero.
             PhysicsError: the simulation diverged.
         """
         count = operator.index(ticks)
@@ -112,7 +112,7 @@ class Session:
     ) -> bool:
         """Run for a duration in simulation time, or until a condition holds.
 
-        Ctrl-C ends it between two ticks and raises KeyboardInterrupt; the session stays usable.
+        Ctrl-C ends the run between two ticks and raises KeyboardInterrupt; the session stays usable.
 
         >>> sim.run(1.0)
         True
@@ -120,16 +120,16 @@ class Session:
         True
 
         Args:
-            seconds: duration, s of simulation; None runs without end.
-            rate: s of simulation per second of wall time; infinity runs as fast as possible; None does so with the
-                transport memory, and runs in real time with others.
-            until: condition, called before the first tick and after each tick; True ends the run.
+            seconds: duration in simulation time, s; None runs without end.
+            rate: seconds of simulation per second of wall time; infinity runs as fast as possible. None runs as fast as
+                possible with the transport `memory`, and in real time with other transports.
+            until: condition, called before the first tick and after each tick; if it returns True, the run ends.
 
         Returns:
-            Whether `until` held; without `until`, whether the whole duration passed without `interrupt`.
+            With `until`, whether the condition held; without `until`, whether the whole duration passed without `interrupt`.
 
         Raises:
-            NodeError: a node raised; commands were set to zero.
+            NodeError: a node raised an exception; joint commands were set to zero.
             PhysicsError: the simulation diverged.
         """
         held = until is not None and until(self)
@@ -143,7 +143,10 @@ class Session:
         return held if until is not None else passed
 
     def interrupt(self) -> None:
-        """End `run` after the current tick, or the next `run` before its first tick; any thread may call it."""
+        """End the current `run` after the present tick; without a current `run`, end the next one before its first tick.
+
+        Any thread may call this method.
+        """
         self._runner.session.interrupt()
 
     @reading
@@ -153,11 +156,12 @@ class Session:
         >>> sim.reset("state")
 
         Args:
-            scopes: `time`: clock and graphs; `state`: bodies and joints; `spawned`: removes spawned robots. None given: all.
-            seed: seed of all random generators from now on, if the time is reset; None keeps the seed.
+            scopes: parts to reset: `time` resets the clock and the graphs, `state` resets bodies and joints, `spawned`
+                removes spawned robots. Without scopes, everything is reset.
+            seed: new seed of all random generators, used if the time is reset; None keeps the seed.
 
         Raises:
-            UsageError: a graph outside a spawned robot reads from that robot, so it cannot be removed.
+            UsageError: a spawned robot cannot be removed because a graph outside this robot reads from it.
         """
         self._runner.command("reset", scope=list(scopes) or "all", seed=seed)
 
@@ -165,7 +169,7 @@ class Session:
     def checkpoint(self) -> Checkpoint:
         """Save the complete state; `restore` can return to it any number of times. A recording stores the call.
 
-        Waits until pictures that are being rendered are finished.
+        The call waits until all images that are being rendered are finished.
 
         >>> sim.checkpoint()
         <Checkpoint checkpoint_1>
@@ -180,8 +184,8 @@ class Session:
     def restore(self, checkpoint: Checkpoint) -> None:
         """Return to a checkpoint of this session. A recording stores the call.
 
-        With the transport memory, the same calls then send the same bytes as after the checkpoint. Messages
-        already sent or kept by a `Subscription` remain; sequence numbers of DDS and times of a recording continue.
+        With the transport `memory`, the same calls then send the same bytes as they did after the checkpoint. Messages that
+        were already sent, or that a `Subscription` keeps, remain. Sequence numbers of DDS and times in a recording continue.
 
         >>> mark = sim.checkpoint()
         >>> sim.run(1.0)
@@ -205,10 +209,10 @@ class Session:
     def reload(self) -> Reloaded:
         """Read the files of the scene again and run the changed scene. A recording stores the call, with the changed files.
 
-        Changed graphs are replaced and the world continues. A node of the same name and type, with the same ports, keeps its
-        state. An input keeps its value while its wire, or its value in the file, is the same. Unchanged topics keep their
+        Changed graphs are replaced, and the world continues. A node whose name, type and ports are unchanged keeps its
+        state. An input keeps its value if its wire, or its value in the file, is unchanged. Unchanged topics keep their
         endpoints. A change of the world or of a robot restarts the session at time 0, without spawned robots. An earlier
-        checkpoint restores the earlier version of the files. Python modules with node types are not read again.
+        checkpoint restores the earlier version of the files. Python modules with node types are not imported again.
 
         >>> print(sim.reload())
         no file changed: graphs and world are unchanged
@@ -229,8 +233,8 @@ class Session:
         (0.0, 0.0, 0.0)
 
         Args:
-            address: `[robot/][graph/][subgraph/…]Node.[inputs:|outputs:|state:]port`, or a unique suffix of it. Without
-                `inputs:`, `outputs:` or `state:`, outputs are searched before inputs.
+            address: `[robot/][graph/][subgraph/…]Node.[inputs:|outputs:|state:]port`; the optional parts are needed only
+                if several ports match. Without `inputs:`, `outputs:` or `state:`, outputs are searched before inputs.
 
         Raises:
             UsageError: no port or several ports match the address.
@@ -250,7 +254,7 @@ class Session:
         {'dd100/joint_states/ComputeOdom.position': (0.0, 0.0, 0.0)}
 
         Args:
-            pattern: address as in `value`, with globs in its parts.
+            pattern: address as in `value`; each part may be a glob pattern, such as `*`.
 
         Raises:
             UsageError: no port matches.
@@ -259,16 +263,16 @@ class Session:
 
     @acting
     def set(self, address: str, value: Any) -> None:
-        """Set unwired inputs to a value, which they keep through `reset`. A recording stores the call.
+        """Set unwired inputs to a value, which the inputs keep through `reset`. A recording stores the call.
 
         >>> sim.set("dd100/cmd_vel/DiffController.maxLinearSpeed", 1.0)
 
         Args:
-            address: `[robot/][graph/]Node.port`, globs allowed.
-            value: value as in a graph file; all matching inputs get it.
+            address: `[robot/][graph/]Node.port`; each part may be a glob pattern.
+            value: value as in a graph file; all matching inputs get this value.
 
         Raises:
-            UsageError: no input matches, an input is wired, or its type does not allow the value; no input has changed.
+            UsageError: no input matches, a matching input is wired, or the value is invalid for its type. No input has changed.
         """
         self._runner.command("set", address=address, value=plain(value))
 
@@ -280,7 +284,7 @@ class Session:
         {}
 
         Args:
-            graph: `robot/graph`, or a unique suffix of it.
+            graph: name of the graph, `robot/graph` for a robot's graph; `robot/` may be left out if the rest is unique.
 
         Raises:
             UsageError: no graph or several graphs match the name.
@@ -327,9 +331,9 @@ class Session:
 
         Args:
             topic: full name of the topic.
-            message: mapping of fields, or a message of `graphengine.messages.messages`. With the transport memory it
-                arrives in the next tick.
-            every: period, s of simulation, until the publication is closed; None sends it once.
+            message: mapping of fields, or a message of `graphengine.messages.messages`. With the transport `memory`, the
+                message arrives in the next tick.
+            every: period in simulation time, s; the message is sent until the publication is closed. None sends it once.
             type: name or class of the message type; needed if no graph uses the topic.
 
         Raises:
@@ -340,22 +344,23 @@ class Session:
 
     @acting
     def call(self, service: str, request: Any, timeout: float = 5.0, type: str | None = None) -> Any:
-        """Call a service and run ticks until it answers.
+        """Call a service, run ticks until the response arrives, and return the response.
 
         >>> sim.call("/set_bool", {"data": True})  # doctest: +SKIP
 
         Args:
             service: full name of the service.
             request: mapping of fields, or a request message.
-            timeout: longest time to wait for the response, s of simulation.
+            timeout: longest simulation time to wait for the response, s.
             type: name of the service type, such as `std_srvs/srv/SetBool`; needed if no graph uses the service.
 
         Returns:
             The response message.
 
         Raises:
-            TransportError: no response within the timeout.
-            UsageError: no graph uses the service and `type` is missing.
+            MessageError: the request does not match its type.
+            TransportError: no response arrives within the timeout.
+            UsageError: no graph uses the service and `type` is missing, or the graphs use another type.
         """
         return call_service(self._runner, service, request, timeout, type)
 
@@ -364,7 +369,7 @@ class Session:
     @property
     @reading
     def robots(self) -> Mapping[str, Robot]:
-        """Robots by name, spawned ones included.
+        """All robots by name, including spawned robots.
 
         >>> sim.robots["dd100"].namespace
         'dd100_0000'
@@ -381,7 +386,7 @@ class Session:
         linear: Vector3 | None = None,
         angular: Vector3 | None = None,
     ) -> None:
-        """Move a robot or object to a pose; its joint states do not change. Overlaps are logged as warnings.
+        """Move a robot or object to a pose; joint states do not change. Overlaps with other bodies are logged as warnings.
 
         >>> sim.move("dd100", position=(1.0, 2.0))
 
@@ -389,8 +394,8 @@ class Session:
             entity: name of the robot or the object.
             position: (x, y, z), or (x, y) to keep the height, in the world frame, m; None keeps the position.
             orientation: quaternion (x, y, z, w) in the world frame; None keeps the orientation.
-            linear: velocity in the world frame, m/s; None is zero.
-            angular: velocity in the world frame, rad/s; None is zero.
+            linear: linear velocity after the move, in the world frame, m/s; None means zero.
+            angular: angular velocity after the move, in the world frame, rad/s; None means zero.
 
         Raises:
             UnknownEntityError: no robot or object has the name.
@@ -416,14 +421,15 @@ class Session:
 
         Args:
             entity: name of the robot or the object.
-            force: force in the world frame, N.
-            duration: time for which it acts, s of simulation; an impulse acts for one tick if None.
-            impulse: impulse in the world frame, N s, spread over the duration; replaces `force`.
-            at: point at which it acts, in the world frame, m; None is the centre of mass.
+            force: force in the world frame, N; requires `duration`.
+            duration: simulation time for which the force or impulse acts, s; None is one tick, for an impulse only.
+            impulse: impulse in the world frame, N s, spread over `duration`; an alternative to `force`.
+            at: point of application in the world frame, m; None is the centre of mass.
 
         Raises:
             UnknownEntityError: no robot or object has the name.
-            UsageError: the robot or object cannot move, or both or neither of `force` and `impulse` are given.
+            UsageError: the robot or object cannot move, both or neither of `force` and `impulse` are given, or a force has no
+                duration.
         """
         how = {"force": force, "impulse": impulse, "duration": duration, "at": at}
         self._runner.command("push", entity=entity, **plain(how))
@@ -440,23 +446,24 @@ class Session:
         at: str | None = None,
         robot_state: bool = False,
     ) -> Robot:
-        """Add a robot to the scene. Overlaps are logged as warnings.
+        """Add a robot to the scene and return it. Overlaps with other bodies are logged as warnings.
 
         >>> sim.spawn("second", "robots/dd100.yaml", position=(0, 2, 0.03), namespace="second").namespace
         'second'
 
         Args:
             name: name of the robot, unique in the scene.
-            use: robot file or robot description: a path from the working directory, or else as `use` in a scene file.
-            position: position of its base link in the world frame, m.
-            orientation: quaternion (x, y, z, w) in the world frame.
-            namespace: namespace of the robot's topics; replaces that of the robot file.
+            use: robot file or robot description (such as URDF). A path is first looked up in the working directory, then
+                like the path after `use` in a scene file.
+            position: position of the robot's base link in the world frame, m.
+            orientation: orientation of the robot's base link in the world frame, quaternion (x, y, z, w).
+            namespace: namespace of the robot's topics; None takes the namespace in the robot file.
             at: path of the robot's prim; None is `/NAME`.
             robot_state: publish the topics of robot_state_publisher.
 
         Raises:
             CheckError: the robot or one of its graphs has errors; nothing has changed.
-            UsageError: the session has no scene.
+            UsageError: the session runs a graph without a scene, or an argument is invalid.
         """
         given = {
             "use": os.path.abspath(use) if os.path.isfile(use) else str(use),
@@ -477,7 +484,7 @@ class Session:
 
         Raises:
             UnknownEntityError: no robot has the name.
-            UsageError: a graph outside the robot reads from it.
+            UsageError: a graph outside the robot reads from this robot.
         """
         self._runner.command("delete", name=name)
 
@@ -497,23 +504,23 @@ class Session:
 
     @acting
     def press(self, *keys: str) -> None:
-        """Press keys, given by their names in OmniGraph, and hold them from the next tick until `release`.
+        """Press keys of the simulated keyboard, from the next tick until `release`. Keys have the names that OmniGraph uses.
 
         >>> sim.press("W", "LeftShift")
 
         Raises:
-            UsageError: no key has the name.
+            UsageError: a key has an unknown name.
         """
         self._runner.command("press", keys=list(keys))
 
     @acting
     def release(self, *keys: str) -> None:
-        """Release keys; a key pressed since the last tick stays down for one tick.
+        """Release keys of the simulated keyboard; a key that was pressed since the last tick stays down for one tick.
 
         >>> sim.release("W", "LeftShift")
 
         Raises:
-            UsageError: no key has the name.
+            UsageError: a key has an unknown name.
         """
         self._runner.command("release", keys=list(keys))
 
@@ -527,8 +534,8 @@ class Session:
         (180, 320, 3)
 
         Args:
-            view: `top`, `perspective`, a camera of the world's MJCF, or name or path of a camera's prim.
-            path: PNG file to write; None writes none.
+            view: `top`, `perspective`, the name of a camera in the world's MJCF, or the name or path of a camera prim.
+            path: PNG file to write; None writes no file.
             size: width and height, pixels; None is the camera's own size, or (1280, 720) for a view.
 
         Returns:
@@ -537,7 +544,7 @@ class Session:
         Raises:
             OSError: the file cannot be written.
             RenderError: OpenGL is missing or failed.
-            UsageError: no view or camera has the name.
+            UsageError: no view or camera has the name, several camera prims have it, or the session has no scene.
         """
         pixels = look(simulated(self._runner.session.services.world), view, size).rgb
         if path is not None:
@@ -546,10 +553,10 @@ class Session:
 
     @acting
     def view(self, host: str = "127.0.0.1", port: int = 0, *, read_only: bool = False) -> str:
-        """Serve a page that shows the world in 3D and the graphs with live values, and that controls the session.
+        """Serve a web page that shows the world in 3D and the graphs with live values, and that controls the session.
 
-        Anyone with the address can use the page: it contains the access token. Ticks update the page, so it stands
-        still between calls of `run` and `step`.
+        The address contains the access token, so anyone who has the address can use the page. Each tick updates the page;
+        between calls of `run` and `step` the page does not change.
 
         >>> sim.view()  # doctest: +SKIP
         'http://127.0.0.1:40123/?token=…'
@@ -557,20 +564,20 @@ class Session:
         Args:
             host: address to listen on; any other than 127.0.0.1 lets other machines connect, unencrypted.
             port: TCP port; 0 chooses a free one.
-            read_only: whether viewers can see the session but not control it.
+            read_only: whether viewers can only watch the session, not control it.
 
         Returns:
-            The address of the page; it stays the same while the page's process runs.
+            The address of the page. Further calls return the same address while the process that serves the page runs.
 
         Raises:
-            UsageError: the extra `view` is not installed, or the port is taken.
+            UsageError: the extra `view` is not installed, or the port is in use.
         """
         return open_page(self._runner, host, port, read_only=read_only)
 
     # From other threads
 
     def submit(self, command: str, arguments: Mapping[str, Any] | None = None) -> Future[Any]:
-        """Queue a command of `graphrun ctl` for execution before the next tick; any thread may call it.
+        """Queue a command of `graphrun ctl` for execution before the next tick; any thread may call this method.
 
         >>> done = sim.submit("push", {"entity": "dd100", "force": [0, 80, 0], "duration": 0.5})
         >>> sim.step()
@@ -582,11 +589,12 @@ class Session:
             arguments: arguments of the command, as JSON values.
 
         Returns:
-            A future, completed in the session's thread: with the result, the session's exception, UsageError for invalid
-            arguments, or StateError if the session closes first.
+            A future, which the session's thread completes with the result or with an exception: the exception of the
+            command, UsageError for invalid arguments, or StateError if the session is closed before the
+            command is executed.
 
         Raises:
-            UsageError: an argument cannot be written as JSON.
+            UsageError: an argument cannot be converted to JSON.
         """
         return self._runner.queue.submit(command, plain(arguments))
 

@@ -1,4 +1,4 @@
-"""Subscriptions, publications and service calls of a session's user."""
+"""Subscriptions, publications and service calls with which a program talks to the graphs of a session."""
 
 from __future__ import annotations
 
@@ -22,13 +22,14 @@ from graphengine.ros.transport import Reader, Transport, Writer
 M = TypeVar("M")
 
 MessageType = str | type[Any] | None
-"""Name such as `nav_msgs/msg/Odometry`, class of `graphengine.messages.messages`, or None for the type that graphs use."""
+"""A message type: its name, such as `nav_msgs/msg/Odometry`, a class of `graphengine.messages.messages`, or None for the type
+that the graphs use."""
 
 
 class Subscription(Generic[M]):
-    """Messages of a topic, decoded when they are read. `Session.subscribe` returns it.
+    """A subscription and its received messages, which are decoded when they are read. `Session.subscribe` returns it.
 
-    It keeps its messages through a reset and after the session is closed.
+    The messages stay readable after a reset and after the session is closed.
 
     Attributes:
         topic: full name of the topic.
@@ -62,22 +63,22 @@ class Subscription(Generic[M]):
 
     @property
     def latest(self) -> M | None:
-        """The newest message, or None before the first; its arrays are read-only."""
+        """The newest message; None before the first message. The arrays in a message are read-only."""
         return self._decode(self._kept[-1]) if self._kept else None
 
     @property
     def latest_data(self) -> bytes | None:
-        """The newest message as serialized CDR data; None before the first."""
+        """The newest message as serialized CDR data; None before the first message."""
         return self._kept[-1] if self._kept else None
 
     @property
     def messages(self) -> list[M]:
-        """The kept messages, oldest first; their arrays are read-only."""
+        """The newest messages, at most `keep`, oldest first. The arrays in the messages are read-only."""
         return [self._decode(data) for data in tuple(self._kept)]
 
     @property
     def dropped(self) -> int:
-        """Number of messages discarded because newer ones exceeded `keep`."""
+        """Number of messages that were discarded because more than `keep` messages arrived."""
         return max(self._arrived - len(self._kept), 0)
 
     def __iter__(self) -> Iterator[M]:
@@ -87,7 +88,7 @@ class Subscription(Generic[M]):
         return len(self._kept)
 
     def close(self) -> None:
-        """Unsubscribe; messages that arrived stay readable. Safe to call twice."""
+        """Destroy the subscription. Messages that were received stay readable. Safe to call twice."""
         self._reader.close()
 
     def __repr__(self) -> str:
@@ -97,7 +98,7 @@ class Subscription(Generic[M]):
 
 @acting
 def open_subscription(user: HasRunner, topic: str, type: MessageType, keep: int) -> Subscription[Any]:
-    """Subscribe to a topic. The arguments are those of `Session.subscribe`."""
+    """Return a new subscription in the session of the object `user`. The other arguments are those of `Session.subscribe`."""
     return Subscription(user._runner, topic, type, keep)
 
 
@@ -130,7 +131,11 @@ class Publication(Stateful):
             runner.publications[self] = None
 
     def after_tick(self, frame: int) -> None:
-        """Send the message if it is due in the next tick. The session calls this with its number of ticks since play."""
+        """Send the message if its period has passed. The session calls this method after each tick.
+
+        Args:
+            frame: number of ticks since the start or since the last reset of the time.
+        """
         if frame < self._last:  # time was reset
             self._begin, self._sent = frame, -1
         self._last = frame
@@ -141,7 +146,7 @@ class Publication(Stateful):
             self._writer.write(self._data)
 
     def close(self) -> None:
-        """Stop sending; safe to call twice."""
+        """Stop sending the message. Safe to call twice."""
         self._runner.publications.pop(self, None)
 
     def __repr__(self) -> str:
@@ -149,7 +154,7 @@ class Publication(Stateful):
 
 
 def call_service(runner: Runner, service: str, request: Any, timeout: float, type: str | None) -> Any:
-    """Call a service and run ticks until the response arrives. The arguments are those of `Session.call`."""
+    """Call a service, run ticks until the response arrives, and return it. The arguments are those of `Session.call`."""
     service, transport, _, service_type = _find(runner, service, type, ("serve", "call"))
     definitions = runner.scene.definitions
     request_type, response_type = definitions.service_parts(service_type)
@@ -171,13 +176,13 @@ def call_service(runner: Runner, service: str, request: Any, timeout: float, typ
     finally:
         client.close()
     if not answers:
-        why = "" if sent else f"\n  nobody offers it as {service_type}"
-        raise TransportError(f"{service}: no answer within {timeout:g} s of simulation{why}")
+        why = "" if sent else f"\n  there is no server of type {service_type}"
+        raise TransportError(f"{service}: no response within {timeout:g} s of simulation{why}")
     return messages.decode(answers[0], response_type, definitions)
 
 
 def _encoded(runner: Runner, message: Any, message_type: str) -> bytes:
-    """Return the encoded bytes of a message, given as a message or as a mapping of its fields.
+    """Return a message as CDR data; `message` is a message object or a mapping of its fields.
 
     Raises:
         MessageError: the message does not match the type.
@@ -194,7 +199,7 @@ def _encoded(runner: Runner, message: Any, message_type: str) -> bytes:
 def _writer(
     runner: Runner, topic: str, message_type: str, transport: Transport, claims: Sequence[EndpointClaim]
 ) -> Writer:
-    """Return a topic's writer, shared by all its messages, with a QoS that every reader in the graphs accepts."""
+    """Return the writer that all publications on a topic share. Its QoS is compatible with every subscription in the graphs."""
     key = (topic, message_type, transport)
     if key not in runner.writers:
         read = [settled(claim.qos) for claim in claims if claim.direction == "subscribe"]
@@ -210,17 +215,18 @@ def _writer(
 def _find(
     runner: Runner, name: str, given: MessageType, directions: Sequence[str], *, known: bool = False
 ) -> tuple[str, Transport, list[EndpointClaim], str]:
-    """Return full name, transport, claims of nodes and type of a topic or service.
+    """Return the full name of a topic or service, its transport, the claims of nodes that use it, and its type.
 
     Args:
         runner: runner of the session.
-        name: absolute name; the first slash may be left out.
+        name: absolute name of the topic or service; the leading slash may be left out.
         given: type given by the user, or None.
-        directions: directions of the claims to consider, such as `publish`; the first with a claim decides the type.
-        known: whether a graph must use the name even if the type is given.
+        directions: directions of claims to consider, such as `publish`. If `given` is None, a claim with the first of these
+            directions decides the type.
+        known: whether a graph must use the topic or service even if the type is given.
 
     Raises:
-        UsageError: no graph uses the name, or the graphs use another type.
+        UsageError: no graph uses the topic or service, or the graphs use another type.
     """
     full = name if name.startswith("/") else f"/{name}"
     check_topic(full, given=name)
@@ -240,6 +246,6 @@ def _find(
         raise UsageError(f"type: expected a message type such as 'nav_msgs/msg/Odometry', or its class, got {given!r}")
     types = list(dict.fromkeys(kind for claim in claims for kind in (claim.message_type, *claim.alternatives)))
     if wanted and types and wanted not in types:
-        raise UsageError(f"{full} is {' or '.join(types)}, not {wanted}")
+        raise UsageError(f"{full} has the type {' or '.join(types)}, not {wanted}")
     transport = runner.network.transport(claims[0].ros_context if claims else 0)
     return full, transport, claims, wanted or types[0]

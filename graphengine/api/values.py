@@ -1,4 +1,4 @@
-"""Conversion of values that the public API returns or accepts."""
+"""Converts values that the public API returns or accepts."""
 
 from __future__ import annotations
 
@@ -21,10 +21,10 @@ def read_only(value: Any) -> Any:
 
 
 def plain(value: Any) -> Any:
-    """Return the value as JSON types; arrays become lists.
+    """Return the value converted to JSON types; arrays and tuples become lists.
 
     Raises:
-        UsageError: the value cannot be written as JSON.
+        UsageError: the value cannot be converted to JSON.
     """
     if isinstance(value, np.ndarray | np.generic):
         return plain(value.tolist())
@@ -34,4 +34,4 @@ def plain(value: Any) -> Any:
         return [plain(item) for item in value]
     if value is None or isinstance(value, bool | int | float | str):
         return value
-    raise UsageError(f"expected numbers, texts, booleans and lists of them, got {shown(value)}")
+    raise UsageError(f"expected a number, string, boolean, None, or a list or mapping of these, got {shown(value)}")

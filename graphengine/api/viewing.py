@@ -1,4 +1,4 @@
-"""The web page that shows and controls a session."""
+"""Opens the web page that shows and controls a session."""
 
 from __future__ import annotations
 
@@ -19,21 +19,21 @@ if TYPE_CHECKING:
     from graphengine.view.layer_data import FloorMap
 
 EVERY = 0.1
-"""Period of the commands of a viewer who drives, s of simulation."""
+"""Period of the velocity messages while a viewer drives a robot, s of simulation time."""
 MAP_HEIGHTS, MAP_CELL = (0.2, 0.62), 0.05
-"""Height range of obstacles and cell size of the occupancy map, m: the defaults of `graphrun map`."""
+"""Height range of obstacles and side of a cell for the page's occupancy map, m; `graphrun map` has the same defaults."""
 TWISTS = ("geometry_msgs/msg/Twist", "geometry_msgs/msg/TwistStamped")
 
 
 class TwistPublisher:
-    """Publishes the velocities that viewers command; a recording stores them like the messages of another program."""
+    """Publishes the velocities that viewers command. Recordings store these messages like messages of other programs."""
 
     def __init__(self, runner: Runner) -> None:
         self._runner = runner
         self._driven: dict[str, Publication] = {}
 
     def topics(self) -> Mapping[str, str]:
-        """Return the velocity topic of each robot, by the robot's name; robots without one are left out."""
+        """Return the velocity topic of each robot by robot name; robots without a velocity topic are left out."""
         found: dict[str, str] = {}
         stage = self._runner.session.services.stage
         for prim in stage.prims("robot"):
@@ -44,7 +44,7 @@ class TwistPublisher:
         return found
 
     def _twists(self) -> dict[str, str]:
-        """Return the message type of each topic on which a graph takes velocities."""
+        """Return the message type, Twist or TwistStamped, of each velocity topic that a graph subscribes to."""
         found: dict[str, str] = {}
         for end in self._runner.network.subscriptions:
             if end.claim.message_type in TWISTS:
@@ -52,7 +52,12 @@ class TwistPublisher:
         return found
 
     def drive(self, topic: str, twist: tuple[float, float, float] | None) -> None:
-        """Publish a twist until the next call: forward and sideways, m/s, and turn, rad/s; None stops the robot."""
+        """Publish a twist periodically until the next call for the topic.
+
+        Args:
+            topic: velocity topic.
+            twist: velocity forward and to the left, m/s, and turn rate, rad/s; None publishes a zero velocity once.
+        """
         if topic in self._driven:
             self._driven.pop(topic).close()
         x, y, turn = twist or (0.0, 0.0, 0.0)
@@ -65,12 +70,12 @@ class TwistPublisher:
 
 
 def findings_of(session: SessionCore) -> Sequence[Finding | str]:
-    """Return the findings of the files that the session runs, and of changed files that it rejected because of errors."""
+    """Return the findings of the session's files, and those of changed files that a reload rejected because of errors."""
     return [*session.findings, *scene_of(session).findings.sorted()]
 
 
 def missing_packages() -> list[str]:
-    """Return the packages of the extra `view` that are not installed."""
+    """Return the names of packages that the web page needs (extra `view`) and that are not installed."""
     return [name for name in ("viser", "graphlay") if importlib.util.find_spec(name) is None]
 
 
@@ -78,11 +83,11 @@ def check_packages() -> None:
     """Raise UsageError if the extra `view` is not installed."""
     missing = missing_packages()
     if missing:
-        raise UsageError(f"the page needs {' and '.join(missing)}\n  pip install 'graphengine[view]'")
+        raise UsageError(f"the web page needs {' and '.join(missing)}\n  pip install 'graphengine[view]'")
 
 
 def open_page(runner: Runner, host: str, port: int, *, read_only: bool) -> str:
-    """Return the address of the page of a session; start the page if it does not run yet or its process has ended.
+    """Return the address of a session's web page; start the page first if no process serves the page.
 
     Raises:
         UsageError: the extra `view` is not installed, or the address cannot be used.
@@ -119,10 +124,10 @@ def open_page(runner: Runner, host: str, port: int, *, read_only: bool) -> str:
 
 
 def make_floor(session: SessionCore) -> FloorMap:
-    """Return the occupancy map of a session's scene, as `graphrun map` makes it.
+    """Return the occupancy map of a session's scene, made with the default arguments of `graphrun map`.
 
     Raises:
-        UsageError: the scene has no map.
+        UsageError: the session runs a graph without a scene, or no map can be made.
     """
     from graphengine.physics.occupancy.occupancy_map import MapRequest, make_map
     from graphengine.view.layer_data import FloorMap

@@ -15,51 +15,55 @@ from typing import Any, NoReturn
 from graphengine.format.version import __version__
 
 VERBS = {
-    "demo": "run a demo: a robot drives through a warehouse, with commands to try",
-    "new": "begin a project: a robot from its description, its graphs, a scene and a test",
+    "demo": "run a demo in which a robot drives through a warehouse, and print commands to try",
+    "new": "create a project folder with a robot, its graphs, a scene and a test",
     "run": "run a scene or a graph",
-    "ctl": "control a running session: pause, step, reset, spawn, push",
+    "ctl": "control a running simulation: pause, step, reset, spawn, push",
     "replay": "replay a recorded run and compare the output byte by byte",
-    "view": "show a recorded run on a web page: play it, go to any time, find where a replay first differs",
+    "view": "show a recorded run on a web page: play it, go to any time, find the first difference of a replay",
     "check": "report all errors and warnings in scenes and graphs",
-    "show": "show a graph's nodes and wires, its schedule, its generated code or a drawing",
-    "snapshot": "render a picture of a scene, from above, in perspective or from one of its cameras",
-    "calibrate": "drive a robot on a flat floor and measure how it follows its commands: speeds, wheel radius, odometry, drift",
+    "show": "print a graph's nodes and wires, its schedule or its generated code, or draw the graph",
+    "snapshot": "render an image of a scene, from above, in perspective or from one of its cameras",
+    "calibrate": "drive a robot on a flat floor and measure its speeds, drift, odometry errors and effective wheel radius",
     "map": "make an occupancy map of a scene for nav2's map_server",
-    "import": "convert the graphs of an Isaac Sim script or USD stage to YAML",
-    "export": "convert a graph to a script that builds it in Isaac Sim",
-    "import-robot": "make a robot file from a URDF, xacro, SDF or MJCF file, or the description of a running ROS 2 system",
+    "import": "convert the ActionGraphs of an Isaac Sim script or USD stage to YAML files",
+    "export": "convert a graph to a Python script that builds it in Isaac Sim",
+    "import-robot": "make a robot file from a URDF, xacro, SDF or MJCF file, or from a running ROS 2 system",
     "topics": "list the topics, services and actions of a scene without running it: types, QoS, frames, rates",
-    "robots": "list the robots of a scene, with their topics and URDF for robot_state_publisher",
-    "topic": "inspect topics of a live network, with or without ROS: list, info, echo, hz, delay, pub",
-    "service": "list and call services of a live network, with or without ROS: list, type, call",
-    "action": "list actions of a live network and send goals, with or without ROS: list, info, send_goal",
-    "node": "show the nodes of a live network, with or without ROS: list, info",
-    "param": "read and set parameters of nodes on a live network, with or without ROS: list, get, set, describe, dump, load",
-    "tf": "show the frame tree of a live network",
-    "nav2": "drive robots with Nav2: write its files for a scene, send goals and measure how they are reached",
+    "robots": "list the robots of a scene with their robot_state_publisher topics, or print the URDF of a robot",
+    "topic": "inspect topics on a live network, with or without ROS installed: list, info, echo, hz, delay, pub",
+    "service": "list and call services on a live network, with or without ROS installed: list, type, call",
+    "action": "list actions and send goals on a live network, with or without ROS installed: list, info, send_goal",
+    "node": "inspect nodes on a live network, with or without ROS installed: list, info",
+    "param": "read and set parameters on a live network, with or without ROS installed: list, get, set, describe, dump, load",
+    "tf": "print the tf frame tree of a live network",
+    "nav2": "drive the robots of a scene with Nav2: write Nav2's files, send goals and measure how well robots reach them",
     "teleop": "drive a robot from the keyboard",
-    "nodes": "list node types and their ports",
+    "nodes": "list all node types, or print the ports of one",
     "completion": "print the script for tab completion of graphrun in bash, zsh or fish",
     "schema": "print the JSON Schema of graph, scene or robot files, for editors",
 }
 
 OUT_OF_MEMORY = 3
-"""Exit code."""
+"""Exit code of `graphrun` when memory runs out."""
 
 MODULES = {"import": "import_graph", "import-robot": "import_urdf"}
-"""Modules of verbs that have another name."""
+"""Module name by verb, for verbs whose module is named differently."""
 OLD_NAMES = {"import-urdf": "import-robot"}
-"""Former names of verbs, which still work."""
+"""Current name of a verb by its former name; former names still work."""
 
 
 class Parser(argparse.ArgumentParser):
-    """A parser that reports errors in one sentence, with suggestions and without control characters."""
+    """A parser whose error messages have suggestions for misspelt words and no control characters."""
 
     def parse_known_args(  # type: ignore[override]  # typeshed's overloads say no more
         self, args: Sequence[str] | None = None, namespace: Any = None
     ) -> tuple[Any, list[str]]:
-        """Parse arguments. The verb's parser reports unknown options, because it can suggest similar ones."""
+        """Parse arguments; exit with an error for unknown ones.
+
+        The parser of each verb reports its unknown arguments itself. In argparse, the top-level parser reports them; it does not
+        know the options of the verb, so it cannot suggest similar ones.
+        """
         parsed, unknown = super().parse_known_args(args, namespace)
         if unknown:
             options = [word.partition("=")[0] for word in unknown if word.startswith("--")]
@@ -67,7 +71,7 @@ class Parser(argparse.ArgumentParser):
         return parsed, unknown
 
     def error(self, message: str) -> NoReturn:
-        """Print an error of the command line and exit with code 2."""
+        """Print an error in the command line, with a suggestion if there is one, and exit with code 2."""
         from graphengine.cli.common import clean
 
         if choice := _CHOICE.search(message):
@@ -76,10 +80,10 @@ class Parser(argparse.ArgumentParser):
 
 
 class Version(argparse.Action):
-    """Prints the version; with `--verbose` before or after it, also how this machine can confine untrusted files."""
+    """The option `--version`: print the version. With `--verbose`, also print which sandbox features the kernel has."""
 
     def __call__(self, parser: argparse.ArgumentParser, *_: object) -> NoReturn:
-        """Print the version and exit with code 0."""
+        """Print the version, and the sandbox features if `--verbose` is given; exit with code 0."""
         print(f"graphrun {__version__}")
         if parser.get_default("verbose"):
             from graphengine.sandbox.borders import describe
@@ -92,7 +96,7 @@ _CHOICE = re.compile(r"invalid choice: '(.*)' \(choose from (.*)\)")
 
 
 def _hint(words: Iterable[str], legal: Iterable[str]) -> str:
-    """Return suggestions for misspelt words, one line for each word that is similar to a legal one."""
+    """Return one line with a suggestion for each word that is similar to a legal word; an empty text without one."""
     from graphengine.format.wording import did_you_mean
 
     names = list(legal)
@@ -100,18 +104,18 @@ def _hint(words: Iterable[str], legal: Iterable[str]) -> str:
 
 
 def add_verb(verbs: Any, name: str, summary: str, **more: Any) -> Any:
-    """Add the parser of a verb; its description is the summary as a sentence."""
+    """Add and return the parser of a verb. The summary, as a sentence, is the description of the parser."""
     return verbs.add_parser(name, help=summary, description=f"{summary[0].upper()}{summary[1:]}.", **more)
 
 
 def make_parser(*whole: str) -> argparse.ArgumentParser:
-    """Return the parser of the command line; it knows all verbs, but only the arguments of the given ones."""
+    """Return the parser of the command line. It has all verbs, but the arguments only of the verbs in `whole`."""
     parser = Parser(
-        prog="graphrun", description="OmniGraph-style ActionGraphs in YAML, run against MuJoCo, seen by ROS 2."
+        prog="graphrun", description="Run OmniGraph-style ActionGraphs, written in YAML, with MuJoCo physics and ROS 2."
     )
     parser.add_argument("--version", action=Version, nargs=0, help="show the version and exit")
     parser.add_argument(
-        "--verbose", action="store_true", help="with --version: also show how this machine can confine untrusted files"
+        "--verbose", action="store_true", help="with --version: also show which sandbox features this kernel has"
     )
     verbs = parser.add_subparsers(dest="verb", metavar="VERB", required=True)
     for name, summary in VERBS.items():
@@ -124,11 +128,11 @@ def make_parser(*whole: str) -> argparse.ArgumentParser:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the program with the given arguments, or with those of the command line.
+    """Run `graphrun` with the given arguments; None takes the arguments of the command line.
 
     Returns:
-        0: success, also after Ctrl-C in a run; 1: errors in files or in the run; 2: invalid command line; 3: out of
-        memory; 130: Ctrl-C before a run or a result.
+        The exit code. 0: success, also if Ctrl-C ended a run; 1: errors in files or in the run; 2: invalid command line;
+        3: out of memory; 130: Ctrl-C before a run began or before there was a result.
     """
     if arguments is None:  # called by `graphrun`, not by a test or another program in its own process
         gc.set_threshold(10_000)  # collections at the default take a sixth of the start, and free almost nothing
@@ -146,7 +150,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _execute(parsed: argparse.Namespace) -> int:
-    """Execute the verb and return its exit code; for an exception, print the message and return the matching code."""
+    """Execute the verb and return its exit code. If it raises, print the message and return the exit code for the exception."""
     from graphengine.cli.common import clean, explain
     from graphengine.format.errors import CheckError, GraphError, UsageError
     from graphengine.format.process_limits import SMALLEST, has_address_space

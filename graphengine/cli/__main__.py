@@ -1,4 +1,4 @@
-"""`python -m graphengine.cli`."""
+"""Runs `graphrun` as `python -m graphengine.cli`."""
 
 import sys
 

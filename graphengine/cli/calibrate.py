@@ -1,4 +1,4 @@
-"""`graphrun calibrate`: drive a robot on a flat floor and measure how it follows its commands."""
+"""`graphrun calibrate`: drive a robot on a flat floor and measure how well it follows its velocity commands."""
 
 from __future__ import annotations
 
@@ -38,22 +38,28 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("file", metavar="SCENE", help=what)
     drive = parser.add_argument_group("test drives")
     drive.add_argument("--robot", metavar="NAME", help="robot to calibrate (default: the only one)")
-    topic = "Twist, TwistStamped or AckermannDriveStamped topic (default: the only one)"
+    topic = "command topic of the robot, a Twist, TwistStamped or AckermannDriveStamped (default: the only one)"
     drive.add_argument("--command-topic", metavar="TOPIC", help=topic)
-    limit = "at most what the controllers allow"
-    drive.add_argument("--speed", metavar="V", type=number, default=0.3, help=f"m/s (default 0.3); {limit}")
-    drive.add_argument("--turn-speed", metavar="W", type=number, default=0.6, help=f"rad/s (default 0.6); {limit}")
+    limit = "reduced to the limits of the robot's controllers"
+    drive.add_argument(
+        "--speed", metavar="V", type=number, default=0.3, help=f"speed to command, m/s (default 0.3); {limit}"
+    )
+    turn = f"turn rate to command, rad/s (default 0.6); {limit}"
+    drive.add_argument("--turn-speed", metavar="W", type=number, default=0.6, help=turn)
     result = parser.add_argument_group("result")
-    check = "exit with 1 if a reached speed is off by a larger share (default 0.02; turns and sideways: 1.5 times that)"
+    check = "exit with code 1 if a reached speed differs from the command by more than this share (default 0.02; 1.5 times as"
+    check += " much for turns and sideways drives)"
     result.add_argument("--check", metavar="BOUND", type=number, nargs="?", const=BOUND, help=check)
-    write = "write wheel radius, track, wheel base and covariances to the robot's graph and robot files"
+    write = (
+        "write the measured wheel radius, track, wheel base and covariances to the files of the robot and its graphs"
+    )
     result.add_argument("--write", action="store_true", help=write)
-    picture = "SVG file to write: a square, as commanded, as driven and by odometry"
+    picture = "SVG file to write, with a square path as commanded, as driven and by odometry"
     result.add_argument("--picture", metavar="FILE", type=Path, help=picture)
-    form = "json: SI units, null for what was not measured"
+    form = "output format (default text); json has SI units, and null for values that were not measured"
     result.add_argument("--format", choices=("text", "json"), default="text", help=form)
     files = parser.add_argument_group("files")
-    inputs = "set an input to a value; [ROBOT/][GRAPH/]NODE.PORT, globs allowed"
+    inputs = "value for an input, [ROBOT/][GRAPH/]NODE.PORT=VALUE, globs allowed"
     add_repeatable(files, "--set", "NODE.PORT=VALUE", inputs)
     files.add_argument("--seed", type=whole, default=0, help="seed of all random generators (default 0)")
     add_allow_argument(parser)
@@ -63,7 +69,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def execute(arguments: argparse.Namespace) -> int:
-    """Print the measurements; return 1 if the scene has errors, the robot does not move or falls over, or `--check` fails."""
+    """Calibrate the robot and print the measurements.
+
+    Returns:
+        0, or 1 if the scene has errors, the robot does not move or falls over, or a speed is outside the bound of `--check`.
+    """
     picture: Path | None = arguments.picture
     if picture is not None and (picture.suffix.lower() != ".svg" or picture.is_dir()):
         raise UsageError(f"--picture {picture}: write the name of an SVG file, such as square.svg")
@@ -112,7 +122,7 @@ def _draw(result: Calibration, path: Path) -> None:
     from graphengine.format.atomic_write import write_together
 
     if not result.squares:
-        print("--picture: the robot drove no square", file=sys.stderr)
+        print("--picture: no file is written, because the robot drove no square", file=sys.stderr)
         return
     write_together({path: draw(result).encode()})
     print(clean(f"{near(str(path))}: the square in both directions"), file=sys.stderr)
@@ -132,13 +142,14 @@ def _write(scene: Scene, result: Calibration) -> None:
 
 
 def _check(result: Calibration, bound: float) -> int:
-    """Report the motions that are out of bounds; return the exit code."""
+    """Print the motions whose speed is out of bounds; return the exit code: 1 if there are any, else 0."""
     from graphengine.api.calibration.figures import TURN_MARGIN
 
     outside = result.outside(bound)
     for motion in outside:
         limit = bound if motion.kind == "straight" else TURN_MARGIN * bound
-        print(f"{motion.name}: {_percent(motion.share)} of the command; at most {_percent(limit)} off", file=sys.stderr)
+        allowed = f"the difference may be at most {_percent(limit)}"
+        print(f"{motion.name}: {_percent(motion.share)} of the commanded speed; {allowed}", file=sys.stderr)
     return 1 if outside else 0
 
 
@@ -146,7 +157,7 @@ def _check(result: Calibration, bound: float) -> int:
 
 
 def _report(result: Calibration) -> str:
-    """Return the measurements as tables of text."""
+    """Return the measurements as text: one table for each kind, then the notes."""
     if not result.moves:
         return "\n".join([f"{result.robot} cannot be calibrated", *(f"  {note}" for note in result.notes)])
     kind = f", {result.kinematics}" if result.kinematics else ""
@@ -258,7 +269,7 @@ def _rounded(value: float, digits: int) -> str:
 
 
 def _scientific(value: float) -> str:
-    """Return a number with two digits as text; numbers below 1e-9 are rounding errors and become 0."""
+    """Return a number as text with two significant digits; numbers below 1e-9 are rounding errors and become 0."""
     return f"{value:.2g}" if abs(value) >= 1e-9 else "0"
 
 

@@ -1,4 +1,4 @@
-"""`graphrun check`: report all errors of all files at once."""
+"""`graphrun check`: report all errors and warnings in scene, robot and graph files."""
 
 from __future__ import annotations
 
@@ -25,13 +25,13 @@ ORDER = ("scene", "robot", "graph", "unreadable")
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the command-line arguments of `graphrun check` to its parser."""
     add_file_arguments(parser, many=True)
-    parser.add_argument("--strict", action="store_true", help="warnings count as errors")
+    parser.add_argument("--strict", action="store_true", help="exit with code 1 also if there are only warnings")
     parser.add_argument("--format", choices=("text", "json"), default="text", help="output format (default text)")
     parser.epilog = "For a folder, all scene, robot and graph files in it and its subfolders are checked."
 
 
 def execute(arguments: argparse.Namespace) -> int:
-    """Check the files; return 0 without errors, 1 with errors."""
+    """Check the files and print all findings; return 1 if there are errors (with `--strict`, errors or warnings), else 0."""
     options = make_options(arguments)
     findings = Findings()
     files = graphs = 0
@@ -51,7 +51,13 @@ def execute(arguments: argparse.Namespace) -> int:
 
 
 def _check(given: Sequence[tuple[str, Path]], options: Options, findings: Findings) -> int:
-    """Check files of given kinds, except those used by an earlier file; return the number of graphs."""
+    """Check files and add their findings; return the number of graphs.
+
+    Args:
+        given: kind and path of each file. A file that an earlier one uses is skipped, because it was checked with that one.
+        options: options of loading.
+        findings: receives the findings.
+    """
     from graphengine.scene import build
 
     graphs, used = 0, set[Path]()
@@ -66,10 +72,10 @@ def _check(given: Sequence[tuple[str, Path]], options: Options, findings: Findin
 
 
 def _in_folder(folder: Path) -> list[tuple[str, Path]]:
-    """Return kind and path of the scenes, robots, graphs and unreadable YAML files below a folder, in this order.
+    """Return kind and path of all files to check in a folder and its subfolders: scenes, robots, graphs, unreadable YAML files.
 
     Raises:
-        UsageError: the folder has no such file.
+        UsageError: there are no such files.
     """
     from graphengine.format import document, spec_reader
 
@@ -82,5 +88,5 @@ def _in_folder(folder: Path) -> list[tuple[str, Path]]:
             if kind is not None:
                 found[kind].append(Path(near(str(path))))
     if not any(found.values()):
-        raise UsageError(f"{folder}: no scene, robot or graph file in this folder, nor in those below it")
+        raise UsageError(f"{folder}: no scene, robot or graph file in this folder or its subfolders")
     return [(kind, path) for kind in ORDER for path in found[kind]]

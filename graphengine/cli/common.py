@@ -1,4 +1,4 @@
-"""Shared parts of verbs: the given file, `--set`, permissions, and printing of findings."""
+"""Parts that several verbs share: arguments and their parsing, loading of files, and printing of findings."""
 
 from __future__ import annotations
 
@@ -25,18 +25,20 @@ if TYPE_CHECKING:
 
 
 def add_file_arguments(parser: argparse.ArgumentParser, *, many: bool = False) -> None:
-    """Add the arguments for a file and the options that change how it is loaded."""
+    """Add the argument for a scene or graph file, or for several (`many`), and the options that change how it is loaded."""
     what = "a scene or graph file, or the name of an included one, such as dd100_warehouse or dd100/cmd_vel"
     parser.add_argument("files" if many else "file", metavar="SCENE|GRAPH", nargs="+" if many else None, help=what)
-    parser.add_argument("--scene", metavar="SCENE", help="scene in which to run a single graph")
+    parser.add_argument("--scene", metavar="SCENE", help="scene in which to load a graph file")
     add_repeatable(
-        parser, "--set", "NODE.PORT=VALUE", "set an input to a value; [ROBOT/][GRAPH/]NODE.PORT, globs allowed"
+        parser, "--set", "NODE.PORT=VALUE", "value for an input, [ROBOT/][GRAPH/]NODE.PORT=VALUE, globs allowed"
     )
     state = "publish the topics of robot_state_publisher for each robot"
     parser.add_argument("--robot-state", action="store_true", help=state)
-    localization = "publish map -> odom on tf, for each mobile robot from its true pose, in place of AMCL or SLAM"
+    localization = (
+        "truth: publish map -> odom for each mobile robot from its true pose, instead of running AMCL or SLAM"
+    )
     parser.add_argument("--localization", choices=("truth",), help=localization)
-    rays = "ray casting of lidars; `fast` needs numba, `auto` is `fast` if possible"
+    rays = "ray casting of lidars: mujoco, fast (needs numba), or auto: fast if possible (default auto)"
     parser.add_argument("--rays", choices=("auto", "mujoco", "fast"), default="auto", help=rays)
     parser.add_argument("--seed", type=whole, default=0, help="seed of all random generators (default 0)")
     add_allow_argument(parser)
@@ -45,12 +47,12 @@ def add_file_arguments(parser: argparse.ArgumentParser, *, many: bool = False) -
 
 
 def add_repeatable(parser: argparse._ActionsContainer, option: str, metavar: str, what: str, **more: Any) -> None:
-    """Add an option that may be repeated; its default is an empty list."""
-    parser.add_argument(option, metavar=metavar, action="append", default=[], help=what, **more)
+    """Add an option that may be repeated; its value is the list of all given values."""
+    parser.add_argument(option, metavar=metavar, action="append", default=[], help=f"{what}; may be repeated", **more)
 
 
 class _Transports:
-    """The choices of `--transport`, looked up when they are needed, since packages can add transports."""
+    """The legal values of `--transport` with their help. They are looked up on first use, because packages can add transports."""
 
     def __init__(self, reaching_others: bool) -> None:
         self._reaching_others = reaching_others
@@ -68,43 +70,53 @@ class _Transports:
 
 
 def add_transport_argument(parser: argparse.ArgumentParser, what: str = "", *, reaching_others: bool = True) -> None:
-    """Add `--transport`; `reaching_others` leaves out transports whose messages stay in the process."""
+    """Add `--transport`.
+
+    Args:
+        parser: parser to add the option to.
+        what: words to add to the help, which say what the transport is for.
+        reaching_others: leave out transports whose messages stay in the process.
+    """
     what = f"connection to ROS 2{what} (default auto): %(choices)s"
     choices: Any = _Transports(reaching_others)
     parser.add_argument("--transport", metavar="NAME", choices=choices, default="auto", help=what)
 
 
 def add_import_argument(parser: argparse.ArgumentParser) -> None:
-    """Add `--import` for modules with node types."""
-    add_repeatable(parser, "--import", "MODULE", "Python module with additional node types", dest="modules")
+    """Add `--import` for Python modules that define node types."""
+    what = "import a Python module with additional node types, such as my_robot.nodes"
+    add_repeatable(parser, "--import", "MODULE", what, dest="modules")
 
 
 def add_page_arguments(parser: argparse.ArgumentParser) -> None:
     """Add `--view-host` and `--view-port` for the web page."""
     parser.add_argument(
-        "--view-host", metavar="ADDRESS", default="127.0.0.1", help="address of the page (default 127.0.0.1)"
+        "--view-host",
+        metavar="ADDRESS",
+        default="127.0.0.1",
+        help="address to serve the web page on (default 127.0.0.1)",
     )
     parser.add_argument(
-        "--view-port", metavar="PORT", type=int, default=0, help="port of the page (default: a free port)"
+        "--view-port", metavar="PORT", type=int, default=0, help="port to serve the web page on (default: a free port)"
     )
 
 
 def add_permission_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the permissions of graphs: `--env` and `--allow-scripts`."""
-    variable = "environment variable that graphs may read with IsaacReadEnvVar"
+    """Add the options that give graphs permissions: `--env` and `--allow-scripts`."""
+    variable = "let graphs read this environment variable with IsaacReadEnvVar"
     add_repeatable(parser, "--env", "NAME", variable)
-    scripts = "let graphs run the Python code of their ScriptNodes without a sandbox: read the code first"
+    scripts = "let graphs run the Python code of their ScriptNodes without a sandbox; read the code first"
     parser.add_argument("--allow-scripts", action="store_true", help=scripts)
 
 
 def environment(arguments: argparse.Namespace) -> dict[str, str]:
-    """Return the values of the variables given by `--env`; unset ones are empty."""
+    """Return names and values of the environment variables given by `--env`; the value of an unset variable is empty."""
     return {name: os.environ.get(name, "") for name in arguments.env}
 
 
 def add_allow_argument(parser: argparse.ArgumentParser) -> None:
-    """Add `--allow` and `--msg-path` for folders of files and message types."""
-    what = "additional folder that files may be read from"
+    """Add `--allow` for folders that may be read, and the options for message types, `--distro` and `--msg-path`."""
+    what = "also let scenes, robots and graphs refer to files in this folder"
     add_repeatable(parser, "--allow", "FOLDER", what, type=Path)
     add_message_path(parser)
 
@@ -113,17 +125,17 @@ def add_message_path(parser: argparse.ArgumentParser) -> None:
     """Add `--distro`, which selects the ROS 2 distribution of the message types, and `--msg-path`, which adds types."""
     which = "ROS 2 distribution whose message types are used (default: the sourced one, else jazzy)"
     parser.add_argument("--distro", choices=DISTROS, help=which)
-    what = "message types: a package, a folder with packages, or one .msg, .srv or .action file"
+    what = "additional message types: a package, a folder with packages, or one .msg, .srv or .action file"
     add_repeatable(parser, "--msg-path", "PATH", what, type=Path)
 
 
 def clean(text: str) -> str:
-    """Return the text without control characters other than line breaks."""
+    """Return the text with a replacement character for each control character other than a line break."""
     return "".join(c if c.isprintable() or c == "\n" else "\N{REPLACEMENT CHARACTER}" for c in text)
 
 
 def explain(error: GraphError) -> str:
-    """Return the message of an error; for an exception in a node, also its Python traceback."""
+    """Return the message of an error; for an exception in a node, also the first and the last frame of its traceback."""
     cause = error.__cause__ if isinstance(error, NodeError) else None
     if cause is None:
         return clean(str(error))
@@ -136,15 +148,16 @@ def explain(error: GraphError) -> str:
 
 
 def counted(number: int, thing: str) -> str:
-    """Return a number with its noun, in the plural unless the number is 1: `1 graph`, `2 graphs`."""
+    """Return a number and a noun in the matching form: `1 graph`, `2 graphs`."""
     return f"{number} {thing}{'' if number == 1 else 's'}"
 
 
 def make_options(arguments: argparse.Namespace) -> Options:
-    """Return the loading options that the arguments of `add_file_arguments` give.
+    """Return the loading options from the arguments that `add_file_arguments` added.
 
     Raises:
-        UsageError: a `--set` has no value, a folder does not exist, or a module cannot be imported.
+        UsageError: the text after `--set` is not `NODE.PORT=VALUE`, a file or folder does not exist, or a module cannot be
+            imported.
     """
     return dataclasses.replace(
         reading_options(arguments),
@@ -161,7 +174,7 @@ def make_options(arguments: argparse.Namespace) -> Options:
 
 
 def reading_options(arguments: argparse.Namespace) -> Options:
-    """Return the options for reading files: `--allow`, `--msg-path` and the ROS packages installed on this machine.
+    """Return loading options from `--allow`, `--msg-path`, `--distro` and the ROS packages installed on this machine.
 
     Raises:
         UsageError: a file or folder does not exist.
@@ -182,7 +195,7 @@ def reading_options(arguments: argparse.Namespace) -> Options:
 
 
 def chosen_distro(arguments: argparse.Namespace) -> Distro:
-    """Return the ROS 2 distribution given by `--distro`, or else the sourced one, or else Jazzy."""
+    """Return the ROS 2 distribution given by `--distro`; without the option, the sourced distribution, or Jazzy."""
     given: Distro | None = arguments.distro
     return given or sourced_distro(os.environ)
 
@@ -201,14 +214,18 @@ def message_paths(arguments: argparse.Namespace) -> list[Path]:
 
 
 def make_registry(modules: Sequence[str]) -> Any:
-    """Return a registry of the installed node types and of those that `modules` define."""
+    """Import the modules; return a registry of the installed node types and the node types in these modules.
+
+    Raises:
+        UsageError: a module cannot be imported.
+    """
     from graphengine.compiler.registry import default_registry
 
     registry = default_registry().copy()  # others in this process share the original
     sys.path.append("")  # a module of the working directory; last, as that may be a stranger's
     for name in modules:
         if not all(part.isidentifier() for part in name.split(".")):
-            raise UsageError(f"--import {name}: write the name of a module, as in my_robot.nodes")
+            raise UsageError(f"--import {name}: write the name of a module, such as my_robot.nodes")
         try:
             module = importlib.import_module(name)
         except (Exception, SystemExit) as error:  # a module may fail in any way
@@ -218,7 +235,7 @@ def make_registry(modules: Sequence[str]) -> Any:
 
 
 def _failure(error: BaseException, name: str) -> str:
-    """Return the reason why a module could not be imported, with the line in the user's code."""
+    """Return the reason why a module could not be imported, with the last line of the user's code in the traceback, if any."""
     if isinstance(error, ModuleNotFoundError) and name.endswith(".py"):
         return f"write the name of the module, {name.removesuffix('.py')}"
     what = str(error) if isinstance(error, ImportError) else f"{type(error).__name__}: {error}"
@@ -228,7 +245,15 @@ def _failure(error: BaseException, name: str) -> str:
 
 
 def parse_set(text: str, option: str = "--set ") -> tuple[str, Any]:
-    """Split `Node.port=value` into target and YAML value; errors begin with the option."""
+    """Split `Node.port=value` into the address of the port and the value, parsed as YAML.
+
+    Args:
+        text: the text to split.
+        option: name of the option; messages begin with it.
+
+    Raises:
+        UsageError: the text has another form, or the value is not YAML.
+    """
     from graphengine.format import document
 
     target, equals, value = text.partition("=")
@@ -242,7 +267,7 @@ def parse_set(text: str, option: str = "--set ") -> tuple[str, Any]:
 
 
 def load(arguments: argparse.Namespace) -> LoadedScene:
-    """Load and check the scene in the given file."""
+    """Load and check the scene or graph that the command line names; errors in files are findings of the result."""
     from graphengine.scene import build
 
     path = find_file(arguments.file)
@@ -251,12 +276,19 @@ def load(arguments: argparse.Namespace) -> LoadedScene:
 
 
 def open_scene(arguments: argparse.Namespace) -> Scene | None:
-    """Load the given scene and print its findings; None if there are errors."""
+    """Load the scene or graph that the command line names, and print its findings; return None if there are errors."""
     return open_file(find_file(arguments.file), make_options(arguments), arguments.modules)
 
 
 def open_file(path: Path, options: Options, modules: Sequence[str] = (), *, graphs: bool = True) -> Scene | None:
-    """Load a scene, with its graphs only if `graphs` is set; print its findings, and return None if there are errors."""
+    """Load a scene or graph, and print its findings; return None if there are errors.
+
+    Args:
+        path: the file.
+        options: options of loading.
+        modules: names of imported modules with node types.
+        graphs: load the graphs of the scene too.
+    """
     from graphengine.api.scene_loading import open_scene
 
     try:
@@ -270,10 +302,10 @@ def open_file(path: Path, options: Options, modules: Sequence[str] = (), *, grap
 
 
 def refuse_to_overwrite(paths: Iterable[Path], *, force: bool) -> None:
-    """Check that files may be written.
+    """Check that no file exists, unless `force` is set.
 
     Raises:
-        UsageError: a file exists and `--force` is not given.
+        UsageError: a file exists and `force` is not set.
     """
     there = [str(path) for path in paths if path.exists()]
     if there and not force:
@@ -281,20 +313,23 @@ def refuse_to_overwrite(paths: Iterable[Path], *, force: bool) -> None:
 
 
 def print_findings(findings: Findings | Sequence[Finding], *, stream: Any = None, notes: bool = True) -> None:
-    """Print all findings in order with excerpts; notes only if `notes` is set."""
+    """Print findings, each with an excerpt of its file; leave out notes unless `notes` is set.
+
+    A `Findings` object is printed in the order of files and lines, a sequence in its own order.
+    """
     for finding in findings if isinstance(findings, Sequence) else findings.sorted():
         if notes or finding.severity != "note":
             print(finding.render(), file=stream or sys.stderr)
 
 
 def table(rows: Sequence[Sequence[str]], *, indent: str = "") -> str:
-    """Format rows as columns of equal width; the last column is not padded."""
+    """Return rows as text with aligned columns, one line per row, without trailing spaces."""
     *widths, _ = (max(map(len, column)) for column in zip(*rows, strict=True))
     padded = ([*map(str.ljust, row, widths), row[-1]] for row in rows)
     return "\n".join((indent + "  ".join(cells)).rstrip() for cells in padded)
 
 
 def log_problem(severity: str, node: str, message: str) -> None:
-    """Print a message of a run to stderr unless its severity is `info`."""
+    """Print a node's message on standard error, unless its severity is `info`."""
     if severity != "info":
         print(clean(f"{severity}: {node + ': ' if node else ''}{message}"), file=sys.stderr)

@@ -21,8 +21,8 @@ to install it:
   graphrun completion zsh > ~/.zfunc/_graphrun        with fpath=(~/.zfunc $fpath) before compinit in ~/.zshrc
   graphrun completion fish > ~/.config/fish/completions/graphrun.fish
 
-The script contains the names of included scenes and installed node types: print it again after an update.
-Topics are those of the run that `graphrun ctl` connects to."""
+The script contains the names of included scenes and installed node types, so install it again after an update.
+It completes the topics of the run that `graphrun ctl` connects to."""
 TOPICS = "graphrun ctl topics 2>/dev/null"
 
 
@@ -30,7 +30,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the command-line arguments of `graphrun completion` to its parser."""
     parser.formatter_class = argparse.RawDescriptionHelpFormatter
     parser.epilog = INSTALL
-    parser.add_argument("shell", metavar="SHELL", choices=SHELLS, help="bash, zsh or fish")
+    parser.add_argument("shell", metavar="SHELL", choices=SHELLS, help="shell that runs the script: bash, zsh or fish")
 
 
 def execute(arguments: argparse.Namespace) -> int:
@@ -48,7 +48,7 @@ def execute(arguments: argparse.Namespace) -> int:
 
 
 def _complete_values(parser: argparse.ArgumentParser) -> None:
-    """Set how the values of each argument are completed, for a parser and its verbs."""
+    """Set the completion of the values of each argument of a parser and of its verbs."""
     import shtab
 
     scenes, graphs = _names("scene"), _names("graph")
@@ -71,7 +71,7 @@ def _complete_values(parser: argparse.ArgumentParser) -> None:
 
 
 def _actions(parser: argparse.ArgumentParser, verb: str) -> Iterator[tuple[str, argparse.Action]]:
-    """Return all arguments, each with its verb."""
+    """Yield all arguments of a parser and of its verbs, each with the name of its verb (empty: the parser itself)."""
     for action in parser._actions:
         yield verb, action
         if isinstance(action, argparse._SubParsersAction):
@@ -80,14 +80,14 @@ def _actions(parser: argparse.ArgumentParser, verb: str) -> Iterator[tuple[str, 
 
 
 def _names(kind: str) -> list[str]:
-    """Return the names of all included files of a kind, as `graphrun run` accepts them."""
+    """Return the names of the scenes or graphs that ship with the package, as `graphrun run` accepts them."""
     folder = shipped() / f"{kind}s"
     paths = sorted(path for path in folder.rglob("*.yaml") if re.search(rf"^{kind}:", path.read_text("utf-8"), re.M))
     return [str(path.relative_to(folder).with_suffix("")) for path in paths]
 
 
 def _node_types() -> list[str]:
-    """Return registered and short names of all node types, without importing the built-in types."""
+    """Return the registered and short names of all node types, sorted, without importing the built-in types."""
     from graphengine.compiler.registry import default_registry
 
     registry = default_registry()
@@ -95,7 +95,7 @@ def _node_types() -> list[str]:
 
 
 def _words(name: str, words: Iterable[str]) -> dict[str, Any]:
-    """Return the completion of a word from a list, as shtab expects it."""
+    """Return a completion for shtab that offers the given words; `name` is part of a function's name."""
     function, all_words = f"_graphrun_{name}", " ".join(words)
     return {
         "bash": function,
@@ -109,7 +109,7 @@ def _words(name: str, words: Iterable[str]) -> dict[str, Any]:
 
 
 def _files(name: str, words: Iterable[str]) -> dict[str, Any]:
-    """Return the completion of the name of an included file, or of a YAML file in the working directory, for shtab."""
+    """Return a completion for shtab that offers the given words, YAML files and folders; `name` is part of a function's name."""
     function, all_words = f"_graphrun_{name}_files", " ".join(words)
     local = (f'compgen -W "{all_words}"', "compgen -f -X '!*.yaml'", "compgen -f -X '!*.yml'", "compgen -d")
     return {

@@ -1,4 +1,4 @@
-"""Output of a run on the standard error: a status line, messages of nodes, and a summary."""
+"""Prints the output of a run on standard error: a status line, messages of nodes, and a summary."""
 
 from __future__ import annotations
 
@@ -22,25 +22,26 @@ if TYPE_CHECKING:
     from graphengine.ros.network import LiveNetwork
     from graphengine.runtime.session_core import SessionCore
 
-LATE_PICTURE = """a picture came too late and was dropped
-  drawing does not keep up: make pictures smaller or fewer, or run slower, as with --rate 0.5"""
+LATE_PICTURE = """an image came too late and was dropped
+  rendering does not keep up: make images smaller or fewer, or run slower, as with --rate 0.5"""
 GAP = "  "
 """Separator between two values of the status line."""
 
 
 class Console:
-    """Prints a run's status (a live line on a terminal, else plain lines), messages of nodes, and a summary at the end.
+    """Prints the status of a run, the messages of its nodes, and a summary at the end.
 
-    A closed terminal or a full disk does not end the run.
+    On a terminal, the status is a line that is overwritten; elsewhere it is printed as separate lines. Errors of the output, such
+    as a closed terminal or a full disk, do not end the run.
 
     Args:
-        quiet: print only warnings, errors and losses.
+        quiet: print only warnings, errors and losses, such as dropped messages.
     """
 
     LIVE, PLAIN = 0.25, 10.0  # seconds of wall time between two lines
 
     network: LiveNetwork
-    """Of the session, to be set before the first tick."""
+    """Network of the session; the caller must set it before the first tick."""
 
     def __init__(self, *, quiet: bool = False) -> None:
         self.quiet = quiet
@@ -52,7 +53,7 @@ class Console:
         self._live: Live | None = None
 
     def begin(self, session: SessionCore) -> None:
-        """Start the status line, and measure the run's time and work from now on, without its setup."""
+        """Start the status line and the measurement of wall and CPU time, so that they do not include the setup of the run."""
         if self._overwrites and not self.quiet:
             with contextlib.suppress(OSError):
                 self._live = terminal.start_live_line()
@@ -61,17 +62,17 @@ class Console:
         self._meter = StatusMeter(session)
 
     def tell(self, text: str) -> None:
-        """Print a text and flush the stream; output errors are ignored."""
+        """Print a text to standard error and flush it; errors of the output are ignored."""
         with contextlib.suppress(OSError):
             print(text, file=sys.stderr, flush=True)
 
     def inform(self, text: str) -> None:
-        """Print a text and flush the stream, unless the console is quiet."""
+        """Print a text as `tell` does, unless the console is quiet."""
         if not self.quiet:
             self.tell(text)
 
     def say(self, severity: str, node: str, message: str) -> None:
-        """Print a node's message, unless a message of this node with the same severity and first line was printed before."""
+        """Print a node's message, unless a message of the node with the same severity and first line was printed before."""
         key = (severity, node, message.partition("\n")[0])
         if key not in self.said and not (self.quiet and severity == "info"):
             self.said.add(key)
@@ -79,12 +80,12 @@ class Console:
             self.tell(clean(re.sub(r"\n(?! )", "\n  ", f"{severity}: {node + ': ' if node else ''}{message}")))
 
     def fault(self, error: NodeError) -> None:
-        """Print the error of a node in a run that continues."""
+        """Count and print the exception of a node, in a run that continues after it."""
         self.faults += 1
         self.say("error", "", explain(error))
 
     def reloaded(self, reload: Future[Any]) -> None:
-        """Print the result of a reload, or the errors in the changed files."""
+        """Print the result of a completed reload: the changes, or the errors in the changed files."""
         if (error := reload.exception()) is None:
             done = reload.result()
             lines = [*done["warnings"], *([done["text"]] if done["files"] or done["mended"] else [])]
@@ -111,7 +112,7 @@ class Console:
         return True
 
     def _show(self, facts: list[tuple[str, str]]) -> None:
-        """Overwrite the live line on a terminal; elsewhere print the line unless it is unchanged."""
+        """Show the values: overwrite the status line on a terminal; elsewhere print a line, unless it equals the last one."""
         if self._live is not None:
             try:
                 terminal.overwrite(self._live, facts, GAP)
@@ -125,14 +126,14 @@ class Console:
         self.last_line = line
 
     def _clear_line(self) -> None:
-        """Stop and clear the live line."""
+        """Stop and clear the status line on a terminal."""
         if self._live is not None:
             with contextlib.suppress(OSError):
                 self._live.stop()
             self._live = None
 
     def summarize(self, session: SessionCore) -> None:
-        """Print the summary: losses, number of ticks, simulated time, speed and number of messages."""
+        """Print the losses; then the number of ticks, the simulated time, the speed and the number of messages."""
         self._clear_line()
         wall = time.perf_counter() - self.start
         ticks, simulated = session.ticks, session.ticks * session.clock.delta
@@ -144,10 +145,10 @@ class Console:
         for command, number in sorted(session.services.world.clamped_commands.items()):
             self.tell(clean(f"clamped: {counted(number, 'command')}, {command}"))
         for camera, number in session.services.world.dropped_pictures.items():
-            self.tell(f"came too late and dropped: {counted(number, 'picture')} of {camera}")
+            self.tell(f"came too late and dropped: {counted(number, 'image')} of {camera}")
         for fate, messages in (
             ("malformed and dropped", self.network.malformed),
-            ("overwritten before a tick took them", self.network.overwritten),
+            ("overwritten before a tick read them", self.network.overwritten),
             ("given up on a reader that did not keep up", self.network.given_up),
         ):
             for topic, number in sorted(messages.items()):
@@ -159,7 +160,7 @@ class Console:
 
 
 def _facts(status: RunStatus) -> list[tuple[str, str]]:
-    """Return the values of the status line with their styles, the most important first."""
+    """Return the texts of the status line, each with its style for rich, the most important first."""
     late, dropped, size = status.late_ticks, status.dropped_values, status.recorded_bytes
     facts = [
         (f"t {status.time:.2f} s", "bold"),

@@ -1,4 +1,4 @@
-"""`graphrun ctl`: control a running session from another terminal."""
+"""`graphrun ctl`: control a running simulation from another terminal."""
 
 from __future__ import annotations
 
@@ -33,8 +33,9 @@ EXAMPLES = """examples:
   graphrun ctl reset --scope state
   graphrun ctl checkpoint before; graphrun ctl push dd100 --impulse 0,9,0; graphrun ctl restore before
 
-Only the user who started a run can control it, from the same machine, with any transport. Commands are executed between two
-ticks. Lengths are in m, times in s of simulation, forces in N; angles are in rad, or in degrees when written as 90deg."""
+Only the user who started a run can control it, and only on the same machine; the transport of the run does not matter.
+Commands are executed between two ticks. Lengths are in m, times in s of simulation, forces in N; angles are in rad, or in
+degrees when written as 90deg."""
 
 SCOPES = ("time", "state", "spawned", "all")
 
@@ -43,10 +44,10 @@ _NEGATIVE = re.compile(r"-[.0-9][-+.,0-9e]*(deg|rad|s|ms|min)?(,.*)?")
 
 
 class _Parser(Parser):
-    """A parser that takes `-1,2,0` and `-90deg` for values instead of options."""
+    """A parser that accepts values such as `-1,2,0` and `-90deg`, which argparse would take for options."""
 
     def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
-        """Parse arguments; a space before negative numbers marks them as values."""
+        """Parse arguments, after putting a space before each negative number; argparse then takes it for a value."""
         return super().parse_known_args(
             [f" {word}" if _NEGATIVE.fullmatch(word) else word for word in args or ()], namespace
         )
@@ -57,8 +58,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.formatter_class = argparse.RawDescriptionHelpFormatter
     parser.epilog = EXAMPLES
     common = _Parser(add_help=False)
-    common.add_argument("--run", metavar="NAME|PID", default="", help="run to control, if there are several")
-    common.add_argument("--json", action="store_true", help="print the resulting state as JSON")
+    common.add_argument("--run", metavar="NAME|PID", default="", help="run to control (default: the only one)")
+    common.add_argument("--json", action="store_true", help="print the result as JSON")
     verbs = parser.add_subparsers(dest="command", metavar="COMMAND", required=True, parser_class=_Parser)
 
     def add(name: str, summary: str, *fields: str, make: Callable[..., dict[str, Any]] | None = None) -> Any:
@@ -66,39 +67,46 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         sub.set_defaults(arguments=make or (lambda given: {field: getattr(given, field) for field in fields}))
         return sub
 
-    add("state", "show state, time and rate, robots and movable objects")
-    add("topics", "list the topics that the session publishes or reads")
+    add("state", "print the state, time, rate, robots and movable objects of the run")
+    add("topics", "list the topics that the run publishes or subscribes to")
     add("play", "start or resume the simulation")
     add("pause", "pause the simulation")
-    add("stop", "reset everything to time 0 and wait for `play`")
-    add("view", "print the address of the page of `graphrun run --view`")
-    add("reload", "read the files of the scene again and run the changed scene")
+    add("stop", "reset everything to time 0 and wait for `play` or `step`")
+    add("view", "print the address of the web page that `graphrun run --view` serves")
+    add("reload", "read the files of the scene again and apply their changes to the run")
     add("quit", "end the run, as Ctrl-C does")
-    step = add("step", "run single ticks of a paused session", "ticks")
+    step = add("step", "run single ticks of a paused or stopped simulation", "ticks")
     step.add_argument("ticks", metavar="TICKS", nargs="?", type=whole, default=1, help="number of ticks (default 1)")
-    reset = add("reset", "reset the session, which then continues", "scope", "seed")
-    scope = "time: clock, graphs and sensors; state: poses and joints; spawned: remove spawned robots (default all)"
+    reset = add("reset", "reset the simulation; a playing simulation continues to play", "scope", "seed")
+    scope = (
+        "part to reset: time (clock, graphs and sensors), state (poses and joints), spawned (remove spawned robots) or"
+    )
+    scope += " all (default all); may be repeated"
     reset.add_argument("--scope", choices=SCOPES, action="append", help=scope)
     reset.add_argument("--seed", type=whole, help="new seed of all random generators (default: keep the seed)")
-    rate = add("rate", "set the speed of simulation time", "factor")
-    rate.add_argument("factor", metavar="FACTOR", type=_rate, help="realtime, max, or a factor of real time")
+    rate = add("rate", "set the speed of the simulation", "factor")
+    rate.add_argument(
+        "factor", metavar="FACTOR", type=_rate, help="realtime, max, or a factor of real time, such as 0.5"
+    )
     _add_robots(add)
     _add_forces(add)
     put = add("set", "set an input of a node", make=_set)
-    values = "an unwired input, [ROBOT/][GRAPH/]NODE.PORT, and its new value; globs allowed"
+    values = "input without a wire, [ROBOT/][GRAPH/]NODE.PORT, and its new value; globs allowed"
     put.add_argument("input", metavar="NODE.PORT=VALUE", help=values)
     assign = add("assign", "set a variable of a graph", make=_assign)
     assign.add_argument(
-        "variable", metavar="GRAPH.VARIABLE=VALUE", help="a variable, [ROBOT/]GRAPH.VARIABLE, and its value"
+        "variable", metavar="GRAPH.VARIABLE=VALUE", help="variable, [ROBOT/]GRAPH.VARIABLE, and its new value"
     )
     impulse = add("impulse", "trigger an OnImpulseEvent node", "node")
     impulse.add_argument("node", metavar="NODE", help="prim path of the node, or a unique suffix of it")
     for name, summary in (("press", "press keys and hold them down"), ("release", "release keys")):
         keys = add(name, summary, "keys")
-        keys.add_argument("keys", metavar="KEY", nargs="+", help="key names of OnKeyboardInput: W, Space, LeftShift")
+        keys.add_argument(
+            "keys", metavar="KEY", nargs="+", help="key name of OnKeyboardInput, such as W, Space or LeftShift"
+        )
     marks = {
-        "checkpoint": "save the whole state for a later `restore`",
-        "restore": "return to the state of a checkpoint",
+        "checkpoint": "save the complete state of the run for a later `restore`",
+        "restore": "return to the state that `checkpoint` saved",
     }
     for name, summary in marks.items():
         add(name, summary, "name").add_argument("name", metavar="NAME", help="name of the checkpoint")
@@ -107,26 +115,32 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def _add_robots(add: Callable[..., Any]) -> None:
     spawn = add("spawn", "add a robot to the scene", make=_spawn)
     spawn.add_argument("name", metavar="NAME", help="name of the robot, unique in the scene")
-    file = "robot file: path from this folder, or as `use` in a scene file; the run must be allowed to read it"
+    file = "robot file: a path relative to the working directory, or as after `use:` in a scene file; the run must be allowed"
+    file += " to read it"
     spawn.add_argument("use", metavar="ROBOT", help=file)
-    spawn.add_argument("--at", metavar="X,Y[,Z]", type=vector(2, 3), default=(0.0, 0.0), help="base link position, m")
+    place = "position of the base link in the world frame, m (default 0,0,0; Z defaults to 0)"
+    spawn.add_argument("--at", metavar="X,Y[,Z]", type=vector(2, 3), default=(0.0, 0.0), help=place)
     _add_rotation(spawn)
     spawn.add_argument(
-        "--namespace", metavar="NAMESPACE", help="namespace of the robot's topics; replaces the robot file's"
+        "--namespace", metavar="NAMESPACE", help="namespace of the robot's topics (default: that of the robot file)"
     )
-    spawn.add_argument("--prim", metavar="PATH", help="path of the robot's prim, such as /World/robot (default: /NAME)")
-    state = "publish the topics of robot_state_publisher"
+    spawn.add_argument("--prim", metavar="PATH", help="prim path of the robot, such as /World/robot (default: /NAME)")
+    state = "publish the topics of robot_state_publisher for this robot"
     spawn.add_argument("--robot-state", action="store_true", help=state)
     delete = add("delete", "remove a robot from the scene", "name")
     delete.add_argument("name", metavar="NAME", help="name of the robot")
     move = add("move", "move a robot or an object of the world", make=_move)
     move.add_argument("entity", metavar="NAME", help="name of the robot or object")
-    where = "position of a robot's base link or of the object, m"
-    for axis, meaning in (("x", where), ("y", where), ("z", f"{where}; default: keep the height")):
+    where = "of the object, or of the robot's base link, in the world frame, m"
+    for axis, meaning in (("x", f"x {where}"), ("y", f"y {where}"), ("z", f"z {where} (default: keep the height)")):
         move.add_argument(axis, metavar=axis.upper(), nargs="?", type=number, help=meaning)
     _add_rotation(move)
-    move.add_argument("--linear", metavar="X,Y,Z", type=vector(3), help="linear velocity in the world frame, m/s")
-    move.add_argument("--angular", metavar="X,Y,Z", type=vector(3), help="angular velocity, world frame, rad/s")
+    linear, angular = (
+        "linear velocity in the world frame, m/s (default 0)",
+        "angular velocity in the world frame, rad/s (default 0)",
+    )
+    move.add_argument("--linear", metavar="X,Y,Z", type=vector(3), help=linear)
+    move.add_argument("--angular", metavar="X,Y,Z", type=vector(3), help=angular)
 
 
 def _add_forces(add: Callable[..., Any]) -> None:
@@ -135,24 +149,28 @@ def _add_forces(add: Callable[..., Any]) -> None:
     one = push.add_mutually_exclusive_group(required=True)
     one.add_argument("--force", metavar="X,Y,Z", type=vector(3), help="force in the world frame, N")
     one.add_argument("--impulse", metavar="X,Y,Z", type=vector(3), help="impulse in the world frame, N s")
-    how_long = "duration in simulation time: 0.5s, 200ms (default for an impulse: one tick)"
+    how_long = (
+        "duration in simulation time, such as 0.5s or 200ms; required for a force (default for an impulse: one tick)"
+    )
     push.add_argument("--for", dest="duration", metavar="TIME", type=duration, help=how_long)
     push.add_argument(
-        "--at", metavar="X,Y,Z", type=vector(3), help="point in the world frame, m (default: centre of mass)"
+        "--at",
+        metavar="X,Y,Z",
+        type=vector(3),
+        help="point of application in the world frame, m (default: centre of mass)",
     )
 
 
 def _add_rotation(parser: argparse.ArgumentParser) -> None:
     one = parser.add_mutually_exclusive_group()
-    one.add_argument("--yaw", metavar="ANGLE", type=angle, help="rotation about the vertical axis")
-    one.add_argument(
-        "--rpy", metavar="R,P,Y", type=vector(3, item=angle), help="roll, pitch, yaw about fixed axes, as in URDF"
-    )
-    one.add_argument("--quaternion", metavar="X,Y,Z,W", type=vector(4), help="quaternion, scalar last")
+    one.add_argument("--yaw", metavar="ANGLE", type=angle, help="rotation about the world's z axis, rad or as 90deg")
+    rpy = "roll, pitch, yaw about the fixed axes of the world, as in URDF, rad or as 90deg"
+    one.add_argument("--rpy", metavar="R,P,Y", type=vector(3, item=angle), help=rpy)
+    one.add_argument("--quaternion", metavar="X,Y,Z,W", type=vector(4), help="orientation as a quaternion, scalar last")
 
 
 def _rotation(given: argparse.Namespace) -> dict[str, Any] | None:
-    """Return the given orientation as scene files write it; None if none is given."""
+    """Return the orientation given by the options, in the form of scene files; None without one."""
     if given.quaternion is not None:
         return {"quaternion_xyzw": given.quaternion}
     turned = given.rpy if given.rpy is not None else (0.0, 0.0, given.yaw) if given.yaw is not None else None
@@ -160,13 +178,13 @@ def _rotation(given: argparse.Namespace) -> dict[str, Any] | None:
 
 
 def _rate(text: str) -> float | str:
-    """Return a rate as a JSON value: a factor of real time, or `max`."""
+    """Parse a rate to a value for JSON: a factor of real time, or `max`."""
     factor = rate(text)
     return "max" if math.isinf(factor) else factor
 
 
 def _spawn(given: argparse.Namespace) -> dict[str, Any]:
-    """Return the arguments of `spawn`; a robot file that exists in the client's folder gets its absolute path."""
+    """Return the arguments of the command `spawn`. A robot file that exists in the working directory gets its absolute path."""
     use: dict[str, Any] = {
         "use": os.path.abspath(given.use) if os.path.isfile(given.use) else given.use,
         "at": given.prim,
@@ -201,7 +219,12 @@ def _set(given: argparse.Namespace) -> dict[str, Any]:
 
 
 def execute(arguments: argparse.Namespace) -> int:
-    """Send the command; return 0 on success, 1 if it was refused or no session runs."""
+    """Send the command to the run and print its result; return 0.
+
+    Raises:
+        ControlError: there is no run to control, or the run refused the command.
+        UsageError: several runs match `--run`.
+    """
     given = {name: value for name, value in arguments.arguments(arguments).items() if value is not None}
     with Client(find(arguments.run)) as client:
         told = client.ask(arguments.command, given)
@@ -222,7 +245,7 @@ def execute(arguments: argparse.Namespace) -> int:
 
 
 def _state(client: Client) -> dict[str, Any] | None:
-    """Return the state of the session; None if the session has ended."""
+    """Return the state of the run; None if the run has ended."""
     try:
         state: dict[str, Any] = client.ask("state")
     except ControlError:
@@ -248,7 +271,7 @@ def _show(entry: Entry, state: dict[str, Any], *, robots: bool) -> None:
 
 
 def _robot(robot: dict[str, Any]) -> tuple[str, str, str, str]:
-    """Return the table cells of a robot: name, namespace, position and yaw, and whether it was spawned."""
+    """Return the cells of a robot in the table: name, namespace, position (m) with yaw (deg), and `spawned` or nothing."""
     (x, y, _), (qx, qy, qz, qw) = robot["position"], robot["orientation"]
     yaw = math.degrees(math.atan2(2.0 * (qw * qz + qx * qy), 1.0 - 2.0 * (qy * qy + qz * qz)))
     place = f"at ({x:z.2f}, {y:z.2f}) m, yaw {yaw:z.0f} deg"

@@ -24,7 +24,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the command-line arguments of `graphrun demo` to its parser."""
     from graphengine.cli.common import add_transport_argument
 
-    simulated = "simulation time to run: 10, 10s, 500ms, 2min (default: until Ctrl-C)"
+    simulated = "simulation time to run, such as 10, 10s, 500ms or 2min (default: until Ctrl-C)"
     parser.add_argument("--for", metavar="TIME", dest="duration", type=duration, help=simulated)
     parser.add_argument("--no-view", action="store_true", help="do not serve the web page that shows the run")
     parser.add_argument("--seed", type=whole, default=0, help="seed of the lidar's noise (default 0)")
@@ -33,7 +33,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def execute(arguments: argparse.Namespace) -> int:
-    """Introduce the scene and run it; return 0, or 1 with errors."""
+    """Print an introduction with commands to try, and run the scene; return the exit code of `graphrun run`."""
     from graphengine.api.viewing import missing_packages
 
     folder = shipped()

@@ -13,13 +13,25 @@ from graphengine.format.diagnostics import Findings
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the command-line arguments of `graphrun export` to its parser."""
     add_file_arguments(parser)
-    parser.add_argument("--to", choices=("isaac-script",), required=True, help="output format")
-    parser.add_argument("-o", "--output", metavar="FILE", type=Path, help="file to write (default: standard output)")
+    parser.add_argument(
+        "--to",
+        choices=("isaac-script",),
+        required=True,
+        help="format of the output; isaac-script: Python script for Isaac Sim",
+    )
+    parser.add_argument(
+        "-o", "--output", metavar="FILE", type=Path, help="script to write (default: print it to standard output)"
+    )
     parser.add_argument("--force", action="store_true", help="overwrite an existing file")
 
 
 def execute(arguments: argparse.Namespace) -> int:
-    """Return 0 on success, 1 if the graph has errors or uses nodes that Isaac Sim does not have (each is reported)."""
+    """Write the script.
+
+    Returns:
+        0 on success, 1 if the file has errors or several graphs, or if the graph uses nodes that Isaac Sim does not have; each
+        reason is reported.
+    """
     from graphengine.api.scene import loaded_of
     from graphengine.isaac.export import write_script
 
@@ -45,4 +57,4 @@ def execute(arguments: argparse.Namespace) -> int:
 
 def _check_one(file: str, count: int, findings: Findings) -> None:
     if count != 1:
-        findings.add("G402", f"{file!r} has {count} graphs; export them one by one, from their own files")
+        findings.add("G402", f"{file!r} has {count} graphs; export each graph from its own file")

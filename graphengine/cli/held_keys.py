@@ -1,7 +1,7 @@
-"""Passes the keys that are pressed in the terminal of a run to its graphs.
+"""Passes keys that the user presses in the terminal of a run to its graphs.
 
-A terminal sends a character when a key is pressed and repeats it while the key is held, but sends nothing when it is released.
-So a key counts as released when its character has not arrived for longer than a terminal's delay before the first repetition.
+A terminal sends a character when a key is pressed, and repeats it while the key is held, but sends nothing when the key is
+released. So a key counts as released if its character has not arrived for `RELEASE_AFTER`.
 """
 
 from __future__ import annotations
@@ -17,11 +17,14 @@ if TYPE_CHECKING:
     from graphengine.runtime.session_core import SessionCore
 
 RELEASE_AFTER = 0.6
-"""Seconds of wall time; a common wait before the first repetition is 0.5 s (X11 0.66 s, Linux console 0.25 s)."""
+"""Wall time without a repeated character after which a key counts as released, s.
+
+The common delay before the first repetition is 0.5 s (X11 0.66 s, Linux console 0.25 s).
+"""
 
 
 class HeldTerminalKeys(TerminalKeyboard):
-    """Passes keys of the terminal to a running session.
+    """Passes the keys pressed in the terminal to a session.
 
     Raises:
         UsageError: the standard input is not a terminal.
@@ -32,7 +35,7 @@ class HeldTerminalKeys(TerminalKeyboard):
         self._last: dict[tuple[str, ...], float] = {}
 
     def on_tick(self, session: SessionCore) -> None:
-        """Press the keys that arrived, and release those that are not repeated."""
+        """Press keys whose characters arrived since the last call; release keys whose characters are no longer repeated."""
         now = monotonic()
         for character in self.pressed(0.0):
             keys = keys_of(character)

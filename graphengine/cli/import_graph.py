@@ -1,4 +1,4 @@
-"""`graphrun import`: convert the graphs of an Isaac Sim script or USD stage to YAML files."""
+"""`graphrun import`: convert the ActionGraphs of an Isaac Sim script or USD stage to YAML files."""
 
 from __future__ import annotations
 
@@ -31,44 +31,51 @@ if TYPE_CHECKING:
     from graphengine.isaac.stage.stage_reader import ImportedStage
 
 LONGEST = 10
-"""Notes that are told one by one."""
+"""Maximum number of notes to print; further notes are only counted."""
 BESIDE = " does not belong to a graph and is left out"
-"""How notes end of what a script does beside; they become one."""
+"""Text at the end of each note on a script statement that belongs to no graph. These notes are printed as one note."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the command-line arguments of `graphrun import` to its parser."""
-    parser.add_argument("file", metavar="SCRIPT|STAGE", type=Path, help="a .py file, or a .usda, .usd or .usdc file")
+    parser.add_argument(
+        "file", metavar="SCRIPT|STAGE", type=Path, help="a script (.py), or a USD stage (.usda, .usd, .usdc)"
+    )
     parser.add_argument(
         "-o",
         "--output",
         metavar="FOLDER",
         type=Path,
         default=Path(),
-        help="folder to write to (default: working directory)",
+        help="folder to write the YAML files to (default: the working directory)",
     )
     parser.add_argument("--force", action="store_true", help="overwrite existing files")
-    add_repeatable(parser, "--allow", "FOLDER", "additional folder that may be read", type=Path)
+    add_repeatable(parser, "--allow", "FOLDER", "also let the script or stage read files in this folder", type=Path)
     add_import_argument(parser)
-    trust = "run a script or read a stage even if this machine's kernel cannot confine it; its code then has all your "
+    trust = "run the script or read the stage even if this machine's kernel has no sandbox for it; its code then has all your "
     trust += "permissions: it can read and write your files, start programs and use the network"
     parser.add_argument("--trust", action="store_true", help=trust)
-    call = "call to make in a script that only defines functions, such as \"build('/World/robot')\"; unknown names stand for "
-    call += "objects of Omniverse"
+    call = (
+        "function call to make after loading a script that only defines functions, such as \"build('/World/robot')\"; "
+    )
+    call += "unknown names stand for objects of Omniverse"
     add_repeatable(parser, "--call", "CALL", call, type=_call)
-    assumed = "assume that a prim exists on the stage, or that a condition is true, such as rosgraph.is_master_online"
+    assumed = "path of a prim or file that the script may assume to exist, or a name whose value it may assume to be true, such "
+    assumed += "as rosgraph.is_master_online"
     add_repeatable(parser, "--assume", "PATH|NAME", assumed)
-    variable = "environment variable for a script; without VALUE, the value in your environment"
+    variable = "set an environment variable for the script; without VALUE, to its value in your environment"
     add_repeatable(parser, "--env", "NAME[=VALUE]", variable, type=_variable)
-    impulses = "period, in ticks, at which the graph triggers nodes that the script triggers in a loop (default: never)"
+    impulses = (
+        "for nodes that the script triggers in a loop: trigger them in the graph every TICKS ticks (default: never)"
+    )
     parser.add_argument("--impulse-every", metavar="TICKS", type=whole, default=0, help=impulses)
-    parser.epilog = "Arguments after -- are passed to the script in sys.argv."
+    parser.epilog = "Arguments after -- are passed to the script, in sys.argv."
     parse = parser.parse_known_args
 
     def parse_before_dashes(
         given: Sequence[str], namespace: argparse.Namespace
     ) -> tuple[argparse.Namespace, list[str]]:
-        """Parse the arguments before `--`; argparse would also look for options among the script's arguments."""
+        """Parse the arguments before `--`, and store the others in `arguments`; argparse would search them for options."""
         end = list(given).index("--") if "--" in given else len(given)
         parsed, unknown = parse(given[:end], namespace)
         parsed.arguments = list(given[end + 1 :])
@@ -78,7 +85,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def execute(arguments: argparse.Namespace) -> int:
-    """Write the files; return 0 on success, 1 if there is nothing to write (which is reported)."""
+    """Write a YAML file for each graph.
+
+    Returns:
+        0 on success, 1 if the script or stage has errors or no graphs; the reason is reported.
+    """
     from graphengine.compiler.registry import default_registry
     from graphengine.isaac.graph_file import compose, file_names
 
@@ -88,8 +99,8 @@ def execute(arguments: argparse.Namespace) -> int:
     found = _read(arguments, registry, findings)
     graphs = found.graphs
     if not graphs and not found.namespaces and not findings.errors:
-        hints = [f"a variant may: {choice}" for choice in found.choices]
-        findings.add("G401", f"{str(arguments.file)!r} builds no graph", None, *hints)
+        hints = [f"a variant may have one: {choice}" for choice in found.choices]
+        findings.add("G401", f"{str(arguments.file)!r} has no graph", None, *hints)
     names = file_names(graphs)
     files = {
         arguments.output / f"{name}.yaml": compose(graph, name, registry, findings, _origin(arguments.file, graph))
@@ -109,22 +120,20 @@ def execute(arguments: argparse.Namespace) -> int:
 def _check_usage(arguments: argparse.Namespace) -> None:
     require_file(arguments.file)
     if arguments.file.suffix not in (".py", ".usd", ".usda", ".usdc", ".usdz"):
-        raise UsageError(
-            f"{arguments.file}: not an importable file; write the name of a .py, .usda, .usd or .usdc file"
-        )
+        raise UsageError(f"{arguments.file}: not an importable file; give a .py, .usda, .usd or .usdc file")
     if arguments.impulse_every < 0:
-        raise UsageError(f"--impulse-every {arguments.impulse_every}: write a number of ticks, at least 1")
+        raise UsageError(f"--impulse-every {arguments.impulse_every}: write a number of ticks, 1 or more")
     if arguments.arguments and arguments.file.suffix != ".py":
-        raise UsageError(f"{arguments.arguments[0]}: only a script takes arguments")
+        raise UsageError(f"{arguments.arguments[0]}: only a script takes arguments, not a USD stage")
     for folder in arguments.allow:
         if not folder.is_dir():
-            raise UsageError(f"no folder {str(folder)!r}")
+            raise UsageError(f"--allow: no folder {str(folder)!r}")
     if arguments.output.exists() and not arguments.output.is_dir():
-        raise UsageError(f"-o {arguments.output}: not a folder")
+        raise UsageError(f"-o {arguments.output}: this is not a folder")
 
 
 def _read(arguments: argparse.Namespace, registry: Registry, findings: Findings) -> ImportedStage:
-    """Return the graphs of the script or stage, with details for the report."""
+    """Return the graphs of the script or stage, with namespaces and other details for the report."""
     from graphengine.isaac.recorded_graph import RecordedGraph
     from graphengine.isaac.stage.stage_reader import ImportedStage, read_stage
 
@@ -133,7 +142,7 @@ def _read(arguments: argparse.Namespace, registry: Registry, findings: Findings)
         return read_stage(path, files, registry, findings, trusted=arguments.trust) or ImportedStage()
 
     def graphs_of(path: Path) -> list[RecordedGraph]:
-        """Return the graphs of a stage that a script opens; empty if the stage cannot be read."""
+        """Return the graphs of a stage that the script opens. If the stage cannot be read, add warnings and return no graphs."""
         told, graphs = Findings(), list[RecordedGraph]()
         try:
             graphs = stage(path, told).graphs
@@ -164,22 +173,24 @@ def _read(arguments: argparse.Namespace, registry: Registry, findings: Findings)
 
 
 def _variable(text: str) -> tuple[str, str]:
-    """Parse `NAME=VALUE`, or the name of a variable that is set, to name and value."""
+    """Parse `NAME=VALUE`, or the name of an environment variable that is set, to name and value."""
     name, equals, value = text.partition("=")
     if not name or "\0" in text or (not equals and name not in os.environ):
-        raise argparse.ArgumentTypeError(f"{text!r}: write NAME=VALUE, or the name of a variable that is set")
+        raise argparse.ArgumentTypeError(
+            f"{text!r}: write NAME=VALUE, or the name of an environment variable that is set"
+        )
     return name, value if equals else os.environ[name]
 
 
 def _call(text: str) -> str:
-    """Return a Python call without surrounding blanks, after a check of its syntax; it is evaluated inside the script."""
+    """Check that the text is a Python call and return it without surrounding spaces; the script's sandbox evaluates it later."""
     try:
         called = isinstance(ast.parse(text.strip(), mode="eval").body, ast.Call)
     except (ValueError, SyntaxError, RecursionError, MemoryError):
         called = False
     if not called:
         example = "build('/World/robot', rate=2) or Robot(Settings('r1')).build()"
-        raise argparse.ArgumentTypeError(f"{text!r} is not a call; write {example}")
+        raise argparse.ArgumentTypeError(f"{text!r} is not a function call; write {example}")
     return text.strip()
 
 
@@ -189,7 +200,7 @@ def _origin(path: Path, graph: RecordedGraph) -> str:
 
 
 def _report(files: dict[Path, str], graphs: Sequence[RecordedGraph], findings: Findings) -> Iterator[str]:
-    """Yield the lines of the report on the written files."""
+    """Yield the lines of the report: the written files, then the notes."""
     for path, graph in zip(files, graphs, strict=True):
         parts = counted(len(graph.nodes), "node"), counted(len(graph.wires), "wire")
         yield f"wrote {near(str(path))}: {', '.join(parts)}, at {graph.path}"
@@ -197,7 +208,7 @@ def _report(files: dict[Path, str], graphs: Sequence[RecordedGraph], findings: F
 
 
 def _notes(findings: Findings) -> Iterator[str]:
-    """Yield lines on changes and omissions in the conversion."""
+    """Yield lines for the notes, which say what the conversion changed or left out."""
     notes = [finding for finding in findings.sorted() if finding.severity == "note"]
     passed = [note.message.removesuffix(BESIDE) for note in notes if note.message.endswith(BESIDE)]
     notes = [note for note in notes if not note.message.endswith(BESIDE)]

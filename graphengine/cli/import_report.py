@@ -1,4 +1,4 @@
-"""The report on an imported robot: its properties, and what was converted, guessed and left out, each with its line."""
+"""Report on an imported robot: its properties, and lists of what was converted, guessed and left out, with file and line."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ if TYPE_CHECKING:
     from graphengine.physics.importing.import_robot import Imported
 
 LONGEST = 12
-"""Maximum number of lines of one kind; the robot file has all."""
+"""Maximum number of lines for remarks of one kind; the robot file has all remarks."""
 WIDEST = 160
-"""Maximum number of characters of a remark."""
+"""Maximum number of characters to print of a remark."""
 
 
 def report(imported: Imported, findings: Findings) -> list[str]:
@@ -29,7 +29,7 @@ def report(imported: Imported, findings: Findings) -> list[str]:
     draft = imported.draft
     base = "free" if imported.free else "fixed to the world"
     if imported.free and not draft.wheels:
-        base += "; --fixed-base bolts it to the world"
+        base += "; --fixed-base fixes it to the world"
     links, joints = counted(len(urdf.links), "link"), counted(len(urdf.joints), "joint")
     lines = [f"wrote {', '.join(near(str(path)) for path in imported.files)}"]
     lines += [f"{links}, {joints} of which {len(robot.moving)} move, {urdf.mass:.4g} kg"]
@@ -40,7 +40,7 @@ def report(imported: Imported, findings: Findings) -> list[str]:
     outcomes = Counter(imported.library.outcomes.values())
     lines.append(f"meshes: {', '.join(f'{number} {what}' for what, number in sorted(outcomes.items())) or 'none'}")
     if followers := [joint.name for joint in robot.moving if joint.mimic is not None]:
-        lines.append(listing(followers, "joints that follow another"))
+        lines.append(listing(followers, "joints that follow another joint"))
     written = {str(path) for path in imported.files}  # notes on these files repeat the remarks
     notes = [note for note in findings.items if note.severity == "note" and not _lies_in(note, written)]
     lines += _some("note", [": ".join([note.message, *note.help]) for note in notes])
@@ -55,7 +55,7 @@ def report(imported: Imported, findings: Findings) -> list[str]:
 
 
 def example(imported: Imported) -> str:
-    """Return a line with an example scene that has the robot on the floor."""
+    """Return a line for the user with an example of the key `robots` in a scene, which puts the robot on the floor."""
     place = f", position: [0, 0, {imported.lift:g}]" if imported.lift else ""
     return f"in a scene: robots: {{{imported.robot.name}: {{use: {imported.use}{place}}}}}"
 
@@ -65,14 +65,20 @@ def _lies_in(finding: Finding, paths: Collection[str]) -> bool:
 
 
 def _remarks(what: str, remarks: Sequence[Remark]) -> list[str]:
-    """Return lines for the first `LONGEST` remarks, each with the file and line that it is about."""
+    """Return lines for the first `LONGEST` remarks, each with its label, and with its file and line if known."""
     spans = [remark.span for remark in remarks]
     places = [f" ({Path(span.source.path).name}:{span.line})" if span is not None else "" for span in spans]
     return _some(what, [remark.text for remark in remarks], places)
 
 
 def _some(what: str, items: Sequence[str], ends: Sequence[str] = ()) -> list[str]:
-    """Return lines for the first `LONGEST` items, each cut to `WIDEST` characters and followed by its text in `ends`."""
+    """Return lines for the first `LONGEST` items, and a line with the number of the others.
+
+    Args:
+        what: label before each item.
+        items: texts, which are cut to `WIDEST` characters.
+        ends: texts to append to the items.
+    """
     cut = [item if len(item) <= WIDEST else f"{item[: WIDEST - 1]}…" for item in items[:LONGEST]]
     shown = [f"{what}: {item}{end}" for item, end in zip_longest(cut, ends[: len(cut)], fillvalue="")]
     return [*shown, *([f"{what}: … ({len(items) - LONGEST} more)"] if len(items) > LONGEST else [])]

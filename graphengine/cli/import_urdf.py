@@ -1,6 +1,6 @@
-"""`graphrun import-robot`: make a robot file from a URDF, xacro, SDF or MJCF file, or the description of a running ROS 2 system.
+"""`graphrun import-robot`: make a robot file from a URDF, xacro, SDF or MJCF file, or from a running ROS 2 system.
 
-`import-urdf` is its old name.
+The former name of this verb is `import-urdf`.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     from graphengine.physics.importing.import_robot import Origin
 
 WAIT = 10.0
-"""Seconds that a description from the network is waited for."""
+"""Default time to wait for a description from the network, s."""
 LONGEST_WAIT = 1e6
 TOPIC = "/robot_description"
 
@@ -42,55 +42,60 @@ TOPIC = "/robot_description"
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the command-line arguments of `graphrun import-robot` to its parser."""
     parser.add_argument(
-        "file", metavar="URDF|XACRO|SDF|MJCF", nargs="?", help="robot description file; or use --topic or --node"
+        "file",
+        metavar="URDF|XACRO|SDF|MJCF",
+        nargs="?",
+        help="robot description file; without a file, give --topic or --node",
     )
-    parser.add_argument("-o", "--output", metavar="FILE", type=Path, help="robot file to write")
+    parser.add_argument("-o", "--output", metavar="FILE", type=Path, help="robot file to write, such as my_robot.yaml")
     parser.add_argument(
         "--args",
         action="store_true",
         dest="list_arguments",
-        help="list the arguments of a xacro file, and write nothing",
+        help="list the arguments of a xacro file and write no files",
     )
     parser.add_argument("--force", action="store_true", help="overwrite existing files")
     add_source_arguments(parser)
 
 
 def add_source_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the arguments for the source of the description and the way it is read, except for the file argument."""
-    parser.add_argument("arguments", metavar="NAME:=VALUE", nargs="*", default=[], help="arguments of a xacro file")
+    """Add the arguments that say where to read the robot description and how, except for the argument for its file."""
+    parser.add_argument("arguments", metavar="NAME:=VALUE", nargs="*", default=[], help="argument of the xacro file")
     source = parser.add_mutually_exclusive_group()
     source.add_argument(
         "--topic", nargs="?", const=TOPIC, help=f"read the description from a latched topic (default {TOPIC})"
     )
-    source.add_argument("--node", help="read the description from the parameter robot_description of a node")
+    source.add_argument("--node", help="read the description from the parameter robot_description of this node")
     parser.add_argument(
         "--timeout",
         metavar="TIME",
         type=duration,
         default=WAIT,
-        help=f"longest wait for the network (default {WAIT:g}s)",
+        help=f"maximum time to wait for --topic or --node, such as 10s (default {WAIT:g}s)",
     )
     add_transport_argument(parser, " for --topic and --node")
     parser.add_argument(
         "--controllers",
         metavar="FILE",
         type=Path,
-        help="parameters of ros2_control, such as ros2_controllers.yaml, which say how the base is driven",
+        help="parameter file of ros2_control, such as ros2_controllers.yaml; its controllers show how the base is driven",
     )
     parser.add_argument(
-        "--model", metavar="NAME", default="", help="model in an SDF file to import, if the file has several"
+        "--model", metavar="NAME", default="", help="model of the SDF file to import (default: the only one)"
     )
-    parser.add_argument("--macro", metavar="NAME", help="macro of the xacro file to expand to a robot")
-    left_out = "leave out what a package brings: included files, their macros, meshes"
+    parser.add_argument("--macro", metavar="NAME", help="macro of the xacro file that defines the robot")
+    left_out = "leave out everything from this package: included files, their macros, meshes"
     add_repeatable(parser, "--without", "PACKAGE", left_out)
     parser.add_argument("--fixed-base", action="store_true", help="fix the root link to the world, as for an arm")
-    packages = "folder of a ROS package, a Gazebo model or several of these; files in it may be read"
+    packages = (
+        "ROS package or Gazebo model, or a folder with several, in which package:// and model:// references are found"
+    )
     add_repeatable(parser, "--package-path", "FOLDER", packages, type=Path)
-    add_repeatable(parser, "--allow", "FOLDER", "additional folder that may be read", type=Path)
+    add_repeatable(parser, "--allow", "FOLDER", "also let the description refer to files in this folder", type=Path)
     parse = parser.parse_known_args
 
     def parse_in_any_order(given: Sequence[str], namespace: argparse.Namespace) -> tuple[argparse.Namespace, list[str]]:
-        """Parse arguments in any order; argparse would take xacro arguments in one place only."""
+        """Parse arguments; accept xacro arguments (NAME:=VALUE) anywhere, where argparse expects them in one place."""
         parsed, unknown = parse([text for text in given if ":=" not in text], namespace)
         parsed.arguments = [*parsed.arguments, *(text for text in given if ":=" in text)]
         return parsed, unknown
@@ -99,7 +104,7 @@ def add_source_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def execute(arguments: argparse.Namespace) -> int:
-    """Write the robot file; return 0 on success, 1 if the description has errors (which are reported)."""
+    """Write the robot file, or with `--args` list the xacro arguments; return 0, or 1 if the description has errors."""
     from graphengine.physics.importing.import_robot import import_robot
 
     if arguments.list_arguments:
@@ -127,25 +132,25 @@ def _check_output(arguments: argparse.Namespace) -> None:
         UsageError: a robot file cannot have this name, or the file exists and `--force` is not given.
     """
     if arguments.output is None:
-        raise UsageError("give -o FILE, the robot file to write")
+        raise UsageError("give the robot file to write with -o FILE")
     if arguments.output.suffix not in (".yaml", ".yml"):
-        raise UsageError(f"-o {arguments.output}: a robot file ends in .yaml")
+        raise UsageError(f"-o {arguments.output}: the name of a robot file ends in .yaml")
     if not re.fullmatch(r"[A-Za-z_][A-Za-z0-9_]*", arguments.output.stem):
         raise UsageError(
-            f"-o {arguments.output}: the robot gets the name of the file, which may have letters, digits and '_' only"
+            f"-o {arguments.output}: the robot gets the name of the file, which may have only letters, digits and '_'"
         )
     refuse_to_overwrite((arguments.output,), force=arguments.force)
 
 
 def check_source(arguments: argparse.Namespace) -> None:
-    """Check the arguments of `add_source_arguments` before anything is read.
+    """Check the arguments that `add_source_arguments` added, before any file or topic is read.
 
     Raises:
-        UsageError: the arguments are invalid.
+        UsageError: not exactly one source is given, options do not apply to the source, or a value is invalid.
     """
     remote = arguments.topic or arguments.node
     if bool(arguments.file) == bool(remote):
-        raise UsageError("give a file, --topic or --node, and only one of them")
+        raise UsageError("give exactly one of a file, --topic and --node")
     if remote and arguments.arguments:
         raise UsageError(
             f"{arguments.arguments[0]}: only a xacro file takes arguments, not a description from the network"
@@ -154,19 +159,19 @@ def check_source(arguments: argparse.Namespace) -> None:
         raise UsageError("--macro and --without need a file; they do not apply to a description from the network")
     for text in arguments.arguments:
         if not re.match(r"[^:=]+:=", text):
-            raise UsageError(f"{text}: write NAME:=VALUE, as for xacro")
+            raise UsageError(f"{text}: write an argument as NAME:=VALUE, as for xacro")
     for folder in (*arguments.allow, *arguments.package_path):
         if not folder.is_dir():
             raise UsageError(f"no folder {str(folder)!r}")
     if not 0 < arguments.timeout <= LONGEST_WAIT:
-        raise UsageError(f"--timeout: write more than 0 s and at most {LONGEST_WAIT:g} s")
+        raise UsageError(f"--timeout: write a time above 0 s, at most {LONGEST_WAIT:g} s")
 
 
 def find_origin(arguments: argparse.Namespace, target: Path, findings: Findings) -> Origin | None:
-    """Read the robot description and the controllers given on the command line; return None after an error.
+    """Read and return the robot description and the controllers that the command line names; return None after an error.
 
     Args:
-        arguments: those of `add_source_arguments`, and `file`.
+        arguments: arguments that `add_source_arguments` added, and `file`.
         target: path of the robot file to write.
         findings: receives errors and notes.
     """
@@ -188,7 +193,7 @@ def _from_network(arguments: argparse.Namespace, target: Path, findings: Finding
 
 
 def _with_controllers(origin: Origin | None, arguments: argparse.Namespace, findings: Findings) -> Origin | None:
-    """Add the content of the file given by `--controllers`, if any, to the description; return None after an error."""
+    """Return the description with the content of the `--controllers` file, if one is given; return None after an error."""
     if origin is None or arguments.controllers is None:
         return origin
     from graphengine.format import document
@@ -257,7 +262,7 @@ def _list_arguments(arguments: argparse.Namespace) -> int:
 
 
 def _files(given: Path, arguments: argparse.Namespace) -> Files:
-    """Return the files that may be read: the description's package or model folders, and folders allowed by options."""
+    """Return the access policy for files: the package or model folders around the description, and folders given by options."""
     from graphengine.physics.sdf.sdf_files import model_folders
 
     package = next((folder for folder in given.absolute().parents if (folder / "package.xml").is_file()), None)
@@ -267,7 +272,7 @@ def _files(given: Path, arguments: argparse.Namespace) -> Files:
 
 
 def _remote(arguments: argparse.Namespace) -> tuple[str, str]:
-    """Return the robot description from a topic or node, and the name of this source."""
+    """Read the robot description from the topic or node; return its text and the name of the source for messages."""
     from graphengine.ros import description
     from graphengine.ros.transport import JoinOptions
     from graphengine.ros.transports.select import open_transport

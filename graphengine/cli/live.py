@@ -1,4 +1,4 @@
-"""Shared parts of verbs on a live network: joining it, waiting for peers, and ending at Ctrl-C."""
+"""Parts shared by verbs on a live network: options, joining the network, waiting for peers, and ending on Ctrl-C."""
 
 from __future__ import annotations
 
@@ -27,24 +27,26 @@ if TYPE_CHECKING:
     from graphengine.ros.cli_subscription import Clock, MessageQueue
 
 POLL = 0.05
-"""Seconds between two looks at who is there."""
+"""Time between two checks of the discovered peers, s."""
 SERVER_PATIENCE = 2.0
-"""Seconds to wait for a server before possible reasons for its absence are printed."""
+"""Time to wait for a server before a likely reason for its absence is printed, s."""
 
 
 def add_live_arguments(parser: argparse.ArgumentParser, *, clock: bool = False) -> None:
-    """Add the options for joining the network; `clock` adds `--use-sim-time`."""
+    """Add the options for joining the network, and `--use-sim-time` if `clock` is set."""
     add_transport_argument(parser)
-    spin = "seconds to wait for the discovery of peers (default 0.5 over dds, 2 over rclpy)"
+    spin = "time to wait for the discovery of other nodes (default 0.5 with dds, 2 with rclpy)"
     parser.add_argument("--spin-time", metavar="SECONDS", type=seconds, help=spin)
-    parser.add_argument("--no-daemon", action="store_true", help="no effect: there is no daemon, unlike in ros2")
+    parser.add_argument("--no-daemon", action="store_true", help="has no effect; unlike ros2, graphrun has no daemon")
     if clock:
-        parser.add_argument("-s", "--use-sim-time", action="store_true", help="take the time from /clock")
+        parser.add_argument(
+            "-s", "--use-sim-time", action="store_true", help="use the simulation time on /clock, not wall time"
+        )
     add_message_path(parser)
 
 
 def seconds(text: str) -> float:
-    """Parse a time of 0 s or more."""
+    """Parse a number of seconds, 0 or more."""
     return _number(text, float, 0.0, "seconds, such as 0.5")
 
 
@@ -55,12 +57,12 @@ def positive(text: str) -> float:
 
 def count(text: str) -> int:
     """Parse an integer of 0 or more."""
-    return int(_number(text, int, 0, "a whole number from 0"))
+    return int(_number(text, int, 0, "a whole number, 0 or more"))
 
 
 def size(text: str) -> int:
     """Parse an integer of 1 or more."""
-    return int(_number(text, int, 1, "a whole number from 1"))
+    return int(_number(text, int, 1, "a whole number, 1 or more"))
 
 
 def _number(text: str, kind: Callable[[str], float], least: float, legal: str) -> float:
@@ -71,11 +73,11 @@ def _number(text: str, kind: Callable[[str], float], least: float, legal: str) -
 
 
 class Live:
-    """A node on the network while a verb runs; Ctrl-C and SIGTERM end the verb cleanly.
+    """A node on the network while a verb runs, used as a context manager. Ctrl-C or SIGTERM ends its block without a traceback.
 
     Args:
-        arguments: arguments of `add_live_arguments`.
-        node: name of the node; None takes a name that `ros2 node list` hides.
+        arguments: arguments that `add_live_arguments` added.
+        node: name of the node; None chooses a hidden name, which `ros2 node list` leaves out.
     """
 
     def __init__(self, arguments: argparse.Namespace, node: str | None = None) -> None:
@@ -109,7 +111,12 @@ class Live:
     def graph(
         self, enough: Callable[[NetworkGraph], object] = lambda graph: False, *, names: bool = False
     ) -> NetworkGraph:
-        """Return the endpoints of peers after the discovery time, or as soon as `enough` holds; `names` adds node names."""
+        """Wait for the discovery of peers and return their endpoints.
+
+        Args:
+            enough: ends the wait as soon as it returns a true value.
+            names: also wait for the node names of the endpoints.
+        """
         found = discover(self.transport, self._spin_time, lambda graph: enough(graph.without(self._node)), names=names)
         return found.without(self._node)
 
@@ -118,7 +125,10 @@ class Live:
         return self.transport.graph().without(self._node)
 
     def graph_with(self, topic: str) -> NetworkGraph:
-        """Return the endpoints of peers once a topic has a writer or reader; print a warning before waiting until Ctrl-C."""
+        """Wait until a topic has a publisher or subscriber, and return the endpoints of peers.
+
+        If the topic has none after the discovery time, print a warning and wait without limit.
+        """
         graph = self.graph(lambda graph: topic in graph.types())
         if topic not in graph.types():
             warning = f"WARNING: topic [{topic}] does not appear to be published yet"
@@ -129,12 +139,13 @@ class Live:
         return graph
 
     def wait_for_server(self, name: str, ready: Callable[[], bool], why: Callable[[], str] = lambda: "") -> None:
-        """Wait for the server of a service or action; after `SERVER_PATIENCE` s, print a likely reason for its absence once.
+        """Wait for the server of a service or action. After `SERVER_PATIENCE` s, print a likely reason for its absence once.
 
         Args:
-            name: full name.
-            ready: returns whether the server exists.
-            why: returns the reason to print; if it is empty, the reason is an incompatible peer, if there is one.
+            name: full name of the service or action.
+            ready: returns whether the server has been discovered.
+            why: returns the likely reason, or an empty text. If the text is empty and a server on an incompatible RMW was
+                discovered, that server is reported as the reason.
         """
         begun, told = time.monotonic(), False
         while not ready():
@@ -149,7 +160,7 @@ class Live:
         """Return the message type of a topic.
 
         Raises:
-            TransportError: the topic has no writer or reader, or several types.
+            TransportError: the topic has no publisher or subscriber, or it has several types.
         """
         types = graph.types().get(topic, [])
         if not types:
@@ -159,7 +170,7 @@ class Live:
         return types[0]
 
     def unknown(self, topic: str, graph: NetworkGraph) -> TransportError:
-        """Return the error for a topic without writers and readers."""
+        """Return the error for a topic that has no publisher or subscriber, with a suggestion or the known topics."""
         known = [name for name in graph.types() if not is_hidden(name)]
         hint = near_topic(topic, graph.types()) or listing(known, "topics")
         return TransportError(f"unknown topic {topic!r}\n{hint}\nseen over {self.transport.description}")
@@ -167,7 +178,15 @@ class Live:
     def listen(
         self, topic: str, message_type: str, qos: QoS, clock: Clock = time.time_ns, waiting: int = 100
     ) -> MessageQueue:
-        """Subscribe to a topic; at most `waiting` messages are queued, then the oldest are dropped."""
+        """Subscribe to a topic and return the queue of received messages.
+
+        Args:
+            topic: full name of the topic.
+            message_type: message type of the topic.
+            qos: quality of service of the subscription.
+            clock: returns the time of arrival, ns.
+            waiting: maximum number of messages in the queue; a further one replaces the oldest.
+        """
         from graphengine.ros.cli_subscription import MessageQueue
 
         inbox = MessageQueue(waiting, clock)
@@ -175,7 +194,7 @@ class Live:
         return inbox
 
     def clock(self, arguments: argparse.Namespace) -> Clock:
-        """Return a function for the wall time, or with `--use-sim-time` for the simulation time, in ns."""
+        """Return a function that returns the wall time, or with `--use-sim-time` the simulation time, in ns."""
         from graphengine.ros.cli_subscription import SimulationClock
 
         if not arguments.use_sim_time:
@@ -190,7 +209,7 @@ def _interrupt(number: int, frame: FrameType | None) -> None:
 
 
 def absolute(topic: str) -> str:
-    """Return the full name of a topic given with or without its first slash.
+    """Return the full name of a topic, service, action or node. A name without a leading slash is in the root namespace.
 
     Raises:
         TopicError: the name is not legal in ROS 2.
@@ -201,17 +220,20 @@ def absolute(topic: str) -> str:
 
 
 def near_topic(topic: str, known: Iterable[str]) -> str:
-    """Return a suggestion: the same name in another namespace, or a similar name; the empty string without one."""
+    """Return a suggestion such as `did you mean '/robot/odom'?`: the same name in another namespace, or a similar name.
+
+    The text is empty if there is no such name.
+    """
     shown = [name for name in known if not is_hidden(name)]
     same = [name for name in shown if name.rpartition("/")[2] == topic.rpartition("/")[2]]
     return f"did you mean {' or '.join(map(repr, same))}?" if same else did_you_mean(topic, shown)
 
 
 def is_hidden(topic: str) -> bool:
-    """Return whether ROS 2 tools hide a topic by default."""
+    """Return whether ROS 2 tools hide a name by default: a part of it begins with `_`."""
     return any(part.startswith("_") for part in topic.split("/"))
 
 
 def show(text: str, end: str = "\n") -> None:
-    """Print and flush text from peers: unchanged to a file or pipe, without control characters to a terminal."""
+    """Print and flush a text. On a terminal, control characters are replaced, because the text can come from peers."""
     print(clean(text) if sys.stdout.isatty() else text, end=end, flush=True)

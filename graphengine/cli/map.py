@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from graphengine.physics.occupancy.occupancy_map import OccupancyMap
 
 HEIGHTS = (0.2, 0.62)
-"""The window of heights in NVIDIA's "ROS 2 Putting It All Together"."""
+"""Default height range of obstacles, m; the range in NVIDIA's tutorial "ROS 2 Putting It All Together"."""
 
 ENDINGS = (".png", ".pgm", ".yaml", ".yml")
 
@@ -28,7 +28,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the command-line arguments of `graphrun map` to its parser."""
     what = "a scene file, or the name of an included one, such as dd100_warehouse"
     parser.add_argument("scene", metavar="SCENE", help=what)
-    parser.add_argument("-o", "--output", metavar="NAME", help="write NAME.png and NAME.yaml (default: SCENE_map)")
+    parser.add_argument(
+        "-o", "--output", metavar="NAME", help="name of the files to write, NAME.png and NAME.yaml (default: SCENE_map)"
+    )
     where = parser.add_argument_group("map contents")
 
     def numbers(option: str, *names: str, help: str, **more: Any) -> None:
@@ -41,43 +43,44 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     where.add_argument("--cell", metavar="SIZE", type=number, default=0.05, help="side of a cell, m (default 0.05)")
     area = "area of the map, m, rounded outwards to cells (default: all obstacles)"
     numbers("--bounds", "XMIN", "YMIN", "XMAX", "YMAX", help=area)
-    prims("--select", "map the extent of this prim, not of all obstacles")
+    prims("--select", "prim whose extent is the area of the map, unless --bounds is given (default: all obstacles)")
     numbers(
         "--origin",
         "X",
         "Y",
         default=(0.0, 0.0),
-        help="coordinates of any corner of a cell, m; the grid is aligned to it (default 0 0)",
+        help="point at which corners of cells meet, m; aligns the grid (default 0 0)",
     )
-    seed = "point in free space, m, from which the free area is filled (default: the first robot); may be repeated"
+    seed = "point in free space, m: space connected to it is free, the rest unknown (default: the first robot); may be repeated"
     numbers("--from", "X", "Y", dest="seeds", action="append", default=[], help=seed)
-    prims("--include", "robot or movable body to map as an obstacle")
-    prims("--exclude", "prim to leave out of the obstacles")
+    prims("--include", "prim of a robot or movable body to map as an obstacle")
+    prims("--exclude", "prim that is not an obstacle")
     local = parser.add_argument_group("localizability")
     local.add_argument(
         "--localizability",
         action="store_true",
-        help="write how well AMCL could localise the robot at each place: NAME_localizability.png and .csv",
+        help="also write NAME_localizability.png and .csv: how well AMCL could localize the robot at each place",
     )
     local.add_argument("--robot", metavar="NAME", help="robot whose lidar is used (default: the first one)")
     local.add_argument("--lidar", metavar="PRIM", help="lidar to use (default: the only one of the robot)")
-    scans = "scans that AMCL multiplies for the ambiguity (default 8: 2 m of travel)"
+    scans = "number of scans, 0.25 m apart, whose likelihoods are multiplied to find ambiguous poses (default 8)"
     local.add_argument("--scans", metavar="N", type=whole, default=8, help=scans)
-    noise = "alpha3 of AMCL, which widens the spread (default 0.01)"
+    noise = "AMCL's parameter alpha3: a larger value widens the spread of the estimated position (default 0.01)"
     local.add_argument("--alpha", metavar="A", type=number, default=0.01, help=noise)
     files = parser.add_argument_group("output")
-    files.add_argument("--format", choices=("png", "pgm"), default="png", help="format of the picture (default png)")
+    files.add_argument("--format", choices=("png", "pgm"), default="png", help="format of the image (default png)")
     files.add_argument(
         "--convention",
         choices=("ros", "isaac"),
         default="ros",
-        help="isaac: height range half a cell wider, origin shifted by half a cell, RGBA, as in Isaac Sim",
+        help="isaac: like maps of Isaac Sim, with a height range half a cell wider at both ends, an origin shifted by half a"
+        " cell, and RGBA pixels (default ros)",
     )
     add_allow_argument(parser)
 
 
 def execute(arguments: argparse.Namespace) -> int:
-    """Write both files; return 0 on success, 1 if the scene has errors."""
+    """Write the files of the map, and with `--localizability` also its files; return 0, or 1 if the scene has errors."""
     path = find_file(arguments.scene)
     stem = _stem(arguments.output, path)
     _refuse_others(path)
@@ -112,10 +115,10 @@ def execute(arguments: argparse.Namespace) -> int:
 
 
 def _localizability(scene: Scene, made: OccupancyMap, stem: Path, arguments: argparse.Namespace) -> None:
-    """Write the picture and the table of localizability, and print their summary.
+    """Write the image and the table of localizability, and print a summary.
 
     Raises:
-        UsageError: there is no such robot or lidar, or localizability cannot be measured with it.
+        UsageError: there is no such robot or lidar, or the localizability cannot be measured with this lidar or map.
     """
     from graphengine.physics.occupancy.localizability_report import summary
 
@@ -147,18 +150,22 @@ def _localizability(scene: Scene, made: OccupancyMap, stem: Path, arguments: arg
 
 
 def _stem(output: str | None, scene: Path) -> Path:
-    """Return the path of the output files, without suffix."""
+    """Return the path of the output files without suffix: the value of `-o`, or `SCENE_map` in the working directory.
+
+    Raises:
+        UsageError: the path is a folder.
+    """
     if output is None:
         return Path(f"{scene.stem}_map")
     ending = next((ending for ending in ENDINGS if output.endswith(ending)), "")
     stem = Path(output.removesuffix(ending))
     if output.endswith("/") or not stem.name or stem.is_dir():
-        raise UsageError(f"-o {output}: is a folder; write a file name such as {stem / scene.stem}")
+        raise UsageError(f"-o {output}: this is a folder; write a file name such as {stem / scene.stem}")
     return stem
 
 
 def _refuse_others(path: Path) -> None:
-    """Refuse graph and robot files, because only scenes have maps.
+    """Check that a file is not a graph or robot file, because only scenes have maps.
 
     Raises:
         UsageError: the file is a graph or robot file.

@@ -1,4 +1,4 @@
-"""`graphrun new`: begin a project: a robot, its graphs, a scene and a test in a folder of their own."""
+"""`graphrun new`: create a project folder with a robot, its graphs, a scene and a test."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ from graphengine.format.errors import UsageError
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the command-line arguments of `graphrun new` to its parser."""
-    parser.add_argument("folder", metavar="DIR", type=Path, help="folder of the project; it must be empty or not exist")
+    parser.add_argument("folder", metavar="DIR", type=Path, help="folder to create; it must be empty or not exist")
     parser.add_argument(
         "--from",
         metavar="URDF|XACRO|SDF|MJCF",
         dest="file",
-        help="robot description file (default: begin with the Dingo-D)",
+        help="robot description file (default: use the included Clearpath Dingo-D)",
     )
-    parser.add_argument("--world", choices=WORLDS, help="world of the scene (default: flat; for an arm: table)")
+    parser.add_argument("--world", choices=WORLDS, help="world of the scene (default: table for an arm, else flat)")
     import_urdf.add_source_arguments(parser)
 
 
@@ -33,7 +33,9 @@ def execute(arguments: argparse.Namespace) -> int:
     """Write the project; return 0 on success, 1 if the description has errors (which are reported)."""
     project = Project(arguments.folder, _name(arguments.folder), arguments.world)
     if arguments.folder.exists() and (not arguments.folder.is_dir() or any(arguments.folder.iterdir())):
-        raise UsageError(f"{arguments.folder}: is not an empty folder; give another one")
+        raise UsageError(
+            f"{arguments.folder}: this is not an empty folder; give a folder that is empty or does not exist"
+        )
     if not (arguments.file or arguments.topic or arguments.node):
         if arguments.arguments:
             raise UsageError(f"{arguments.arguments[0]}: only a xacro file takes arguments; give one with --from FILE")
@@ -67,10 +69,10 @@ def _from_description(arguments: argparse.Namespace, project: Project) -> int:
 
 
 def _name(folder: Path) -> str:
-    """Return the name of the robot: the folder's name, with `_` in place of illegal characters.
+    """Return the name of the robot: the folder's name, with `_` in place of characters other than letters, digits and `_`.
 
     Raises:
-        UsageError: the name does not begin with a letter.
+        UsageError: the resulting name does not begin with a letter.
     """
     name = re.sub(r"[^A-Za-z0-9_]+", "_", folder.absolute().name).strip("_")
     if not re.match(r"[A-Za-z]", name):

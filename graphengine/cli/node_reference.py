@@ -1,4 +1,4 @@
-"""The node reference as Markdown: all types with their ports, by family; the anchor of a type is its registered name."""
+"""Writes the node reference as Markdown: all node types with their ports, by family. A type's anchor is its registered name."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from graphengine.node.types import brief
 
 
 def write_reference(types: Sequence[type[Node]]) -> str:
-    """Return the Markdown reference of the given types, by family and then by name."""
+    """Return the reference of the given node types as Markdown, sorted by family and then by name."""
     ordered = sorted(types, key=lambda cls: (family_of(cls), cls.type_name))
     families = [(family, list(members)) for family, members in groupby(ordered, family_of)]
     parts = ["# Nodes", "", f"{len(ordered)} node types. Units are SI unless a port says otherwise.", ""]
@@ -30,7 +30,7 @@ def write_reference(types: Sequence[type[Node]]) -> str:
 
 
 def family_of(cls: type[Node]) -> str:
-    """Return the registered name of a node type without its last part; `nodes` for a name of one part."""
+    """Return the family of a node type: its registered name without the last part, or `nodes` if the name has one part."""
     return cls.type_name.rpartition(".")[0] or "nodes"
 
 
@@ -62,7 +62,7 @@ def _row(cls: type[Node], port: Port) -> tuple[str, ...]:
 
 
 def table(heads: Sequence[str], rows: Iterable[Sequence[str]]) -> Iterable[str]:
-    """Yield the lines of a Markdown table."""
+    """Yield the lines of a Markdown table with the given column heads."""
     yield f"| {' | '.join(heads)} |"
     yield f"|{'---|' * len(heads)}"
     for row in rows:

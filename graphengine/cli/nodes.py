@@ -1,4 +1,4 @@
-"""`graphrun nodes`: list the node types and their ports."""
+"""`graphrun nodes`: list all node types, or print the ports of one."""
 
 from __future__ import annotations
 
@@ -27,26 +27,34 @@ if TYPE_CHECKING:
     from graphengine.node.port import Port
 
 Constants = Sequence[tuple[str, str, Any]]
-"""Name, ROS's type and value of each."""
+"""Constants of a message type: name, ROS type and value of each."""
 
 LONG = 4
-"""Values of a default, all the same, and types of a port of which more are counted instead of listed."""
+"""Maximum length of a list of port types, or of equal values in a default, to print in full; longer lists are abbreviated."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the command-line arguments of `graphrun nodes` to its parser."""
-    parser.add_argument("name", metavar="NAME", nargs="?", help="describe one type, by its registered or short name")
+    parser.add_argument("name", metavar="NAME", nargs="?", help="node type to describe, a registered or short name")
     add_import_argument(parser)
-    message = "also show the ports made from a message or service type, such as geometry_msgs/msg/Twist"
+    message = (
+        "message or service type, such as geometry_msgs/msg/Twist; also print the ports that the node type gets from it"
+    )
     parser.add_argument("--message", metavar="TYPE", help=message)
     add_message_path(parser)
     form = parser.add_mutually_exclusive_group()
     form.add_argument("--format", choices=("text", "json"), default="text", help="output format (default text)")
-    form.add_argument("--markdown", action="store_true", help="print a reference of all types, or of NAME, as Markdown")
+    form.add_argument(
+        "--markdown", action="store_true", help="print a reference of all node types, or of NAME, as Markdown"
+    )
 
 
 def execute(arguments: argparse.Namespace) -> int:
-    """Print the types; return 0, or 2 for an unknown name."""
+    """Print the node types or the given one; return 0.
+
+    Raises:
+        UsageError: the name of the node type or message is unknown, or `--message` is used without a fitting node type.
+    """
     from graphengine.compiler.registry import default_registry
 
     registry = make_registry(arguments.modules) if arguments.modules else default_registry()
@@ -60,7 +68,7 @@ def execute(arguments: argparse.Namespace) -> int:
     else:
         if arguments.message is not None:
             raise UsageError(
-                "--message needs the name of a node type that makes ports from a message, such as ROS2Publisher"
+                "--message needs NAME, a node type that gets ports from a message type, such as ROS2Publisher"
             )
         for owner, problem in registry.broken.items():
             print(clean(f"warning: {owner} could not be imported: {problem}"), file=sys.stderr)
@@ -80,10 +88,10 @@ def execute(arguments: argparse.Namespace) -> int:
 
 
 def _find(name: str, registry: Registry) -> type[Node]:
-    """Return the type with a registered or short name.
+    """Return the node type with this registered or short name.
 
     Raises:
-        UsageError: there is none.
+        UsageError: no node type has this name.
     """
     found = registry.find(name)
     if found is None:
@@ -93,16 +101,16 @@ def _find(name: str, registry: Registry) -> type[Node]:
             raise UsageError(f"the node type {name!r} of Isaac Sim is not available; {advice}")
         part = name.lower()
         holding = [name for name in sorted(registry.types) if part and part in name.lower()]
-        hint = f"types with it in their name: {', '.join(holding)}" if holding else registry.suggest(name)
+        hint = f"node types whose name contains it: {', '.join(holding)}" if holding else registry.suggest(name)
         raise UsageError(f"no node type {name!r}; {hint}")
     return found.cls
 
 
 def _with_message(cls: type[Node], registry: Registry, arguments: argparse.Namespace) -> tuple[type[Node], Constants]:
-    """Return the node type with the ports made from a message, and the message's constants.
+    """Return the node type with the ports that it gets from the `--message` type, and the constants of the message type.
 
     Raises:
-        UsageError: the message is unknown, or the type makes no ports from messages.
+        UsageError: the message type is unknown, or the node type gets no ports from messages.
     """
     from graphengine.node.node_class import grown
 
@@ -110,7 +118,7 @@ def _with_message(cls: type[Node], registry: Registry, arguments: argparse.Names
     if len(parts) == 2 and "inputs:messageSubfolder" in cls.ports:
         parts.insert(1, cls.ports["inputs:messageSubfolder"].default)
     if len(parts) != 3:
-        raise UsageError(f"--message {arguments.message}: write PACKAGE/msg/NAME, as in geometry_msgs/msg/Twist")
+        raise UsageError(f"--message {arguments.message}: write PACKAGE/msg/NAME, such as geometry_msgs/msg/Twist")
     literals = dict(zip(("messagePackage", "messageSubfolder", "messageName"), parts, strict=True))
     known = registry.definitions.for_distro(chosen_distro(arguments))
     definitions = known.extended(message_paths(arguments), installed_packages())
@@ -119,17 +127,17 @@ def _with_message(cls: type[Node], registry: Registry, arguments: argparse.Names
     except ContextError as error:
         raise UsageError("\n  ".join((f"--message: {error.message}", *error.help))) from None
     if made is cls:
-        raise UsageError(f"--message: {cls.type_name} makes no ports from messages")
+        raise UsageError(f"--message: {cls.type_name} gets no ports from message types")
     return made, definitions.definition("/".join(parts)).constants
 
 
 def summary(cls: type[Node]) -> str:
-    """Return the first line of the class's docstring."""
+    """Return the first line of a node class's docstring."""
     return (inspect.getdoc(cls) or "").partition("\n")[0]
 
 
 def describe(cls: type[Node], constants: Constants = ()) -> str:
-    """Return the description of a node type with all its ports, and with the constants of its message."""
+    """Return the description of a node type as text, with all ports, constants and other names."""
     parts = [f"{cls.type_name}  ({cls.kind()})", "", inspect.getdoc(cls) or ""]
     for side in ("inputs", "outputs"):
         ports = [port for port in cls.fields.values() if port.side == side]
@@ -153,23 +161,26 @@ def _row(cls: type[Node], port: Port) -> tuple[str, ...]:
 
 
 def _kinds(port: Port) -> list[str]:
-    """Return the names of the types that a port takes."""
+    """Return the names of all types that a port accepts."""
     return str(port.type).split(" | ")
 
 
 def default_of(port: Port) -> str:
-    """Return an input's default as text, empty without one; a long list of equal values is cut to value and count."""
+    """Return the default of an input as text; a long list of equal values is written as `9 times 0.0`.
+
+    The text is empty if the port has no default.
+    """
     return "" if port.is_exec or port.side == "outputs" or port.default is None else _shown(port.default)
 
 
 def facts_of(cls: type[Node], port: Port) -> list[str]:
-    """Return texts on a port: legal values, purpose, `required`, and `extension` if Isaac Sim's type does not have it."""
+    """Return texts about a port: legal values, purpose, `required`, and `extension` if Isaac Sim's node type lacks the port."""
     facts = [port.constraint, port.doc, _required(cls, port), "extension" if port.extension else ""]
     return [fact for fact in facts if fact]
 
 
 def _required(cls: type[Node], port: Port) -> str:
-    """Return `required`, or `required unless …` for one of several ports; empty if the port needs no value."""
+    """Return `required`; `required unless X is given` if one of several ports needs a value; empty if the port is optional."""
     if not isinstance(port.required, str):
         return "required" if port.required else ""
     others = [other.name for other in cls.fields.values() if other.required == port.required and other is not port]

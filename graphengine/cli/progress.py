@@ -1,4 +1,4 @@
-"""A progress bar for work that takes more than `DELAY`; shown on a terminal only."""
+"""Shows a progress bar on a terminal while a block of code runs, if it takes longer than `DELAY`."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def progress(what: str, done: Callable[[], float] = lambda: 0.0, total: float | 
     Args:
         what: label of the bar.
         done: returns the completed amount of work; called from another thread.
-        total: total amount of work; None: unknown, the bar only moves.
+        total: total amount of work; None: it is unknown, and the bar shows activity only.
     """
     if not terminal.can_overwrite():
         yield
@@ -38,7 +38,7 @@ def progress(what: str, done: Callable[[], float] = lambda: 0.0, total: float | 
 
 
 def _show(what: str, done: Callable[[], float], total: float | None, over: threading.Event) -> None:
-    """Draw the bar until the work ends."""
+    """Draw the bar until `over` is set; runs in its own thread."""
     if over.wait(DELAY):
         return
     from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn

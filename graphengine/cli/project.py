@@ -1,4 +1,4 @@
-"""The files of a new project."""
+"""Makes the files of a new project for `graphrun new`."""
 
 from __future__ import annotations
 
@@ -21,12 +21,12 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class WorldPlaces:
-    """A world of graphengine with free space for a robot.
+    """An included world and free places for a robot in it.
 
     Attributes:
-        file: file of the world.
-        stand: position on the floor for a robot that moves freely, m.
-        mount: position for a robot with a fixed base, m.
+        file: MJCF file of the world, relative to the folder of the included scenes.
+        stand: x and y of a place on the floor for a robot that moves freely, m.
+        mount: position for the base link of a robot with a fixed base, m.
     """
 
     file: str
@@ -42,13 +42,13 @@ WORLDS = {
 DINGO = Path("scenes/robots/dd100.yaml")
 DINGO_GRAPH = Path("graphs/dd100/cmd_vel.yaml")
 DINGO_LIFT = 0.025
-"""Height (m) of the Dingo-D's base link above the floor, from which it settles."""
+"""Initial height of the Dingo-D's base link above the floor, m; from there, the robot comes to rest on the floor."""
 
 SCENE = """\
-# What `graphrun run {name}.yaml` runs.
+# The scene that `graphrun run {name}.yaml` runs: a world with the robot.
 format: 1
 scene: {key}
-world: {world}    # a world of graphengine; or an MJCF file in this folder
+world: {world}    # a world that ships with graphengine; or an MJCF file in this folder
 physics: {{tick_rate: 60, substeps: 4}}
 settle: {settle}
 robots:
@@ -56,45 +56,48 @@ robots:
     use: robots/{name}.yaml
     position: [{x:g}, {y:g}, {z:g}]    # m
     orientation: {{rpy_deg: [0, 0, 0]}}
-    robot_state: true    # publishes /robot_description, /tf and /tf_static, as robot_state_publisher does
-    # namespace: {name}    # puts its topics below /{name}
+    robot_state: true    # publish /robot_description, /tf and /tf_static, as robot_state_publisher does
+    # namespace: {name}    # prefix the robot's topics with /{name}
 graphs:
   clock: {{use: graphs/clock.yaml, at: /World/clock}}
 """
 
-SETTLE = "true    # the robot comes to rest before t = 0"
-ACTIVE = "false    # the robot stands by its graph, which runs from t = 0 on"
+SETTLE = "true    # let the robot come to rest before t = 0"
+ACTIVE = "false    # the robot would fall before t = 0, because the graph that holds it runs only from t = 0 on"
 
 DINGO_ROBOT = """\
-# The Clearpath Dingo-D that comes with graphengine. Keys that you write here replace or add to those of the extended file.
+# The Clearpath Dingo-D that ships with graphengine. Keys in this file are added to those of the extended file, or replace them.
 format: 1
 robot: {key}
 extends: robots/dd100.yaml
 graphs:
-  cmd_vel: {{use: ../graphs/cmd_vel.yaml}}    # your copy: change a number and run again
+  cmd_vel: {{use: ../graphs/cmd_vel.yaml}}    # your copy: change a value and run again
 """
 
 README = """\
 # {name}
 
-{source}, run by graphengine {version}: `pip install -r requirements.txt`, then in this folder
+This project simulates {source} with graphengine {version}. Install graphengine with
+`pip install -r requirements.txt`. Then run these commands in this folder:
 
 {commands}
 
-`{name}.yaml` is the scene: the world and where the robot stands, `robots/{name}.yaml` the robot, `graphs/` what it does.
+- `{name}.yaml` is the scene: the world and the position of the robot.
+- `robots/{name}.yaml` is the robot.
+- `graphs/` contains the graphs that control the robot.
 """
 EXAMPLE = """\
-Move it while it runs, from another terminal:
+Move the robot from another terminal while the simulation runs:
 
     {command}
 """
 ROS2_CONTROL = """\
-`ros2_control.xacro` lets ros2_control, and so MoveIt, drive the joints.
+`ros2_control.xacro` lets ros2_control, and therefore MoveIt, command the joints.
 """
 ROS2_CONTROL_FILE = """\
 <?xml version="1.0"?>
-<!-- Controllers of ros2_control, and so MoveIt, drive the simulated joints if the description of your controller manager includes
-     this file, and the graphs of robots/{name}.yaml have its topics:
+<!-- With this file, controllers of ros2_control, and therefore MoveIt, command the simulated joints. Include it in the robot
+     description of your controller manager, and set these parameters of the graphs in robots/{name}.yaml:
        joint_states: parameters: joint_states: {states}
        joint_commands: parameters: joint_commands: {commands} -->
 <robot xmlns:xacro="http://www.ros.org/wiki/xacro">
@@ -103,12 +106,12 @@ ROS2_CONTROL_FILE = """\
 
 
 class Project:
-    """The files of a project, by path; nothing is written before `write`.
+    """Collects the files of a project in memory; `write` writes them.
 
     Args:
         folder: folder of the project.
         name: name of the robot and the scene.
-        world: a key of `WORLDS`; None: `table` for an arm, `flat` for other robots.
+        world: a key of `WORLDS`; None takes `table` for an arm and `flat` for other robots.
     """
 
     def __init__(self, folder: Path, name: str, world: str | None) -> None:
@@ -119,14 +122,14 @@ class Project:
         self._contents: dict[Path, bytes] = {}
 
     def add_dingo(self) -> None:
-        """Add the Dingo-D with a copy of the graph that drives it."""
+        """Add the Dingo-D, a copy of the graph that drives it, and the files around them, such as the scene."""
         self._add(self.robot_file, DINGO_ROBOT.format(key=scalar(self.name)))
         self._contents[self.folder / "graphs" / DINGO_GRAPH.name] = (shipped() / DINGO_GRAPH).read_bytes()
         world = WORLDS[self.world or "flat"]
-        self._add_rest("A Clearpath Dingo-D", [DRIVE], world, (*world.stand, DINGO_LIFT))
+        self._add_rest("a Clearpath Dingo-D", [DRIVE], world, (*world.stand, DINGO_LIFT))
 
     def add_robot(self, imported: Imported) -> None:
-        """Add an imported robot with its description, meshes and graphs."""
+        """Add an imported robot with its description, meshes and graphs, and the files around them, such as the scene."""
         for path, text in imported.files.items():
             self._add(path, text)
         for path, source in imported.copies.items():
@@ -134,14 +137,14 @@ class Project:
         world = WORLDS[self.world or ("table" if is_arm(imported) else "flat")]
         place = (*world.stand, imported.lift) if imported.free else world.mount
         more = ROS2_CONTROL if self._add_ros2_control(imported) else ""
-        self._add_rest(f"The robot of {imported.draft.source}", skills_of(imported), world, place, more)
+        self._add_rest(f"the robot of {imported.draft.source}", skills_of(imported), world, place, more)
 
     def write(self) -> None:
         """Write all files or none."""
         write_together(self._contents)
 
     def told(self) -> str:
-        """Return a text with the folder, the number of files and the next command for the user."""
+        """Return a text for the user with the folder, the number of files and the next command."""
         folder = near(str(self.folder))
         return clean(
             f"{folder}: a project of {len(self._contents)} files\nnext: cd {folder} && graphrun run {self.name}.yaml"
@@ -151,7 +154,7 @@ class Project:
         self._contents[path] = text.encode()
 
     def _add_ros2_control(self, imported: Imported) -> bool:
-        """Add the hardware of ros2_control for joints that take commands; return False if there are none."""
+        """Add a xacro file for ros2_control with the commanded joints; return False if the robot has no such joints."""
         from graphengine.physics.importing import topic_based
 
         joints = commanded(imported)
@@ -165,7 +168,15 @@ class Project:
     def _add_rest(
         self, source: str, skills: Sequence[Skill], world: WorldPlaces, place: Vector3, more: str = ""
     ) -> None:
-        """Add the scene with the robot at `place` (m), the test, the README and the requirements."""
+        """Add the scene, the test, the README and the requirements.
+
+        Args:
+            source: origin of the robot, with which the README begins.
+            skills: skills of the robot, for the test and the README.
+            world: world of the scene.
+            place: position of the robot in the world, m.
+            more: text for the end of the README.
+        """
         x, y, z = place
         settle = ACTIVE if any(skill.active for skill in skills) else SETTLE
         scene = SCENE.format(name=self.name, key=scalar(self.name), world=world.file, settle=settle, x=x, y=y, z=z)

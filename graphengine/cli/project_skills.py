@@ -1,4 +1,4 @@
-"""Skills of the robot in a new project, with commands for the README and tests."""
+"""Finds the skills of a new project's robot, such as driving, and writes commands and tests for each skill."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from graphengine.physics.importing.import_robot import Imported
 
 _BASE, _STAND, _TRAJECTORY = "base", "stand", "arm/trajectory.yaml"
-"""Names of the graphs of a base and of legs in an imported robot file, and file of the graph of an arm."""
+"""Names of the graphs that drive the base and hold the legs of an imported robot, and the graph file that moves its arm."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,9 +26,10 @@ class Skill:
 
     Attributes:
         commands: commands that demonstrate the skill, each with its purpose.
-        example: a longer command, which moves a joint or an arm; empty without one.
+        example: command for a separate section of the README, which moves a joint or an arm; may be empty.
         active: whether the robot falls over unless its graphs run.
-        test: Python code of a test of the skill; it may use the scene `SCENE`, the name `ROBOT` and the imports of `_TEST_FILE`.
+        test: Python code of a test of the skill; it may use `SCENE` (path of the scene), `ROBOT` (name of the robot) and the
+            imports of `_TEST_FILE`.
     """
 
     commands: tuple[tuple[str, str], ...]
@@ -39,8 +40,8 @@ class Skill:
 
 DRIVE = Skill(
     (
-        ("graphrun teleop", "in another terminal: drive it from the keyboard"),
-        ("graphrun calibrate {name}.yaml", "commanded against reached motion, and the errors of its odometry"),
+        ("graphrun teleop", "in another terminal: drive the robot from the keyboard"),
+        ("graphrun calibrate {name}.yaml", "compare reached with commanded motion, and measure the odometry errors"),
     ),
     """
 def test_the_base_follows_its_commands_within_two_percent() -> None:
@@ -65,7 +66,7 @@ def test_the_robot_stands_for_ten_seconds() -> None:
         assert sim.robots[ROBOT].pose.position[2] == pytest.approx(height, abs=0.02)    # m
 """
 _HOLD = """
-def test_the_joints_hold_where_they_start() -> None:
+def test_the_joints_hold_their_start_positions() -> None:
     with ge.load(SCENE).session() as sim:
         start = {joint: state.position for joint, state in sim.robots[ROBOT].joints.items()}
         sim.run(3.0)
@@ -73,7 +74,7 @@ def test_the_joints_hold_where_they_start() -> None:
     assert held == pytest.approx(start, abs=0.05)    # rad, m
 """
 _TEST_FILE = '''\
-"""The robot does what its graphs say."""
+"""Tests of the robot: its files have no errors, and it moves as commanded."""
 
 from pathlib import Path
 
@@ -101,33 +102,33 @@ def skills_of(imported: Imported) -> list[Skill]:
 
 
 def commanded(imported: Imported) -> list[UrdfJoint]:
-    """Return the joints that a topic commands, apart from those of a base."""
+    """Return the joints that take commands from a topic, without the joints of a base."""
     return [imported.robot.urdf.joints[name] for name in imported.draft.commanded]
 
 
 def is_arm(imported: Imported) -> bool:
-    """Return whether a robot has a fixed base and a graph that follows trajectories."""
+    """Return whether an imported robot has a fixed base and a graph that follows trajectories."""
     return not imported.free and bool(_arms(imported))
 
 
 def usage(name: str, skills: Sequence[Skill]) -> str:
-    """Return the commands for the scene with this name, one a line, each with a comment."""
+    """Return the commands for the README, one per line, each with a comment; `name` is the name of the scene."""
     tries = [command for skill in skills for command in skill.commands]
     commands = [
         (
             "graphrun run {name}.yaml --view",
-            "the robot and its graphs in a browser; --watch reloads files that you save",
+            "run, with a web page of the robot and its graphs; --watch reloads files that you save",
         ),
         *tries[:1],
-        ("graphrun topics {name}.yaml", "the topics that it publishes and subscribes to"),
+        ("graphrun topics {name}.yaml", "list the topics that the scene publishes and subscribes to"),
         *tries[1:],
-        ("graphrun check {name}.yaml && pytest", "before you commit"),
+        ("graphrun check {name}.yaml && pytest", "before a commit: check the files and run the tests"),
     ]
     return table([(command.replace("{name}", name), f"# {about}") for command, about in commands], indent="    ")
 
 
 def test_file(name: str, skills: Sequence[Skill]) -> str:
-    """Return the text of a test of the scene and robot with this name."""
+    """Return the content of the test file; `name` is the name of the scene and of the robot."""
     simulated = any("ge." in skill.test for skill in skills)
     imports = "import pytest\n\nimport graphengine as ge\n" if simulated else ""
     robot = f'ROBOT = "{name}"\n' if simulated else ""
@@ -135,7 +136,7 @@ def test_file(name: str, skills: Sequence[Skill]) -> str:
 
 
 def _arms(imported: Imported) -> dict[str, Mapping[str, Any]]:
-    """Return the parameters of each graph for an arm, by the name of the graph."""
+    """Return the parameters of each graph that drives an arm, by the name of the graph."""
     graphs = imported.draft.sections["graphs"]
     return {name: each.value["parameters"] for name, each in graphs.items() if each.value["use"].endswith(_TRAJECTORY)}
 

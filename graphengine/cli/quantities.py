@@ -1,4 +1,4 @@
-"""Parsers for times, rates, angles and vectors on the command line."""
+"""Parsers for times, rates, addresses, numbers, angles and vectors on the command line."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from graphengine.runtime.pacer import SLOWEST
 
 
 def duration(text: str) -> float:
-    """Parse `10`, `10s`, `500ms` or `2min` to seconds."""
+    """Parse a time such as `10`, `10s`, `500ms` or `2min`; return it in seconds."""
     match = re.fullmatch(r"([0-9]*\.?[0-9]+)(s|ms|min|)", text.strip())
     if match is None:
         raise argparse.ArgumentTypeError(f"{text.strip()!r} is not a time; write 10, 10s, 500ms or 2min")
@@ -19,7 +19,7 @@ def duration(text: str) -> float:
 
 
 def rate(text: str) -> float:
-    """Parse a rate to seconds of simulation per second of wall time; `max` is infinity."""
+    """Parse a rate; return it in seconds of simulation per second of wall time: `realtime` is 1, `max` is infinity."""
     named = {"realtime": 1.0, "max": math.inf}
     try:
         factor = named[text] if text in named else float(text)
@@ -33,7 +33,7 @@ def rate(text: str) -> float:
 
 
 def address(text: str) -> tuple[str, int]:
-    """Parse `8765`, `0.0.0.0:8765` or `[::1]:8765` to host and port; the host is 127.0.0.1 if left out."""
+    """Parse an address such as `8765`, `0.0.0.0:8765` or `[::1]:8765`; return host (127.0.0.1 if left out) and port."""
     match = re.fullmatch(r"(?:(?:\[([0-9A-Fa-f:.]+)\]|([^][:/\s]+)):)?([0-9]{1,5})", text.strip())
     if match is None or int(match[3]) > 65535:
         advice = "write PORT or HOST:PORT, such as 8765 or 0.0.0.0:8765"
@@ -61,7 +61,7 @@ def number(text: str) -> float:
 
 
 def angle(text: str) -> float:
-    """Parse `1.57`, `1.57rad` or `90deg` to radians."""
+    """Parse an angle such as `1.57`, `1.57rad` or `90deg`; return it in radians."""
     match = re.fullmatch(r"([-+.e0-9]+)(rad|deg|)", text.strip())
     if match is None:
         raise argparse.ArgumentTypeError(f"{text.strip()!r} is not an angle; write 1.57, 1.57rad or 90deg")
@@ -72,8 +72,8 @@ def vector(*sizes: int, item: Callable[[str], float] = number) -> Callable[[str]
     """Return a parser for vectors such as `1,2,0`.
 
     Args:
-        sizes: legal numbers of components.
-        item: parser for one component.
+        sizes: legal numbers of components, such as 2 and 3.
+        item: parser for each component.
     """
 
     def read(text: str) -> tuple[float, ...]:

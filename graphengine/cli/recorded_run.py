@@ -1,4 +1,4 @@
-"""Starts the session of a recording, for the verbs that replay one."""
+"""Starts the session of a recording, for `graphrun replay` and `graphrun view`."""
 
 from __future__ import annotations
 
@@ -27,12 +27,12 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class RecordedRun:
-    """The session of a recording before its first tick.
+    """A recording and the session that will replay it, before the first tick.
 
     Attributes:
         recording: the recording; no tick has been read yet.
         runner: runner of the session; its network delivers only the recorded messages.
-        plain: replaces extracted paths in a text by the file names in the recording.
+        plain: returns a text with the paths of extracted files replaced by the file names in the recording.
     """
 
     recording: Recording
@@ -40,22 +40,22 @@ class RecordedRun:
     plain: Callable[[str], str]
 
     def warn(self, text: str) -> None:
-        """Print a warning."""
+        """Print a warning to standard error."""
         print(self.plain(f"warning: {text}"), file=sys.stderr)
 
 
 def start_recorded_run(
     arguments: argparse.Namespace, use: Callable[[RecordedRun], int], log: Log = lambda *_: None
 ) -> int:
-    """Start the session of the recording that the command line names, and pass it to `use`.
+    """Start the session of the recording that the command line names, and call `use` with it.
 
     Args:
-        arguments: arguments of `graphrun replay`.
-        use: called with the session; returns the exit code.
-        log: receives the log messages of the session.
+        arguments: arguments of `graphrun replay` or `graphrun view`.
+        use: function that replays the session and returns the exit code.
+        log: receives the messages of nodes: severity, prim path of the node, and text.
 
     Returns:
-        The result of `use`, or 1 after the errors of the scene or of a node were printed.
+        The result of `use`; or 1 if the scene or a node has an error, which is printed.
 
     Raises:
         UsageError: the file cannot be replayed.
@@ -98,7 +98,7 @@ def _start(
                 print(plain(finding.render()), file=sys.stderr)
         return 1
     if arguments.against and any(finding.code == "N102" for finding in scene.findings):
-        raise UsageError(f"{arguments.against} uses prims of a scene; give a scene to --against")
+        raise UsageError(f"--against {arguments.against}: the graph uses prims of a scene; give a scene instead")
 
     def warn(text: str) -> None:
         print(plain(f"warning: {text}"), file=sys.stderr)
@@ -112,7 +112,11 @@ def _start(
 
 
 def _what_to_run(arguments: argparse.Namespace, recording: Recording) -> tuple[Path, Options]:
-    """Return the file and the options of the recording, with the changes from the command line."""
+    """Return the file to load and the options to load it with: those of the recorded run, changed by the command line.
+
+    Raises:
+        UsageError: an option is invalid, or the run needs a module with node types or numba, which is not given or installed.
+    """
     from graphengine.cli.common import environment, parse_set, reading_options
     from graphengine.format.files import find_file
 
@@ -135,7 +139,7 @@ def _what_to_run(arguments: argparse.Namespace, recording: Recording) -> tuple[P
 
 
 def _how_to_run(manifest: Manifest, warn: Callable[[str], None], log: Log) -> RunOptions:
-    """Return the options of the recorded session, with a network that delivers only the recorded messages."""
+    """Return the session options of the recorded run, but with a network that delivers only the recorded messages."""
     from graphengine.api.run_options import RunOptions
     from graphengine.recording.replay import SilentTransport
 
@@ -152,26 +156,29 @@ def _how_to_run(manifest: Manifest, warn: Callable[[str], None], log: Log) -> Ru
 
 
 def _rays(rays: RaysChoice, recording: Path) -> RaysChoice:
-    """Return the ray casting method for lidars.
+    """Return the given ray casting method after a check that it is available.
 
     Raises:
-        UsageError: the method is not available.
+        UsageError: the method needs numba, which is not installed.
     """
     from graphengine.format.errors import UsageError
 
     if rays == "fast" and find_spec("numba") is None:
         raise UsageError(
-            f"{recording}: its lidars used rays 'fast', which need numba\n  pip install 'graphengine[fast]'\n"
-            "  or give --rays mujoco: distances are the same to a nanometre, not to the last bit"
+            f"{recording}: the run cast the rays of lidars with --rays fast, which needs numba\n"
+            "  pip install 'graphengine[fast]'\n"
+            "  or give --rays mujoco: the distances then agree to a nanometre, but not in every bit"
         )
     return rays
 
 
 def _registry(recorded: Sequence[str], given: Sequence[str], recording: Path) -> Registry | None:
-    """Return the registry of node types; only modules given on the command line are imported.
+    """Import the modules given on the command line and return a registry with their node types; None without modules.
+
+    Modules are not imported just because a recording names them; the recording could come from someone else.
 
     Raises:
-        UsageError: a module of the recorded run is missing on the command line.
+        UsageError: the recorded run used a module that the command line does not give.
     """
     from graphengine.cli.common import make_registry
     from graphengine.compiler.registry import default_registry
@@ -182,5 +189,7 @@ def _registry(recorded: Sequence[str], given: Sequence[str], recording: Path) ->
     missing = [module for module in recorded if module not in (*given, *ours)]  # the library was once called `nodes`
     if missing:
         remedy = " ".join(f"--import {module}" for module in missing)
-        raise UsageError(f"{recording}: the run used additional node types; if you trust them, give {remedy}")
+        raise UsageError(
+            f"{recording}: the run used modules with node types; if you trust these modules, give {remedy}"
+        )
     return make_registry(given) if given else None

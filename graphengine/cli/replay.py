@@ -14,22 +14,22 @@ if TYPE_CHECKING:
     from graphengine.runtime.session_core import SessionCore
 
 LONGEST = 80
-"""Characters of a port's value that are told."""
+"""Maximum number of characters of a port value to print."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the command-line arguments of `graphrun replay` to its parser."""
     from graphengine.cli.common import add_allow_argument, add_import_argument, add_permission_arguments, add_repeatable
 
-    parser.add_argument("recording", metavar="FILE", type=Path, help="a recording of `graphrun run --record FILE`")
-    against = "run this scene or graph instead of the files in the recording"
+    parser.add_argument("recording", metavar="FILE", type=Path, help="recording made by `graphrun run --record FILE`")
+    against = "replay the recorded inputs to this scene or graph instead of the recorded one"
     parser.add_argument("--against", metavar="SCENE|GRAPH", help=against)
     add_repeatable(parser, "--ignore", "TOPIC", "topic to leave out of the comparison; globs allowed")
-    values = "set an input to a value, in addition to the run's own settings; [ROBOT/][GRAPH/]NODE.PORT, globs allowed"
+    values = "value for an input, [ROBOT/][GRAPH/]NODE.PORT=VALUE, globs allowed, in addition to the values of the recorded run"
     add_repeatable(parser, "--set", "NODE.PORT=VALUE", values)
     parser.add_argument("--seed", type=whole, help="seed of all random generators (default: that of the recorded run)")
     parser.add_argument(
-        "--rays", choices=("auto", "mujoco", "fast"), help="ray casting of lidars (default: that of the recorded run)"
+        "--rays", choices=("auto", "mujoco", "fast"), help="ray casting of lidars (default: as in the recorded run)"
     )
     add_allow_argument(parser)
     add_import_argument(parser)
@@ -37,7 +37,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def execute(arguments: argparse.Namespace) -> int:
-    """Replay and compare; return 0 if all bytes are equal, 1 if not, 2 if they cannot be compared."""
+    """Replay the recording and compare the output; return 0 if all bytes are equal, else 1.
+
+    Raises:
+        UsageError: the file cannot be replayed.
+    """
     from graphengine.cli.recorded_run import start_recorded_run
 
     return start_recorded_run(arguments, lambda run: _replay(arguments, run))
@@ -54,9 +58,9 @@ def _replay(arguments: argparse.Namespace, run: RecordedRun) -> int:
         with progress("replaying", lambda: recording.share_read, 1.0):
             found = replay.run()
     except RecordingError as error:
-        raise RecordingError(f"{error}\n  {_counted(replay)} before are identical") from None
+        raise RecordingError(f"{error}\n  before that, {_counted(replay)} are identical") from None
     for pattern in sorted(replay.idle_patterns) if found is None else ():
-        run.warn(f"--ignore {pattern}: nothing was sent on a matching topic")
+        run.warn(f"--ignore {pattern}: no message was sent on a matching topic")
     if found is None and recording.cut_off:
         run.warn(f"the run was cut off: the recording ends at t = {recording.times.seconds(replay.ticks):.3f} s")
     print(run.plain(verdict(found, replay)))
@@ -80,7 +84,12 @@ def _counted(run: Replay) -> str:
 
 
 def _published_by(node: str, session: SessionCore) -> list[str]:
-    """Return lines on the publishing node: type, file and line, and values of wired inputs in the replay."""
+    """Return lines about the node that published a message: its type, file and line, and the values of its wired inputs.
+
+    Args:
+        node: prim path of the node; empty: no lines are returned.
+        session: the session of the replay, from which the values are read.
+    """
     for run in session.graphs:
         graph = run.executor.graph
         for instance in graph.instances:

@@ -1,4 +1,4 @@
-"""`graphrun robots`: list the robots of a scene with the topics and the URDF for robot_state_publisher."""
+"""`graphrun robots`: list the robots of a scene with their robot_state_publisher topics, or print the URDF of a robot."""
 
 from __future__ import annotations
 
@@ -15,12 +15,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the command-line arguments of `graphrun robots` to its parser."""
     add_file_arguments(parser)
     output = parser.add_mutually_exclusive_group()
-    output.add_argument("--urdf", metavar="ROBOT", help="print the URDF of a robot, for robot_state_publisher")
-    output.add_argument("--format", choices=("text", "json"), default="text", help="json: also the URDF of each robot")
+    output.add_argument("--urdf", metavar="ROBOT", help="print the URDF of this robot, for robot_state_publisher")
+    form = "output format (default text); json also has the URDF of each robot"
+    output.add_argument("--format", choices=("text", "json"), default="text", help=form)
 
 
 def execute(arguments: argparse.Namespace) -> int:
-    """Print the robots; return 0 without errors, 1 with errors."""
+    """Print the robots or the URDF of one; return 0, or 1 if the scene has errors."""
     from graphengine.api.robot_states import robot_states
 
     arguments.robot_state = True  # its nodes have the topics of robot_state_publisher

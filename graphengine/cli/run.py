@@ -1,4 +1,4 @@
-"""`graphrun run`: run a scene or graph on the network."""
+"""`graphrun run`: run a scene or graph, connected to ROS 2."""
 
 from __future__ import annotations
 
@@ -26,66 +26,80 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     from graphengine.cli.common import add_file_arguments, add_page_arguments, add_transport_argument
 
     add_file_arguments(parser)
-    simulated = "simulation time to run: 10, 10s, 500ms, 2min"
+    simulated = "simulation time to run, such as 10, 10s, 500ms or 2min (default: until Ctrl-C)"
     parser.add_argument("--for", metavar="TIME", dest="duration", type=duration, help=simulated)
-    pace = "realtime, max, or a factor of real time (default realtime; max if messages stay in the process)"
+    pace = "realtime, max, or a factor of real time, such as 0.5 (default realtime; max with --transport memory)"
     parser.add_argument("--rate", type=rate, help=pace)
-    parser.add_argument("--paused", action="store_true", help="start paused, until `graphrun ctl play`")
+    parser.add_argument("--paused", action="store_true", help="start paused; `graphrun ctl play` starts the simulation")
     parser.add_argument("--no-control", action="store_true", help="disable `graphrun ctl` for this run")
     interfaces = (
-        "offer the services of ROS 2's simulation_interfaces, with which anyone on the network can stop, step, reset,"
-        " spawn and move; give a namespace such as /one if several runs share a domain (default /)"
+        "offer the services of ROS 2's simulation_interfaces in this namespace (default /), with which anyone on the network"
+        " can stop, step, reset, spawn and move; runs in the same ROS domain need different namespaces, such as /one"
     )
     parser.add_argument(
         "--simulation-interfaces", metavar="NAMESPACE", nargs="?", type=_namespace, const="/", help=interfaces
     )
     add_transport_argument(parser, reaching_others=False)
-    parser.add_argument("--no-parameters", action="store_true", help="offer no ROS parameters")
+    parser.add_argument(
+        "--no-parameters", action="store_true", help="do not offer ROS parameters for inputs and variables"
+    )
     foxglove = (
         "serve all topics to Foxglove at ws://HOST:PORT, in addition to --transport (default host 127.0.0.1); there is no"
         " password: all users and programs of this machine, including web pages in its browsers, can connect, read, and"
         " publish to the topics that graphs read"
     )
     parser.add_argument("--foxglove", metavar="[HOST:]PORT", type=address, help=foxglove)
-    parser.add_argument("--keep-going", action="store_true", help="an exception in a node ends its branch, not the run")
-    bad = "values from wires that a node cannot use: drop and count them, or end the run (default drop)"
+    going = "continue the run after an exception in a node; only the node's branch ends"
+    parser.add_argument("--keep-going", action="store_true", help=going)
+    bad = "if a node cannot use a value from a wire: drop and count the value, or stop the run (default drop)"
     parser.add_argument("--bad-values", choices=("drop", "stop"), default="drop", help=bad)
     record = (
-        "record all input and output to an MCAP file, for replay, ros2 bag and Foxglove; ticks wait for camera images"
+        "record all inputs and outputs to an MCAP file for `graphrun replay`, ros2 bag and Foxglove; ticks then wait for"
+        " camera images"
     )
     parser.add_argument("--record", metavar="FILE", type=Path, help=record)
-    profile = "print at the end how often each node ran and fired, and its computing time; measures every tenth tick"
+    profile = (
+        "at the end, print how often each node ran and fired, and its computing time, measured in every tenth tick"
+    )
     parser.add_argument("--profile", action="store_true", help=profile)
     watch = (
-        "reload files as soon as they are saved: nodes of changed graphs keep their state, a changed world or robot restarts"
-        " the run at t = 0, and the run continues with the previous version of files with errors"
+        "reload files as soon as they are saved: nodes of changed graphs keep their state, and a changed world or robot"
+        " restarts the run at t = 0; if the changed files have errors, the run continues with the previous version"
     )
     parser.add_argument("--watch", action="store_true", help=watch)
     parser.add_argument(
-        "--view", action="store_true", help="serve a page that shows and controls the run; prints its address"
+        "--view", action="store_true", help="serve a web page that shows and controls the run, and print its address"
     )
     add_page_arguments(parser)
-    parser.add_argument("--view-read-only", action="store_true", help="viewers can see the run but not control it")
-    quiet = "print only warnings, errors and what was lost: no status line, no summary"
+    parser.add_argument(
+        "--view-read-only", action="store_true", help="let the web page show the run, but not control it"
+    )
+    quiet = "print only warnings, errors and losses, such as dropped messages; no status line, no summary"
     parser.add_argument("--quiet", action="store_true", help=quiet)
     parser.add_argument("--force", action="store_true", help="let --record overwrite an existing file")
 
 
 def _namespace(text: str) -> str:
-    """Parse an absolute ROS 2 namespace; names of scene and graph files are rejected."""
+    """Parse an absolute ROS 2 namespace.
+
+    The option's value is optional, so it could take the scene file as its value; the error message then explains the order.
+
+    Raises:
+        argparse.ArgumentTypeError: the text is not an absolute namespace.
+    """
     from graphengine.format.errors import TopicError
     from graphengine.messages.names import check_namespace
 
     try:
         check_namespace(text)
     except TopicError as error:
-        advice = "write a namespace as in --simulation-interfaces /one, and what to run before it"
+        advice = "write a namespace, as in --simulation-interfaces /one; write the scene or graph before this option"
         raise argparse.ArgumentTypeError(f"{error.message}\n  {advice}") from None
     return text
 
 
 def execute(arguments: argparse.Namespace) -> int:
-    """Run until the end or an interrupt; return 0, or 1 with errors."""
+    """Run until `--for` has passed or a signal ends the run; return 0, or 1 if the files have errors."""
     from graphengine.api.run_options import RunOptions, check_recording
     from graphengine.api.scene import start_runner
     from graphengine.api.viewing import open_page
@@ -147,7 +161,10 @@ def execute(arguments: argparse.Namespace) -> int:
 
 
 def _channel(arguments: argparse.Namespace, queue: CommandQueue, console: Console) -> AbstractContextManager[object]:
-    """Return the control channel for `graphrun ctl`; a run whose channel cannot be opened continues without one."""
+    """Open the control channel for `graphrun ctl` and return it.
+
+    With `--no-control`, or if the channel cannot be opened (which is reported), return a context manager that does nothing.
+    """
     from graphengine.control.channel import Channel
     from graphengine.format.errors import ControlError
 
@@ -162,11 +179,11 @@ def _channel(arguments: argparse.Namespace, queue: CommandQueue, console: Consol
 
 @contextmanager
 def _keys(session: SessionCore, console: Console) -> Iterator[Callable[[SessionCore], bool]]:
-    """Yield the function to call after each tick; it reads the terminal's keys if a graph uses the keyboard."""
+    """Yield the function to call after each tick. If a graph uses the keyboard, it also passes the terminal's keys to the run."""
     terminal = sys.stdin is not None and sys.stdin.isatty()
     if not session.services.keys.asked or not terminal:
         if session.services.keys.asked:
-            advice = "the standard input, where a graph's keys come from, is no terminal\n  use `graphrun ctl press W`"
+            advice = "a graph uses the keyboard, but the standard input is not a terminal\n  use `graphrun ctl press W`"
             console.say("warning", "", advice)
         yield console.on_tick
         return
@@ -185,7 +202,7 @@ def _keys(session: SessionCore, console: Console) -> Iterator[Callable[[SessionC
 def _profiled(
     arguments: argparse.Namespace, session: SessionCore, on_tick: Callable[[SessionCore], bool], console: Console
 ) -> Iterator[Callable[[SessionCore], bool]]:
-    """Yield the function to call after each tick; with `--profile`, it measures nodes, and a table is printed at the end."""
+    """Yield the function to call after each tick. With `--profile`, it measures the nodes; the table is printed at the end."""
     if not arguments.profile:
         yield on_tick
         return
@@ -212,9 +229,9 @@ def _profiled(
 
 
 class _Signals:
-    """Signal handling of a run: Ctrl-C, SIGTERM and SIGHUP end it after the tick, or immediately while it waits.
+    """Ends a run on Ctrl-C, SIGTERM or SIGHUP: after the current tick, or immediately if the run is waiting.
 
-    A second signal ends the process. Signals ignored by `nohup` stay ignored.
+    A second signal of the same kind ends the process. SIGHUP stays ignored if it was, as under `nohup`.
     """
 
     def __init__(self, session: SessionCore) -> None:

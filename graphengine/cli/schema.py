@@ -1,4 +1,4 @@
-"""`graphrun schema`: print a JSON Schema for editors."""
+"""`graphrun schema`: print the JSON Schema of graph, scene or robot files, for editors."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import json
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the command-line arguments of `graphrun schema` to its parser."""
-    parser.add_argument("kind", choices=("graph", "scene", "robot"), help="kind of file")
+    parser.add_argument("kind", choices=("graph", "scene", "robot"), help="kind of file that the schema describes")
 
 
 def execute(arguments: argparse.Namespace) -> int:

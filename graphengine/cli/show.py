@@ -1,4 +1,4 @@
-"""`graphrun show`: show a graph's nodes and wires, its schedule, its generated code, or a drawing."""
+"""`graphrun show`: print a graph's nodes and wires, its schedule or its generated code, or draw the graph."""
 
 from __future__ import annotations
 
@@ -25,18 +25,25 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_file_arguments(parser)
     form = parser.add_mutually_exclusive_group()
     form.add_argument(
-        "--schedule", action="store_true", help="print the order in which nodes run, and the conditions for each"
+        "--schedule",
+        action="store_true",
+        help="print the nodes in the order in which they run, with the condition of each",
     )
-    form.add_argument("--plan", action="store_true", help="print the generated source code of the tick")
-    form.add_argument("--mermaid", action="store_true", help="print a diagram as Mermaid text")
-    form.add_argument("--svg", metavar="FILE", type=Path, help="write a drawing with ports, values and findings as SVG")
+    form.add_argument("--plan", action="store_true", help="print the Python code that is generated for a tick")
+    form.add_argument("--mermaid", action="store_true", help="print a Mermaid flowchart")
     form.add_argument(
-        "--html", metavar="FILE", type=Path, help="write the drawing as a web page with zoom and details of ports"
+        "--svg", metavar="FILE", type=Path, help="SVG file to write: a drawing with ports, values and findings"
+    )
+    form.add_argument(
+        "--html",
+        metavar="FILE",
+        type=Path,
+        help="HTML file to write: the drawing as a web page with zoom and details of ports",
     )
 
 
 def execute(arguments: argparse.Namespace) -> int:
-    """Print or draw the graphs; return 0 without errors, 1 with errors."""
+    """Print or draw all graphs of the file; return 0, or 1 if it has errors."""
     from graphengine.compiler.codegen import source_of
 
     scene = load(arguments)
@@ -61,7 +68,14 @@ def execute(arguments: argparse.Namespace) -> int:
 
 
 def draw(scene: LoadedScene, arguments: argparse.Namespace) -> int:
-    """Write a drawing of all graphs, including those with errors; return 1 if a graph has errors or there is no graph, else 0."""
+    """Write a drawing of all graphs, including graphs with errors.
+
+    Returns:
+        0, or 1 if the file has errors or no graphs.
+
+    Raises:
+        UsageError: the name of the file to write has the wrong suffix.
+    """
     from graphengine.drawing import page, svg
     from graphengine.drawing.view_model import make_graph_view
 
@@ -72,7 +86,7 @@ def draw(scene: LoadedScene, arguments: argparse.Namespace) -> int:
     path: Path = arguments.svg or arguments.html
     if path.suffix.lower() not in ((".svg",) if arguments.svg else (".html", ".htm")):
         raise UsageError(
-            f"{path}: a drawing's name ends in {'.svg' if arguments.svg else '.html'}; other files are not overwritten"
+            f"{path}: the name of a drawing must end in {'.svg' if arguments.svg else '.html'}; no other file is overwritten"
         )
     text = svg.draw(views) if arguments.svg else page.draw(views)
     write_together({path: text.encode()})
@@ -81,19 +95,19 @@ def draw(scene: LoadedScene, arguments: argparse.Namespace) -> int:
 
 
 def _at(graph: Graph) -> str:
-    """Return name, prim path and rate of a graph on one line."""
+    """Return a line with the name and prim path of a graph and when it runs."""
     pushed = ", all nodes" if graph.flat.spec.evaluator == "push" else ""
     return printable(f"{graph.name}  at {graph.prim_path}, every {graph.runs.replace('_', ' ')}{pushed}")
 
 
 def _value(value: Any) -> str:
-    """Return a value as YAML on one line."""
+    """Return a value as JSON on one line."""
     plain = value.tolist() if hasattr(value, "tolist") else value
     return printable(json.dumps(plain, ensure_ascii=False))
 
 
 def outline(graph: Graph) -> str:
-    """Return the nodes of a graph with types and set values, then its wires."""
+    """Return the nodes of a graph as text, each with its type and the values set in the file; then the wires."""
     lines = [_at(graph)]
     gates = {instance.part_of: instance.make_node() for instance in graph.instances if instance.part_of}
     for instance in (instance for instance in graph.instances if not instance.part_of):
@@ -109,7 +123,7 @@ def outline(graph: Graph) -> str:
 
 
 def schedule(graph: Graph) -> str:
-    """Return the schedule of a graph: regions in opening order, nodes in execution order."""
+    """Return the schedule of a graph as text: each region of the plan, and the nodes of the region in execution order."""
     lines = [_at(graph)]
     constants = [graph.instances[refresh.node].id for refresh in graph.plan.constants]
     if constants:
@@ -129,7 +143,7 @@ def _occasion(region: Region) -> str:
 def _calls(graph: Graph, region: Region) -> Iterator[str]:
     for call in region.calls:
         for refresh in call.refreshes:
-            when = "when something it reads has changed" if refresh.if_stale else ""
+            when = "when a value that it reads has changed" if refresh.if_stale else ""
             yield _line(graph, refresh.node, "data", when)
         instance = graph.instances[call.node]
         kind, pace = ("gate", str(instance.make_node())) if instance.part_of else (call.kind, "")
@@ -137,7 +151,10 @@ def _calls(graph: Graph, region: Region) -> Iterator[str]:
 
 
 def _when(graph: Graph, region: Region, call: Call) -> str:
-    """Return the execution wires that can start a node in a region, as text; empty if the node always runs there."""
+    """Return a condition such as `when Tick.tick fires`, which lists the outputs that can start a node in a region.
+
+    The text is empty if the node always runs in this region.
+    """
     if not call.guard:
         return ""
     wires = [wire for wire in graph.exec_wires if wire.target == call.node and _fires(graph, region, wire)]
@@ -145,9 +162,9 @@ def _when(graph: Graph, region: Region, call: Call) -> str:
 
 
 def _fires(graph: Graph, region: Region, wire: Wire) -> bool:
-    """Return whether a wire can start its target in this region.
+    """Return whether an execution wire can start its target in this region.
 
-    Wires from pusher nodes, which run their targets themselves, and wires that fire in a later pass cannot.
+    A wire cannot if it comes from a pusher node, which runs its targets itself, or if its target runs in a later pass.
     """
     kind = graph.instances[wire.source].cls.kind()
     if kind == "latent":
@@ -162,7 +179,7 @@ def _line(graph: Graph, index: int, kind: str, when: str) -> str:
 
 
 def mermaid(graph: Graph) -> str:
-    """Return the subgraph of a Mermaid flowchart for a graph: thick arrows are execution wires, thin ones data wires."""
+    """Return a graph as a subgraph of a Mermaid flowchart. Thick arrows are execution wires, thin arrows are data wires."""
     lines = [f'  subgraph {_safe(graph.name)}["{graph.name}"]']
     for instance in graph.instances:
         short = instance.cls.type_name.rpartition(".")[2]

@@ -1,4 +1,4 @@
-"""`graphrun snapshot`: render a picture of a scene after a given time."""
+"""`graphrun snapshot`: render an image of a scene at a given simulation time."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from graphengine.physics.pictures.rendering import Image
 
 MILLIMETRES = 1000
-"""In a metre: what a picture of distances counts in, as ROS does in depth images of 16 bits."""
+"""Millimetres in a metre. 16 bit depth images of ROS are in mm."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -33,18 +33,24 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     from graphengine.cli.quantities import duration
 
     add_file_arguments(parser)
-    where = "top, perspective, a camera of the world's MJCF, or the prim of a camera (default perspective)"
+    where = "view: top, perspective, the name of a camera in the world's MJCF file, or the prim of a camera (default perspective)"
     parser.add_argument("--camera", metavar="VIEW|PRIM", default="perspective", help=where)
     parser.add_argument(
-        "--at", metavar="TIME", type=duration, default=0.0, help="simulation time of the picture: 10, 500ms"
+        "--at",
+        metavar="TIME",
+        type=duration,
+        default=0.0,
+        help="simulation time of the image, such as 10 or 500ms (default 0)",
     )
-    parser.add_argument("--size", metavar="WxH", type=size, help="pixels (default 1280x720, or the camera's own)")
+    parser.add_argument(
+        "--size", metavar="WxH", type=size, help="size in pixels (default: that of the camera's prim, else 1280x720)"
+    )
     parser.add_argument("-o", "--output", metavar="FILE", type=Path, required=True, help="PNG file to write")
     what = parser.add_mutually_exclusive_group()
-    depth = "write a depth image of a camera: depths along its optical axis, 16 bits, mm; 0: nothing in range"
+    depth = "write a 16 bit depth image of a camera's prim: depth along its optical axis, mm; 0 if out of range"
     what.add_argument("--depth", action="store_true", help=depth)
     what.add_argument(
-        "--segmentation", action="store_true", help="write an image with one colour per prim; print the colours"
+        "--segmentation", action="store_true", help="write an image with one colour per prim, and print the colours"
     )
 
 
@@ -60,7 +66,7 @@ def size(text: str) -> tuple[int, int]:
 
 
 def execute(arguments: argparse.Namespace) -> int:
-    """Write the picture; return 0 on success, 1 with errors."""
+    """Run the scene until the given time and write the image; return 0, or 1 if the scene has errors."""
     from graphengine.api.pictures import write_png
 
     output: Path = arguments.output
@@ -86,7 +92,14 @@ def execute(arguments: argparse.Namespace) -> int:
 
 
 def _take(scene: Scene, arguments: argparse.Namespace) -> tuple[Picture | Image, Mapping[int, str]]:
-    """Run the scene with the transport memory; return the picture, and the prim path of each number in it."""
+    """Run the scene without a network until the given time, and render the image.
+
+    Returns:
+        The image, and the prim path for each segmentation ID in it.
+
+    Raises:
+        UsageError: there is no scene or no such camera, or a view was chosen for a depth image.
+    """
     from graphengine.api.pictures import find_camera, look, simulated
     from graphengine.api.run_options import RunOptions
     from graphengine.api.scene import loaded_of, start_runner
@@ -111,7 +124,7 @@ def _take(scene: Scene, arguments: argparse.Namespace) -> tuple[Picture | Image,
 
 
 def _millimetres(depth: NDArray[np.float32]) -> NDArray[np.uint16]:
-    """Convert depths (m) to 16 bit millimetres as in ROS; 0 for depths out of range."""
+    """Convert depths from m to 16 bit mm, as in ROS; depths that do not fit become 0."""
     import numpy as np
 
     scaled = np.rint(depth * MILLIMETRES)
@@ -119,7 +132,7 @@ def _millimetres(depth: NDArray[np.float32]) -> NDArray[np.uint16]:
 
 
 def _colours(numbers: NDArray[np.int32]) -> NDArray[np.uint8]:
-    """Return the RGB colour of each prim number; successive numbers have distant hues, and 0, the background, is black."""
+    """Return an RGB image with one colour per segmentation ID. Successive IDs have distant hues; the background, 0, is black."""
     import numpy as np
 
     return np.array([_colour(number) for number in range(int(numbers.max()) + 1)], np.uint8)[numbers]
@@ -134,7 +147,7 @@ def _colour(number: int) -> tuple[int, int, int]:
 
 
 def _table(numbers: NDArray[np.int32], labels: Mapping[int, str]) -> str:
-    """Return a table of colour, pixel count and path of each prim in the picture."""
+    """Return a table with the colour, number of pixels and path of each prim in a segmentation image."""
     import numpy as np
 
     found, counts = np.unique(numbers, return_counts=True)

@@ -1,4 +1,4 @@
-"""Verbs with subverbs, such as `graphrun topic` with `echo` and `list`."""
+"""Helpers for verbs that have subverbs, such as `graphrun topic echo` and `graphrun topic list`."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from graphengine.cli import add_verb
 
 
 class Subverb(Protocol):
-    """Module of a subverb, such as `graphengine.cli.topic.echo`."""
+    """Interface of the module of a subverb, such as `graphengine.cli.topic.echo`."""
 
     def add_arguments(self, parser: argparse.ArgumentParser) -> None:
         """Add the command-line arguments of the subverb to its parser."""
@@ -20,7 +20,7 @@ class Subverb(Protocol):
 
 
 def add_subverbs(parser: argparse.ArgumentParser, subverbs: Mapping[str, tuple[Subverb, str]]) -> None:
-    """Add subverbs to the parser of a verb; `subverbs` has the module and the summary of each, by name."""
+    """Add subverbs to the parser of a verb; `subverbs` maps the name of each to its module and summary."""
     verbs = parser.add_subparsers(dest="subverb", metavar="VERB", required=True)
     for name, (module, summary) in subverbs.items():
         sub = add_verb(verbs, name, summary)

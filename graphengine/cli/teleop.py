@@ -22,33 +22,33 @@ if TYPE_CHECKING:
 TOPIC = "/cmd_vel"
 TWIST, STAMPED = "geometry_msgs/msg/Twist", "geometry_msgs/msg/TwistStamped"
 KEYS = {"up": (1.0, 0.0), "down": (-1.0, 0.0), "left": (0.0, 1.0), "right": (0.0, -1.0)}
-"""Direction of driving, and of turning."""
+"""Driving direction (1 forwards, -1 backwards) and turning direction (1 left, -1 right) of each key."""
 KEYS |= {letter: KEYS[arrow] for letter, arrow in (("w", "up"), ("s", "down"), ("a", "left"), ("d", "right"))}
 FACTORS = {"+": 1.1, "=": 1.1, "-": 1 / 1.1}
-HELP = "arrows or w a s d: drive and turn   space: stop   + -: faster, slower   q or Ctrl-C: end"
+HELP = "arrows or w a s d: drive and turn;   space: stop;   + or -: faster or slower;   q or Ctrl-C: quit"
 RATE = 20.0
-"""Messages a second while the robot is driven."""
+"""Rate of publishing while the robot is driven, Hz."""
 STOPPING = 10
-"""Messages of a stop; then there is silence, so that others may drive."""
+"""Number of messages with velocity 0 after the last key; then publishing pauses, so that other nodes can drive the robot."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the command-line arguments of `graphrun teleop` to its parser."""
     topic = f"velocity topic to publish (default: the only one with subscribers, else {TOPIC})"
     parser.add_argument("topic", metavar="TOPIC", nargs="?", help=topic)
-    parser.add_argument("--speed", metavar="M/S", type=positive, default=0.5, help="forward speed (default 0.5)")
-    parser.add_argument("--turn", metavar="RAD/S", type=positive, default=1.0, help="turn rate (default 1)")
-    hold = "time for which a key press acts; longer than the keyboard's repeat delay (default 0.5)"
+    parser.add_argument("--speed", metavar="M/S", type=positive, default=0.5, help="forward speed, m/s (default 0.5)")
+    parser.add_argument("--turn", metavar="RAD/S", type=positive, default=1.0, help="turn rate, rad/s (default 1)")
+    hold = "time for which a key press acts; it must be longer than the keyboard's repeat delay (default 0.5)"
     parser.add_argument("--hold", metavar="SECONDS", type=positive, default=0.5, help=hold)
     kind = "message type (default: that of the topic's subscribers, else Twist)"
     parser.add_argument("--type", choices=("Twist", "TwistStamped"), help=kind)
-    parser.add_argument("--frame-id", metavar="FRAME", default="", help="frame in the header of a TwistStamped")
+    parser.add_argument("--frame-id", metavar="FRAME", default="", help="frame_id in the header of a TwistStamped")
     parser.epilog = f"Keys: {HELP}."
     add_live_arguments(parser, clock=True)
 
 
 def execute(arguments: argparse.Namespace) -> int:
-    """Drive until the user quits; return 0."""
+    """Publish velocities for the pressed keys until the user quits; return 0."""
     keyboard = TerminalKeyboard()
     given = absolute(arguments.topic) if arguments.topic else ""
     with Live(arguments) as live:
@@ -70,19 +70,21 @@ def execute(arguments: argparse.Namespace) -> int:
 
 
 def only_topic(graph: NetworkGraph) -> str:
-    """Return the only topic with subscribers for velocities; without such a topic, the default topic.
+    """Return the only topic to which a peer subscribes with Twist or TwistStamped; without such a topic, `/cmd_vel`.
 
     Raises:
-        UsageError: several topics have such subscribers.
+        UsageError: there are several such topics.
     """
     topics = sorted({end.topic for end in _readers(graph)})
     if len(topics) > 1:
-        raise UsageError(f"several topics have subscribers for velocities\n  {listing(topics, 'write one of')}")
+        raise UsageError(
+            f"several topics have subscribers of type Twist or TwistStamped\n  {listing(topics, 'write one of')}"
+        )
     return topics[0] if topics else TOPIC
 
 
 def type_of(topic: str, graph: NetworkGraph) -> str:
-    """Return the message type of a topic's subscribers; Twist without subscribers, or if they use both types."""
+    """Return the type to publish: TwistStamped if all subscribers of the topic use it, else Twist."""
     types = {end.message_type for end in _readers(graph) if end.topic == topic}
     return STAMPED if types == {STAMPED} else TWIST
 
@@ -93,22 +95,22 @@ def _readers(graph: NetworkGraph) -> list[Endpoint]:
 
 @dataclass(slots=True)
 class Stick:
-    """Velocities from pressed keys. A terminal reports presses but no releases, so a press acts for a fixed time.
+    """Converts pressed keys to velocities. A terminal does not report when a key is released, so a press acts for a fixed time.
 
     Args:
         hold: time for which a press acts, s.
-        speed: forward speed, m/s.
-        turn: turn rate, rad/s.
+        speed: forward speed of the keys, m/s.
+        turn: turn rate of the keys, rad/s.
     """
 
     hold: float
     speed: float
     turn: float
     _held: dict[int, tuple[float, float]] = field(default_factory=dict)
-    """Direction, and the time until which it acts, for driving (0) and turning (1)."""
+    """Direction (1 or -1) and the time until which it acts, s, for driving (key 0) and turning (key 1)."""
 
     def press(self, key: str, now: float) -> None:
-        """Process a pressed key; keys without a meaning are ignored."""
+        """Process a key that was pressed at a time (s); keys without a meaning are ignored."""
         if key == " ":
             self._held.clear()
         elif key in FACTORS:
@@ -118,14 +120,14 @@ class Stick:
                 self._held[axis] = direction, now + self.hold
 
     def command(self, now: float) -> tuple[float, float]:
-        """Return the forward speed (m/s) and turn rate (rad/s) of the keys held at this time."""
+        """Return the forward speed (m/s) and turn rate (rad/s) at a time (s)."""
         held = {axis: direction for axis, (direction, until) in self._held.items() if now < until}
         return held.get(0, 0.0) * self.speed, held.get(1, 0.0) * self.turn
 
 
 @dataclass(slots=True)
 class VelocityPublisher:
-    """Publishes velocities to the topic of the robot."""
+    """Publishes velocities as Twist or TwistStamped."""
 
     writer: Writer
     message_type: str
@@ -144,7 +146,7 @@ class VelocityPublisher:
 
 
 def _follow(keyboard: TerminalKeyboard, stick: Stick, publisher: VelocityPublisher) -> None:
-    """Drive by the keys until one of them quits."""
+    """Publish velocities for the pressed keys and show them on one line, until q, Ctrl-C or Ctrl-D is pressed."""
     due, still, told = time.monotonic(), STOPPING, ""
     while True:
         due = max(due + 1.0 / RATE, time.monotonic())
@@ -157,7 +159,7 @@ def _follow(keyboard: TerminalKeyboard, stick: Stick, publisher: VelocityPublish
         still = 0 if speed or turn else still + 1
         if still <= STOPPING:
             publisher.drive(speed, turn)
-        listeners = "" if publisher.writer.matched else "   nobody listens"
+        listeners = "" if publisher.writer.matched else "   no subscriber"
         line = (
             f"{speed:6.2f} m/s {turn:6.2f} rad/s   keys give {stick.speed:.2f} m/s, {stick.turn:.2f} rad/s{listeners}"
         )

@@ -1,4 +1,4 @@
-"""A live display on a terminal, a status line or a progress bar, below all other output."""
+"""Helpers for a live display on a terminal, such as a status line or progress bar, which stays below all other output."""
 
 from __future__ import annotations
 
@@ -14,12 +14,15 @@ if TYPE_CHECKING:
 
 
 def can_overwrite() -> bool:
-    """Return whether the standard error is a terminal on which a line can be overwritten."""
+    """Return whether standard error is a terminal on which a line can be overwritten."""
     return sys.stderr is not None and sys.stderr.isatty() and os.environ.get("TERM") not in ("dumb", "unknown")
 
 
 def width(stream: TextIO) -> int:
-    """Return the width of a stream's terminal in columns, without reading environment variables; 80 without a terminal."""
+    """Return the width of a stream's terminal in columns, or 80 if the stream is not a terminal.
+
+    Unlike `shutil.get_terminal_size`, it does not read the environment variable COLUMNS.
+    """
     try:
         return os.get_terminal_size(stream.fileno()).columns or 80
     except OSError:
@@ -27,12 +30,15 @@ def width(stream: TextIO) -> int:
 
 
 def shows_stdout() -> bool:
-    """Return whether the standard output is a terminal too, so that its output must be printed above the display."""
+    """Return whether standard output is a terminal, so that its text must be printed above the live display."""
     return sys.stdout is not None and sys.stdout.isatty()
 
 
 def make_console() -> Console:
-    """Return a rich console on the standard error; requires `can_overwrite`. The terminal wraps long lines."""
+    """Return a rich console on standard error, which leaves the wrapping of long lines to the terminal.
+
+    Call it only if `can_overwrite` returns true.
+    """
     from rich.console import Console
 
     return Console(
@@ -41,13 +47,13 @@ def make_console() -> Console:
 
 
 def start(display: Live | Progress) -> None:
-    """Start a display. The cursor stays visible, so that a killed process does not leave it hidden."""
+    """Start a display, then show the cursor again: rich hides it, and it would stay hidden if the process were killed."""
     display.start()
     display.console.show_cursor(True)
 
 
 def start_live_line() -> Live:
-    """Start an empty line that stays below all output of Python to the terminal until it is stopped."""
+    """Start and return an empty line, which stays below all output of this program until it is stopped."""
     from rich.live import Live
 
     line = Live(console=make_console(), auto_refresh=False, transient=True, redirect_stdout=shows_stdout())
@@ -56,7 +62,13 @@ def start_live_line() -> Live:
 
 
 def overwrite(line: Live, parts: Iterable[tuple[str, str]], gap: str) -> None:
-    """Show the parts, each with its style, that fit in the width of the terminal."""
+    """Overwrite a live line.
+
+    Args:
+        line: line from `start_live_line`.
+        parts: texts to show, each with its style for rich, the most important first; those that do not fit are left out.
+        gap: text between two parts.
+    """
     from rich.text import Text
 
     shown, most = Text(no_wrap=True, overflow="crop"), width(sys.stderr) - 1

@@ -1,4 +1,4 @@
-"""Single key presses from a terminal, whose settings are restored afterwards."""
+"""Reads single key presses from the terminal, and restores the terminal's settings afterwards."""
 
 from __future__ import annotations
 
@@ -14,18 +14,18 @@ from typing import Any, Self
 from graphengine.format.errors import UsageError
 
 ENDS = ("\x03", "\x04")
-"""Ctrl-C, and Ctrl-D or a terminal that is gone."""
+"""Keys that end the reading: Ctrl-C and Ctrl-D. If the terminal was closed, Ctrl-D is returned."""
 
 _ARROWS = {"A": "up", "B": "down", "C": "right", "D": "left"}
 _KEY = re.compile(r"\x1b[\[O][0-9;]*([A-Za-z~])|(.)", re.DOTALL)
-"""What a terminal sends for a key: an escape sequence, or a character."""
+"""Matches the text that a terminal sends for one key: an escape sequence or a character."""
 
 
 class TerminalKeyboard:
-    """A terminal without echo and line buffering, in which Ctrl-C is an ordinary key.
+    """Reads keys from the terminal; as a context manager, it turns off echo and line buffering.
 
     Args:
-        signals: let Ctrl-C send its signal.
+        signals: let Ctrl-C interrupt the program, instead of returning it as a key.
 
     Raises:
         UsageError: the standard input is not a terminal.
@@ -50,7 +50,10 @@ class TerminalKeyboard:
             termios.tcsetattr(self._file, termios.TCSAFLUSH, self._before)
 
     def pressed(self, timeout: float) -> list[str]:
-        """Return the keys pressed since the last call, waiting up to `timeout` s for one: characters, and names for arrows."""
+        """Return the keys pressed since the last call; if there are none, wait up to `timeout` s for one.
+
+        A key is its character, or `up`, `down`, `left` or `right` for an arrow. Other special keys are empty texts.
+        """
         ready, _, _ = select.select([self._file], [], [], timeout)
         if not ready:
             return []

@@ -1,4 +1,4 @@
-"""`graphrun tf tree`: show the frame tree of a live network."""
+"""`graphrun tf tree`: print the tf frame tree of a live network."""
 
 from __future__ import annotations
 
@@ -23,29 +23,39 @@ from graphengine.ros.network_graph import NetworkGraph
 from graphengine.ros.tf_tree import FrameTree, Row, broadcasters, frequency, seconds, to_dot
 
 LISTENING = 5.0
-"""Seconds, as long as view_frames listens."""
+"""Default time to listen to transforms, s; equal to that of `view_frames` in tf2_tools."""
 DOT, PICTURES, TEXT = (".dot", ".gv"), (".png", ".svg", ".pdf"), (".txt",)
 DRAWING = 60.0
-"""Seconds that Graphviz has for a picture."""
+"""Maximum time for Graphviz to draw the tree, s."""
 TYPE = "tf2_msgs/msg/TFMessage"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the command-line arguments of `graphrun tf tree` to its parser."""
     verbs = parser.add_subparsers(dest="tf_verb", metavar="VERB", required=True)
-    tree = add_verb(verbs, "tree", "print the frame tree with the broadcaster, rate and problems of each frame")
-    namespace = "namespace of tf and tf_static, such as dd100_0000 (default: none, or the only one in use)"
+    tree = add_verb(verbs, "tree", "print the frame tree with the broadcaster, rate and newest transform of each frame")
+    namespace = (
+        "namespace of tf and tf_static, such as dd100_0000 (default: the root namespace, or else the only one in use)"
+    )
     tree.add_argument("--namespace", metavar="NAME", help=namespace)
-    wait = f"time to listen (default {LISTENING:g})"
+    wait = f"time to listen to transforms (default {LISTENING:g})"
     tree.add_argument("-t", "--wait-time", metavar="SECONDS", type=positive, default=LISTENING, help=wait)
-    output = "write the tree as text (.txt), for Graphviz (.dot, .gv), or as a picture by Graphviz (.png, .svg, .pdf)"
+    output = (
+        "file to write: text (.txt), Graphviz source (.dot, .gv), or an image drawn by Graphviz (.png, .svg, .pdf);"
+    )
+    output += " default: print text"
     tree.add_argument("-o", "--output", metavar="FILE", type=Path, help=output)
-    tree.add_argument("--strict", action="store_true", help="warnings count as errors")
+    tree.add_argument("--strict", action="store_true", help="exit with code 1 if there are warnings")
     add_live_arguments(tree)
 
 
 def execute(arguments: argparse.Namespace) -> int:
-    """Print the tree; return 0, or 1 if there are no transforms or, with `--strict`, if there are warnings."""
+    """Print or write the tree; return 0, or with `--strict` 1 if there are warnings.
+
+    Raises:
+        TransportError: there are no transforms, or several namespaces have transforms and none is given.
+        UsageError: the file to write has an unknown suffix, or it needs Graphviz, which is not installed.
+    """
     _check_output(arguments.output)
     tree = FrameTree()
     with Live(arguments) as live:
@@ -73,10 +83,10 @@ def _check_output(path: Path | None) -> None:
     if path is None:
         return
     if path.suffix not in (*DOT, *PICTURES, *TEXT):
-        raise UsageError(f"-o {path}: the name of the file ends in {', '.join((*TEXT, *DOT, *PICTURES))}")
+        raise UsageError(f"-o {path}: the name of the file must end in one of {', '.join((*TEXT, *DOT, *PICTURES))}")
     if path.suffix in PICTURES and shutil.which("dot") is None:
         remedy = f"write {path.with_suffix('.dot')}, or install graphviz"
-        raise UsageError(f"-o {path}: Graphviz draws pictures, but its program dot is not installed\n  {remedy}")
+        raise UsageError(f"-o {path}: an image needs Graphviz, but its program dot is not installed\n  {remedy}")
 
 
 def _listen(live: Live, topics: list[str], tree: FrameTree) -> None:
@@ -97,53 +107,62 @@ def _listen(live: Live, topics: list[str], tree: FrameTree) -> None:
 
 
 def _namespaces(graph: NetworkGraph) -> list[str]:
-    """Return all namespaces in which transforms are published, sorted."""
+    """Return all namespaces in which tf or tf_static is published, sorted; the root namespace is an empty text."""
     topics = {end.topic for end in graph.endpoints if (end.direction, end.message_type) == ("publish", TYPE)}
     return sorted({topic.rpartition("/")[0] for topic in topics if topic.endswith(("/tf", "/tf_static"))})
 
 
 def _namespace(given: str) -> str:
-    """Return the full name of a namespace; empty for none."""
+    """Return the full name of a namespace given by the user; an empty text for the root namespace.
+
+    Raises:
+        TopicError: the name is not legal in ROS 2.
+    """
     namespace = full_namespace(given)
     check_namespace(namespace or "/", given)
     return namespace
 
 
 def _only_namespace(graph: NetworkGraph) -> str:
-    """Return the only namespace with transforms; empty for the root namespace, which takes precedence.
+    """Return the namespace whose transforms to show: the root namespace (an empty text) if it has any, else the only one.
 
     Raises:
-        TransportError: several namespaces have transforms.
+        TransportError: the root namespace has no transforms, but several others have.
     """
     there = _namespaces(graph)
     if len(there) < 2 or "" in there:
         return "" if "" in there else "".join(there)
-    raise TransportError(f"there are several trees\n{listing(there, 'choose with --namespace one of')}")
+    raise TransportError(
+        f"transforms are published in several namespaces\n{listing(there, 'choose with --namespace one of')}"
+    )
 
 
 def _elsewhere(graph: NetworkGraph) -> str:
-    """Return a hint for the user that lists the namespaces with publishers of transforms."""
+    """Return a hint for the user with the namespaces in which transforms are published."""
     return listing((namespace or "/" for namespace in _namespaces(graph)), "namespaces in which there are publishers")
 
 
 def _names(graph: NetworkGraph, topics: list[str]) -> dict[bytes, str]:
-    """Return the node name of each writer by GID, and the node names of all writers of each topic by topic name."""
+    """Return node names by source of transforms: by the GID of a publisher, and by topic.
+
+    A transport that does not report the publisher of a message gives the topic as the source; its name lists all publishers.
+    """
     names = {end.gid: end.full_node or "unknown" for end in graph.endpoints}
     writers = {topic: sorted({names[end.gid] for end in graph.publishers(topic)}) for topic in topics}
     return names | {topic.encode(): " or ".join(nodes) or "unknown" for topic, nodes in writers.items()}
 
 
 def _volatile(graph: NetworkGraph, topic: str) -> list[str]:
-    """Return a warning for each node that writes static transforms with volatile durability, which tf2 does not receive."""
+    """Return a warning for each node that publishes `topic` with volatile durability; tf2 does not receive its messages."""
     late = [end.full_node for end in graph.publishers(topic) if end.qos.durability == "volatile"]
-    return [f"{node} writes {topic} with durability volatile: tf2 does not hear it" for node in late]
+    return [f"{node} publishes {topic} with durability volatile, so tf2 does not receive it" for node in late]
 
 
 def _write(tree: FrameTree, names: Mapping[bytes, str], path: Path | None) -> None:
     """Print the tree, or write it to a file.
 
     Raises:
-        TransportError: Graphviz fails.
+        TransportError: Graphviz cannot draw the tree.
     """
     if path is None:
         show(_table(tree, names))

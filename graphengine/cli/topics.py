@@ -12,18 +12,18 @@ from graphengine.messages.endpoints import EndpointClaim
 from graphengine.messages.names import action_of
 
 FRAMES = 2
-"""Edges of the TF tree that are told of one publisher; `--format json` has all."""
+"""Maximum number of transforms to print for one publisher; `--format json` prints all."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the command-line arguments of `graphrun topics` to its parser."""
     add_file_arguments(parser)
-    form = "foxglove-layout: a Foxglove layout that shows the scene's topics; import it from a file in Foxglove"
+    form = "output format (default text); foxglove-layout is a layout that shows the scene's topics, for import in Foxglove"
     parser.add_argument("--format", choices=("text", "json", "foxglove-layout"), default="text", help=form)
 
 
 def execute(arguments: argparse.Namespace) -> int:
-    """Print the topics; return 0 without errors, 1 with errors."""
+    """Print the topics, services and actions; return 0, or 1 if the file has errors."""
     scene = load(arguments)
     if scene.findings.errors:
         print_findings(scene.findings, notes=False)
@@ -42,7 +42,7 @@ def execute(arguments: argparse.Namespace) -> int:
     rows += [_row(claim) for claim in claims if not action_of(claim.topic) or claim.topic.endswith("/send_goal")]
     print(clean(table([tuple(cell.replace("\n", " ") for cell in row) for row in rows])))
     if scene.world is None:
-        print("namespaces are unknown without a scene; give one with --scene", file=sys.stderr)
+        print("the namespaces of topics are unknown without a scene; give one with --scene", file=sys.stderr)
     return 0
 
 

@@ -1,4 +1,4 @@
-"""`graphrun view`: show a recorded run on a web page, forwards and backwards."""
+"""`graphrun view`: show a recorded run on a web page, where it can be played and searched."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def execute(arguments: argparse.Namespace) -> int:
-    """Serve the page until Ctrl-C; return 0, or 1 if the recorded scene has errors."""
+    """Serve the web page until Ctrl-C; return 0, or 1 if the recorded scene has errors."""
     from graphengine.api.viewing import check_packages
     from graphengine.cli.recorded_run import start_recorded_run
     from graphengine.recording.marks import Marks
@@ -50,7 +50,7 @@ def execute(arguments: argparse.Namespace) -> int:
 
 @contextlib.contextmanager
 def _interrupted_by_sigterm() -> Iterator[None]:
-    """Let SIGTERM end the program as Ctrl-C does, so that the extracted files are removed."""
+    """Return a context manager in which SIGTERM raises KeyboardInterrupt, so that the extracted files are removed."""
     before = signal.signal(signal.SIGTERM, signal.default_int_handler)
     try:
         yield
@@ -80,7 +80,7 @@ def _view(arguments: argparse.Namespace, run: RecordedRun, marks: Marks) -> int:
 
 
 def _summary(player: RecordingPlayer) -> str:
-    """Return the result of comparing the complete replay with the recording, and the error that ended the run."""
+    """Return a text for the user: the result of comparing replay and recording, and the error that ended the run, if any."""
     from graphengine.cli.replay import verdict
 
     found = player.difference

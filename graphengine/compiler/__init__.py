@@ -1,1 +1,1 @@
-"""Compiles graph files to Python functions: `subgraph_expansion`, `resolve`, `planning` and `codegen`, in this order."""
+"""Compiles graph files to Python functions, in four steps: `subgraph_expansion`, `resolve`, `planning` and `codegen`."""

@@ -7,13 +7,13 @@ from graphengine.format.document import MAX_VALUES
 from graphengine.format.spec import GraphSpec
 
 MAX_PARTS = 20_000
-"""Maximum number of uses of subgraphs, nodes, wires and variables in a graph, together."""
+"""Maximum number of parts of a graph: the sum of its nodes, wires, variables and uses of subgraphs."""
 
 Via = tuple[tuple[Span, str], ...]
 
 
 class OverBudgetError(Exception):
-    """A graph exceeds a size limit, for which a finding was added."""
+    """A graph exceeds a size limit; the error was already added to the findings."""
 
 
 class Budget:
@@ -23,17 +23,22 @@ class Budget:
         self.findings = findings
         self.parts = dict.fromkeys(("uses of subgraphs", "nodes", "wires", "variables"), 0)
         self.values = 0
-        """Number of values in the files; a file counts at each use."""
+        """Number of values in the graph file and its subgraph files; each use of a subgraph adds the values of its file."""
         self.text = 0
-        """Number of bytes that replaced parameters."""
+        """Total size of the values that replaced parameters: characters of text, or bytes of arrays."""
         self.at(span, ())
 
     def at(self, span: Span, via: Via) -> None:
-        """Set the location that findings report: the use of a subgraph, and the uses that enclose it."""
+        """Set the position for findings.
+
+        Args:
+            span: node that uses the subgraph which is being expanded.
+            via: positions of the subgraph uses around that node, from the outermost inwards, each with a note.
+        """
         self.span, self.via = span, via
 
     def take_values(self, count: int) -> None:
-        """Count the values of a file.
+        """Add the number of values in a file to the count.
 
         Raises:
             OverBudgetError: the graph has too many values.
@@ -43,10 +48,10 @@ class Budget:
             self._refuse(f"more than {MAX_VALUES} values in one graph, counting each subgraph at every use")
 
     def take_parts(self, spec: GraphSpec) -> None:
-        """Count the nodes, wires, variables and subgraph uses that a file adds to the graph.
+        """Add the nodes, wires, variables and subgraph uses of a file to the count.
 
         Raises:
-            OverBudgetError: the graph has more than `MAX_PARTS` of them.
+            OverBudgetError: the graph has more than `MAX_PARTS` parts.
         """
         uses = sum(1 for node in spec.nodes.values() if node.subgraph)
         more = (uses, len(spec.nodes) - uses, len(spec.connections), len(spec.variables))

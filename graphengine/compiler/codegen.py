@@ -1,8 +1,9 @@
-"""Generates Python from a plan: one function per region, copies as attribute assignments, flags as integers.
+"""Generates Python source from a plan: one function per region, copies as attribute assignments, flags as integers.
 
-The source is registered with `linecache`, so a traceback shows its lines. The node of each line is recorded, so that messages on
-exceptions can name it. Each call of a node is in a `try`, which costs nothing until the node raises. `caught` holds the types of
-exceptions (BadValueError, Exception, or none) that end only the node's branch; any other exception ends the pass.
+The source is registered with `linecache`, so a traceback shows its lines. The node of each line is recorded, so that error
+messages can name the node. Each call of a node is in a `try`, which costs nothing until the node raises an exception. `caught`
+holds the types of exceptions (BadValueError, Exception, or none) after which the pass continues, without the nodes that the
+failed node would have fired; any other exception ends the pass.
 """
 
 from __future__ import annotations
@@ -23,50 +24,54 @@ from graphengine.node.node_class import Node
 
 _serial = itertools.count()
 _FUNCTIONS = re.compile(r"\b(pass_|constants|at_stop|at_close|r\d+)\(")
-"""Matches the names of generated functions where they are defined or called."""
+"""Pattern of the name of a generated function, with the parenthesis that follows where it is defined or called."""
 _programs: weakref.WeakKeyDictionary[Plan, GeneratedSource] = weakref.WeakKeyDictionary()
 
 
 @dataclass(eq=False)
 class GeneratedSource:
-    """Generated source code that records, for each line, which node the line runs."""
+    """Generated source code, with the index of the node that each line runs."""
 
     name: str
     lines: list[str] = field(default_factory=list)
     nodes: list[int | None] = field(default_factory=list)
 
     def add(self, lines: Iterable[str], node: int | None = None, indent: int = 0) -> None:
-        """Append lines of source code, and record the node that they run, if any."""
+        """Append lines of source code, and record that they run `node`; None if they run no node."""
         for line in lines:
             self.lines.append("    " * indent + line)
             self.nodes.append(node)
 
     @property
     def text(self) -> str:
-        """The whole source."""
+        """The source code as one string."""
         return "\n".join(self.lines) + "\n"
 
     @cached_property
     def code(self) -> CodeType:
-        """The compiled source, registered for tracebacks as long as it is in use."""
+        """The compiled source; tracebacks show its lines as long as this object exists."""
         linecache.cache[self.name] = (len(self.text), None, self.text.splitlines(keepends=True), self.name)
         weakref.finalize(self, linecache.cache.pop, self.name, None)
         return compile(self.text, self.name, "exec")
 
     def node_at(self, line: int) -> int | None:
-        """Return the node that a line runs, or None; lines count from 1."""
+        """Return the index of the node that a line runs; None if the line runs no node. Lines count from 1."""
         return self.nodes[line - 1] if 1 <= line <= len(self.nodes) else None
 
 
 def source_of(plan: Plan) -> GeneratedSource:
-    """Return the source of a plan, which all sessions share."""
+    """Return the generated source of a plan; it is generated at the first call, and all sessions share it."""
     if plan not in _programs:
         _programs[plan] = _write_source(plan)
     return _programs[plan]
 
 
 def _write_source(plan: Plan) -> GeneratedSource:
-    """Return the source of all functions: `constants`, `pass_`, one per method in `ENDINGS`, one per region below a loop."""
+    """Return the source of all functions of a plan.
+
+    The functions are `constants`, `pass_`, one for each ending that the graph has (`at_stop`, `at_close`), and `r1`, `r2`, … for
+    the regions below loops and sequences.
+    """
     source = GeneratedSource(f"<graph: {plan.path} #{next(_serial)}>")
     source.add([f"s{data} = 1" for data in plan.flagged])
     source.add([f"l{index} = 0" for index, _ in plan.root.pending])
@@ -115,7 +120,7 @@ def _write_region(plan: Plan, region: Region, source: GeneratedSource) -> None:
 
 
 def _write_call(call: Call, source: GeneratedSource, indent: int) -> None:
-    """Write code that computes the data nodes a node reads, and then the node: once, or once per activation."""
+    """Write code that computes the data nodes that a node reads, and then the node itself: once, or once per activation."""
     for refresh in call.refreshes:
         if not refresh.repeated:
             source.add(_refresh(refresh), refresh.node, indent)
@@ -130,7 +135,7 @@ def _write_call(call: Call, source: GeneratedSource, indent: int) -> None:
 
 
 def _nodes_of(call: Call) -> Iterator[int]:
-    """Yield the indices of all nodes to which the generated code of a call refers."""
+    """Yield the indices of all nodes whose variables the generated code of a call uses."""
     yield call.node
     for refresh in (*call.refreshes, *(call.rereads or ())):
         yield refresh.node
@@ -158,7 +163,10 @@ def _copy(copy: Copy) -> list[str]:
 
 
 def _copies(copies: Iterable[Copy]) -> list[str]:
-    """Return lines that copy values into a node, and set it up again if a setup input changed or the last setup failed."""
+    """Return lines that copy values into a node; if an input that its setup reads changed, they also call `setup_again`.
+
+    They also call `setup_again` if the last setup of the node failed.
+    """
     copies = list(copies)
     lines = [line for copy in copies for line in _copy(copy)]
     if not any(copy.setup for copy in copies):
@@ -167,7 +175,7 @@ def _copies(copies: Iterable[Copy]) -> list[str]:
 
 
 def _refresh(refresh: Refresh) -> list[str]:
-    """Return lines that compute a data node; if it raises an exception, its outputs keep their values."""
+    """Return lines that compute a data node, if needed; if the node raises an exception, its outputs keep their values."""
     lines = _attempt([*_copies(refresh.copies), f"c{refresh.node}()"], refresh.node)
     if refresh.flagged:
         lines.append(f"s{refresh.node} = 0")
@@ -182,7 +190,10 @@ def _fire(fire: FireEffect) -> list[str]:
 
 
 def _branch(branch: ExecBranch, *, many: bool) -> list[str]:
-    """Return lines that fire an execution output if its bit is set in `p`, the result of `compute`."""
+    """Return lines that have the effects of an execution output if its bit is set in `p`, the result of `compute`.
+
+    With `many` false, the node has no other output, and `p` need not be masked.
+    """
     lines = [line for fire in branch.fires for line in _fire(fire)]
     if branch.region >= 0:
         lines.append(f"r{branch.region}()")
@@ -190,11 +201,11 @@ def _branch(branch: ExecBranch, *, many: bool) -> list[str]:
 
 
 def _compute(call: Call, fired: dict[str, str]) -> list[str]:
-    """Return lines that call `compute` of a node and fire the outputs that it returns.
+    """Return lines that call `compute` of a node and fire the execution outputs that it returns.
 
     Args:
         call: call to write.
-        fired: for each execution input, a Python expression for its number of firings.
+        fired: Python expression for the number of firings of each execution input, by field; empty: not fired.
     """
     node = call.node
     before = [*_copies(call.copies), *_tell_pins(call, fired)]
@@ -221,7 +232,12 @@ def _compute(call: Call, fired: dict[str, str]) -> list[str]:
 
 
 def _tell_pins(call: Call, fired: dict[str, str]) -> list[str]:
-    """Return lines that set the number of firings of each execution input; for a pending pin, they add to it."""
+    """Return lines that write the number of firings to each execution input of the node; to a pending pin, they add it.
+
+    Args:
+        call: call of the node.
+        fired: as in `_compute`.
+    """
     lines = []
     for pin in call.pins:
         count = fired.get(pin.field, "")
@@ -231,7 +247,7 @@ def _tell_pins(call: Call, fired: dict[str, str]) -> list[str]:
 
 
 def _attempt(lines: list[str], node: int, follow: Sequence[str] = (), otherwise: Sequence[str] = ()) -> list[str]:
-    """Return `lines` in a `try`, then `follow` for success, and `otherwise` for one of the `caught` exceptions."""
+    """Return `lines` in a `try` block; `follow` runs after success, `otherwise` after one of the `caught` exceptions."""
     caught = ["except caught as error:", f"    fault({node}, error)", *_indented(otherwise)]
     return ["try:", *_indented(lines), *caught, *(["else:", *_indented(follow)] if follow else [])]
 
@@ -241,7 +257,7 @@ def _indented(lines: Iterable[str]) -> list[str]:
 
 
 def _bounded(node: Node) -> Callable[[], Iterator[int]]:
-    """Return `compute` of a loop or sequence node, with a RuntimeError after `max_pushes` yields."""
+    """Return `compute` of a loop or sequence node, wrapped so that it raises RuntimeError after `max_pushes` yields."""
     compute, limit = node.compute, type(node).max_pushes
 
     def pushes() -> Iterator[int]:
@@ -258,12 +274,12 @@ def _bounded(node: Node) -> Callable[[], Iterator[int]]:
 def bind_observed(
     plan: Plan, functions: dict[str, Any], computes: Mapping[int, Callable[[], Any]]
 ) -> Callable[[], None]:
-    """Return a variant of the bound `pass_` function in which other functions replace `compute` of some nodes.
+    """Return a second version of `pass_` that calls other functions instead of the `compute` methods of some nodes.
 
     Args:
-        plan: plan of the bound functions.
-        functions: functions from `bind`; the variant shares their flags and nodes.
-        computes: replacements of `compute`, by node index.
+        plan: plan of the functions.
+        functions: result of `bind`; the second version uses the same nodes and flags.
+        computes: function to call instead of `compute`, by node index.
     """
     source, plain = source_of(plan), dict(functions)
     text = _FUNCTIONS.sub(r"observed_\1(", source.text)
@@ -283,15 +299,15 @@ def bind(
     caught: tuple[type[Exception], ...],
     failed: Container[int],
 ) -> dict[str, Any]:
-    """Bind the generated functions of a plan, and their flags, to nodes; return the functions by name.
+    """Execute the generated source of a plan for given nodes; return its global variables: functions, flags and nodes by name.
 
     Args:
         plan: plan of the nodes' graph.
         nodes: nodes in the order of their indices.
-        setup_again: called with a node's index when an input that the node reads in setup changed.
+        setup_again: called with a node's index when an input that the node reads in setup has changed.
         activate: called with the index of a latent node that was started.
-        fault: called with a node's index and the exception, one of the `caught` types, that the node raised.
-        caught: types of exceptions that end only the node's branch.
+        fault: called with a node's index and an exception of one of the `caught` types that the node raised.
+        caught: types of exceptions after which the pass continues, without the nodes that the failed node would have fired.
         failed: indices of nodes whose last setup failed; these nodes are set up again before they are computed.
     """
     source = source_of(plan)

@@ -1,4 +1,7 @@
-"""Directed graphs of numbered nodes. Only searches for cycles use networkx, whose import takes as long as a typical plan."""
+"""Directed graphs whose nodes are integers, with sorting and search for cycles.
+
+networkx is imported only for a graph that has cycles, because the import takes as long as planning a typical graph.
+"""
 
 from __future__ import annotations
 
@@ -20,11 +23,11 @@ class Digraph:
             self.add_edge(source, target)
 
     def add_edge(self, source: int, target: int) -> None:
-        """Add an edge between two nodes of the graph."""
+        """Add an edge from `source` to `target`, which are nodes of the graph; an existing edge stays single."""
         self.successors[source][target] = None
 
     def add_where_acyclic(self, edges: Sequence[tuple[int, int]]) -> set[tuple[int, int]]:
-        """Add edges in order to an acyclic graph; skip the edges that would close a cycle, and return these."""
+        """Add edges to an acyclic graph one by one; skip each edge that would close a cycle, and return the skipped edges."""
         tentative = Digraph(self.successors, [*self.edges(), *edges])
         component = {node: number for number, part in enumerate(tentative.components()) for node in part}
         refused: set[tuple[int, int]] = set()
@@ -38,7 +41,7 @@ class Digraph:
         return refused
 
     def edges(self) -> list[tuple[int, int]]:
-        """Return all edges, grouped by their first node."""
+        """Return all edges as (source, target), grouped by source."""
         return [(source, target) for source, targets in self.successors.items() for target in targets]
 
     def has_edge(self, source: int, target: int) -> bool:
@@ -46,7 +49,7 @@ class Digraph:
         return target in self.successors[source]
 
     def descendants(self, start: int) -> set[int]:
-        """Return all other nodes that can be reached from a node."""
+        """Return all nodes that can be reached from `start`, without `start` itself."""
         found, pending = {start}, [start]
         while pending:
             new = self.successors[pending.pop()].keys() - found
@@ -55,14 +58,15 @@ class Digraph:
         return found - {start}
 
     def has_path(self, source: int, target: int) -> bool:
-        """Return whether `target` can be reached from `source`, or is the same node."""
+        """Return whether `target` can be reached from `source`; true if both are the same node."""
         return source == target or target in self.descendants(source)
 
     def sort(self, key: Callable[[int], Any] | None = None) -> list[int]:
-        """Return the nodes in topological order; nodes in a cycle, and nodes downstream of it, are left out.
+        """Return the nodes in topological order; nodes in a cycle, and nodes downstream of a cycle, are left out.
 
         Args:
-            key: breaks ties: the node with the smallest key comes first. None: the node that first had no predecessors left.
+            key: sort key. A node is ready when all its predecessors are in the list; of all ready nodes, the one with the
+                smallest key comes next. None: nodes come in the order in which they become ready.
         """
         waiting = Counter(target for _, target in self.edges())
         free = [(key(node) if key else i, node) for i, node in enumerate(self.successors) if not waiting[node]]
@@ -89,7 +93,7 @@ class Digraph:
         return list(nx.strongly_connected_components(self._as_networkx()))
 
     def find_cycle(self, component: set[int], start: int) -> list[tuple[int, int]]:
-        """Return the edges of a cycle in a component, found by a search from the node `start`."""
+        """Return the edges of a cycle within a strongly connected component; the search starts at the node `start`."""
         import networkx as nx
 
         return [(edge[0], edge[1]) for edge in nx.find_cycle(self._as_networkx().subgraph(component), start)]

@@ -1,7 +1,7 @@
-"""Gates that implement `every:`, before a node's execution inputs or behind an event's outputs.
+"""Implements the key `every` of a node with gates: nodes that the compiler inserts and that pass on only some of the executions.
 
-A gate is an ordinary node that is not in the file, so it is ordered, counted and stopped like all nodes. Each pin has its own
-gate; control pins have none.
+A gate sits before each execution input of the node, except control inputs; for an event, after each execution output. The file
+does not contain the gates, but they are planned, executed and reset like all nodes.
 """
 
 from __future__ import annotations
@@ -22,13 +22,17 @@ from graphengine.node.types import UInt
 
 
 class EveryGate(Node):
-    """Base of the gates, which pass on some of the executions."""
+    """Base class of the gates, which fire their output at some of the executions of their input."""
 
     exec_in = ExecIn()
     exec_out = ExecOut()
 
     def rate(self, executions: float) -> float | None:
-        """Return the firings per second, given the executions per second; None if they have no constant rate."""
+        """Return the firings of the gate per second; None if it does not fire at a constant rate.
+
+        Args:
+            executions: executions of the gate per second.
+        """
         return None
 
     def __str__(self) -> str:
@@ -36,14 +40,14 @@ class EveryGate(Node):
 
 
 class EveryTicks(EveryGate, type="graphengine.EveryTicks", gated=True, counts=True):
-    """Fires at every n-th execution since play, as IsaacSimulationGate does."""
+    """Fires at every `ticks`-th execution since play, as IsaacSimulationGate does."""
 
     ticks: UInt = In(default=1, ge=1)
 
     executions: int = State(default=0)
 
     def compute(self) -> Fire:
-        """Count the execution, and fire at every n-th."""
+        """Count the execution; fire at every `ticks`-th."""
         self.executions += 1
         return self.exec_out if self.executions % self.ticks == 0 else None
 
@@ -58,7 +62,8 @@ class EveryTicks(EveryGate, type="graphengine.EveryTicks", gated=True, counts=Tr
 class EveryHz(EveryGate, type="graphengine.EveryHz", gated=True, counts=True):
     """Fires at the first execution at or after each multiple of 1 / `hz` seconds of simulation time.
 
-    These times are computed in integers, like the samples of sensors: 10 Hz at 60 ticks per second is ticks 1, 6, 12, 18, …
+    These times are computed in integers, like the sampling times of sensors: at 60 ticks per second, 10 Hz gives the ticks
+    1, 6, 12, 18, …
     """
 
     hz: float = In(default=1.0, gt=0, le=MAX_HZ, setup=True)
@@ -69,18 +74,18 @@ class EveryHz(EveryGate, type="graphengine.EveryHz", gated=True, counts=True):
     due: int = State(default=0)
 
     def setup(self, context: Context) -> None:
-        """Bind the clock. After a change of `hz`, the next firing is at most one new period away."""
+        """Store the clock and the number of periods per tick; after a change of `hz`, the gate fires within one new period."""
         self.clock = context.clock
         periods = Fraction(*context.clock.period) * Fraction(repr(self.hz))
         self.numerator, self.denominator = periods.numerator, periods.denominator
         self.due = min(self.due, self._begun() + 1)
 
     def _begun(self) -> int:
-        """Return the number of the current period; periods count from 0 at simulation time 0."""
+        """Return the number of the period of 1 / `hz` s that contains the current time; period 0 begins at simulation time 0."""
         return self.clock.frame * self.numerator // self.denominator
 
     def compute(self) -> Fire:
-        """Fire if a period has begun since the last firing."""
+        """Fire if a new period has begun since the last firing."""
         begun = self._begun()
         if begun < self.due:
             return None
@@ -96,7 +101,7 @@ class EveryHz(EveryGate, type="graphengine.EveryHz", gated=True, counts=True):
 
 
 class EveryOnce(EveryGate, type="graphengine.EveryOnce", gated=True, counts=True):
-    """Fires at its first execution since play, as OgnIsaacRunOneSimulationFrame does."""
+    """Fires at its first execution since play and never again, as OgnIsaacRunOneSimulationFrame does."""
 
     done: bool = State(default=False)
 
@@ -109,7 +114,7 @@ class EveryOnce(EveryGate, type="graphengine.EveryOnce", gated=True, counts=True
 
 
 def add_gates(graph: Graph, findings: Findings) -> list[Instance]:
-    """Insert the gates for `every:` into a wired graph, and return them; wires keep their order and get new numbers."""
+    """Insert the gates for `every` into a graph, connect them and return them; the other wires keep their relative order."""
     pins = {pin: name for instance in graph.instances for pin, name in _gated_pins(graph, instance, findings).items()}
     if not pins:
         return []
@@ -137,7 +142,13 @@ def add_gates(graph: Graph, findings: Findings) -> list[Instance]:
 
 
 def rate(graph: Graph, index: int, passes: float) -> float | None:
-    """Return the executions of a node per second, given the passes per second; None if unknown before the run."""
+    """Return how often a node is executed per second; None if that depends on the run.
+
+    Args:
+        graph: planned graph of the node.
+        index: index of the node.
+        passes: passes of the graph per second.
+    """
     gates = graph.plan.gates.get(index)
     often: float | None = passes if gates is not None else None
     for gate in gates or ():
@@ -147,20 +158,23 @@ def rate(graph: Graph, index: int, passes: float) -> float | None:
 
 
 def _gated_pins(graph: Graph, instance: Instance, findings: Findings) -> dict[tuple[int, str], str]:
-    """Return the names of the gates that a node needs, by node index and execution port; empty after an error."""
+    """Return the names of the gates that a node needs, by node index and field of the gated port.
+
+    The result is empty for a node without `every`, and after an error, which is added to `findings`.
+    """
     entry = instance.entry
     if entry.spec.every is None:
         return {}
     execution = [port for port in instance.cls.fields.values() if port.is_exec]
     if not execution or graph.flat.spec.evaluator == "push":
-        what = f"{instance.cls.__name__} is a data node, computed when another node reads it"
-        remedy = "put it on the reader"
+        what = f"{instance.cls.__name__} is a data node, which is computed when another node reads it"
+        remedy = "write `every` at the node that reads it"
         if execution:
-            what, remedy = "in a push graph every node is computed in every tick", "use `evaluator: execution`"
+            what, remedy = "in a push graph, every node is computed in every pass", "use `evaluator: execution`"
         span = entry.key_span("every")
         findings.add(
             "G109",
-            f"{instance.id}: `every` applies to nodes that are executed; {what}",
+            f"{instance.id}: `every` cannot be used here: {what}",
             span,
             remedy,
             related=entry.via,
@@ -191,7 +205,7 @@ def _make_gate(graph: Graph, pin: tuple[int, str], name: str) -> Instance:
 
 
 def _link(graph: Graph, source: tuple[int, str], target: tuple[int, str]) -> Wire:
-    """Return a wire between a gate and the execution port that it gates; no file contains this wire."""
+    """Return a wire between a gate and the execution port that it gates; its file position is that of `every`."""
     one, other = graph.instances[source[0]], graph.instances[target[0]]
     gate = one.entry if one.part_of else other.entry
     span = gate.key_span()

@@ -1,4 +1,4 @@
-"""Source positions in a graph file whose parameters are filled in."""
+"""Finds the source positions of values in a graph file whose parameters `$(name)` have been replaced."""
 
 from __future__ import annotations
 
@@ -11,29 +11,29 @@ from graphengine.format.diagnostics import Span
 from graphengine.format.document import Document, Location, Value
 
 PARAMETER = re.compile(r"\$\$|\$\(([^$()]*)\)")
-"""A parameter `$(name)` in a text, or `$$`, which stands for `$`."""
+"""Pattern of a parameter `$(name)` in a text, and of `$$`, which stands for `$`."""
 
 
 class Places(Protocol):
-    """A YAML file, or a section of one, that has the source position of each value and key."""
+    """Source of positions: a YAML file, or a section of a file such as a node."""
 
     def span(self, *location: str | int) -> Span:
         """Return the position of the value at a location such as `("nodes", "Drive")`."""
 
     def key_span(self, *location: str | int) -> Span:
-        """Return the position of the last key of a location."""
+        """Return the position of the last key of a location such as `("nodes", "Drive")`."""
 
 
 @dataclass(frozen=True, slots=True)
 class Use:
-    """The use of a graph file by a scene, robot or other graph, which sets the graph's parameters.
+    """A place where a scene, a robot or another graph uses a graph file and sets the graph's parameters.
 
     Attributes:
-        span: position of the graph's path in the using file.
-        file: file, or node of a graph, that uses the graph.
-        location: location of the parameters in `file`.
-        given: names of the parameters whose values are written in a file.
-        given: names of the parameters whose values are written in a file.
+        span: position of the path of the graph file.
+        file: scene or robot file that uses the graph; for a subgraph, the node that uses it.
+        location: location of the parameter values in `file`.
+        given: names of the parameters whose values are written in a file; the engine sets others, such as `robot`.
+        within: prefix of the ids of the graph's nodes if the graph is a subgraph, such as `State/`; otherwise empty.
     """
 
     span: Span
@@ -43,29 +43,36 @@ class Use:
     within: str = ""
 
     def value_span(self, name: str, *rest: str | int) -> Span:
-        """Return the position of a parameter's value in the using file, or of the element at `rest` within the value."""
+        """Return the position of the value that `file` sets for a parameter, or of the element at `rest` within this value."""
         return self.file.span(*self.location, name, *rest)
 
     def key_span(self, name: str) -> Span:
-        """Return the position of a parameter's name in the using file."""
+        """Return the position of a parameter's name in `file`, where the value is set."""
         return self.file.key_span(*self.location, name)
 
 
 class FilledDocument(Document):
-    """A graph file that locates a value `$(name)` where the value of the parameter is written, which may be another file."""
+    """A graph file in which a value `$(name)` has the position where the parameter's value is written, even in another file."""
 
     def __init__(self, document: Document, bound: Collection[str], use: Use | None) -> None:
         self.source, self.root, self.size, self.data = document.source, document.root, document.size, document.data
         self.bound = bound
-        """Names of the parameters that the use of the graph sets, in a file or not."""
+        """Names of the parameters that the use of the graph sets, including those that the engine sets, such as `robot`."""
         self.use = use
 
     def span(self, *location: str | int) -> Span:
-        """Return the source position of a value; for a parameter that a file sets, the position of the parameter's value."""
+        """Return the position of the value at a location; for `$(name)`, the position where the parameter's value is written.
+
+        If no file contains the parameter's value, return the position of `$(name)`.
+        """
         return self.origin(*location) or super().span(*location)
 
     def origin(self, *location: str | int) -> Span | None:
-        """Return the source position of a value, with parameters followed; None for a parameter that the engine sets."""
+        """Return the position where the value at a location is written, after following `$(name)`.
+
+        Returns:
+            The position; None for `$(name)` if no file contains the value, because the engine sets the parameter.
+        """
         value, here = self.root, super().span
         for end, part in enumerate(location, 1):
             inner = value.child(part)
@@ -77,7 +84,10 @@ class FilledDocument(Document):
         return here(*location)
 
     def _lead_out(self, value: Value, location: Location, rest: Location) -> Span | None:
-        """Return the position of the value that replaces `$(name)` in a text; None if the engine sets the parameter."""
+        """Return the position of the parameter value that replaces `$(name)` in a text; None if the engine sets the parameter.
+
+        A text with several parameters has its own position, because an error can be in any of them.
+        """
         whole = PARAMETER.fullmatch(value.data)
         if whole and whole[1]:
             name, origin = whole[1], self._parameter_span(whole[1], rest)
@@ -93,7 +103,7 @@ class FilledDocument(Document):
         return replace(origin, parameter=origin.parameter or name, through=(*origin.through, link))
 
     def _parameter_span(self, name: str, rest: Location) -> Span | None:
-        """Return the position of a parameter's given or default value; None if the engine sets the parameter."""
+        """Return the position of a parameter's value, given or default; None if no file contains the value."""
         if self.use is not None and name in self.use.given:
             return self.use.value_span(name, *rest)
         if name in self.bound or self.find("parameters", name, "default") is None:
@@ -104,7 +114,7 @@ class FilledDocument(Document):
         return replace(default, through=((self.use.span, f"the graph is used here without {name}"),))
 
     def _reader(self, location: Location) -> str:
-        """Return the name of the input or variable at a location, such as `State/Odometry.wheelRadius`."""
+        """Return the name of the input or variable at a location for messages, such as `State/Odometry.wheelRadius`."""
         names = [str(part) for part in location if isinstance(part, str)]
         within = self.use.within if self.use is not None else ""
         if names[0] == "variables":
@@ -113,7 +123,7 @@ class FilledDocument(Document):
 
 
 def is_literal(location: Location, value: Value) -> bool:
-    """Return whether `$(name)` stays as it is at this location, as in wires, node types and the graph's name."""
+    """Return whether parameters are not replaced at a location: in wires, node types, parameters, and the graph's name."""
     if location[0] in ("parameters", "graph", "format", "connections", "layout"):
         return True
     short_form = len(location) == 2 and isinstance(value.data, str)

@@ -1,4 +1,4 @@
-"""Typed instances and wires of one graph: the output of `resolve`."""
+"""Classes for a resolved graph, the output of `resolve`: node instances with types and values, and wires between them."""
 
 from __future__ import annotations
 
@@ -21,31 +21,31 @@ T = TypeVar("T")
 
 @dataclass(slots=True, eq=False)
 class Instance:
-    """A node of a resolved graph."""
+    """A node of a resolved graph, with its type, the values of its inputs and its position in the file."""
 
     index: int
     id: str
     cls: type[Node]
     entry: NodeEntry
     literals: dict[str, Any] = field(default_factory=dict)
-    """Values of inputs that the file or an override sets, by field."""
+    """Values of inputs that the file or the command line sets, by field."""
     refused: set[str] = field(default_factory=set)
-    """Fields of inputs whose value was reported as wrong, so that they are not reported as missing too."""
+    """Fields of inputs for which an error was already reported, so that no second error reports a missing value."""
     settled: dict[str, PortType] = field(default_factory=dict)
-    """Types that ports of several types were resolved to, by field."""
+    """Resolved types of the union and `any` ports, by field."""
     reads: tuple[str, ...] = ()
-    """Keys of resources that the node reads besides its inputs; a variable has its name in the flat graph."""
+    """Keys of the resources that the node reads besides its inputs, such as `variable:Instance/speed`."""
     writes: tuple[str, ...] = ()
-    """Keys of resources that the node changes besides its outputs."""
+    """Keys of the resources that the node changes besides its outputs, in the form of `reads`."""
     part_of: str = ""
-    """For a gate of `every:`, the id of the node that it belongs to."""
+    """For a gate of `every`: the id of the node for which the compiler inserted the gate; empty for other nodes."""
 
     def value(self, field: str) -> Any:
-        """Return the value of an input before the first tick: the literal, or else the default."""
+        """Return the value of an input before the first tick: its literal; without a literal, the default of the port."""
         return self.literals.get(field, self.cls.fields[field].default)
 
     def make_node(self) -> Node:
-        """Make a node whose inputs have the values of the literals."""
+        """Return a new node whose inputs have the values of the literals."""
         node = self.cls()
         for name, value in self.literals.items():
             setattr(node, name, value)
@@ -55,23 +55,23 @@ class Instance:
 
     @property
     def span(self) -> Span:
-        """Place of the node's name in the file."""
+        """Position of the node's name in the file."""
         return self.entry.key_span()
 
     def refusal(self, error: ContextError) -> Finding:
-        """Return a finding for an error in the node's setup, located at the input that caused the error."""
+        """Return a finding for an error in the node's setup, at the position of the input that caused the error."""
         _, place = self.asking(error.value)
         return Finding(error.code, f"{self.id}: {error.message}", place, error.help, self.entry.via)
 
     def literal_key(self, port: Port) -> str:
-        """Return the key of an input in the file: its name, with the prefix `inputs:` if the file writes it so."""
+        """Return the key of an input as the file writes it: the name of the port, with or without the prefix `inputs:`."""
         sided = f"inputs:{port.name}"
         return sided if sided in self.entry.spec.inputs else port.name
 
     def asking(self, value: object) -> tuple[str, Span]:
-        """Return the field of the input whose literal is or contains `value`, and the position of that literal in the file.
+        """Return the field and position of the input whose value in the file is `value`, or is a list that contains `value`.
 
-        If no input matches, return an empty string and the position of the node.
+        If no input matches, return an empty string and the position of the node's name.
         """
         given = self.entry.spec.inputs
         for port in self.cls.fields.values():
@@ -91,7 +91,10 @@ class Instance:
 
 @dataclass(frozen=True, slots=True)
 class Wire:
-    """A wire between two instances; `converter` is the function that converts its values, as in `types.CONVERTERS`."""
+    """A wire between two instances; `converter` is the name of a function in `types.CONVERTERS` that converts the values.
+
+    `order` is the position of the wire in the flat graph. An empty `converter` passes values on unchanged.
+    """
 
     source: int
     source_field: str
@@ -103,12 +106,12 @@ class Wire:
 
     @property
     def ends(self) -> tuple[int, str, int, str]:
-        """Source index, source field, target index and target field."""
+        """Index of the source instance, field of its port, index of the target instance, field of its port."""
         return self.source, self.source_field, self.target, self.target_field
 
     @property
     def span(self) -> Span:
-        """Place of the wire in the file."""
+        """Position of the wire in the file."""
         return self.entry.span
 
     def __str__(self) -> str:
@@ -117,7 +120,7 @@ class Wire:
 
 @dataclass(slots=True, eq=False)
 class Graph:
-    """Typed instances and wires of one graph at a prim."""
+    """A resolved graph: instances, wires and variables, and the prim path of the graph."""
 
     name: str
     prim_path: str
@@ -126,30 +129,30 @@ class Graph:
     data_wires: list[Wire] = field(default_factory=list)
     exec_wires: list[Wire] = field(default_factory=list)
     variables: dict[str, Any] = field(default_factory=dict)
-    """Defaults of the graph's variables."""
+    """Default values of the graph's variables, by name in the flat graph."""
     variable_types: dict[str, PortType] = field(default_factory=dict)
     left_open: dict[str, None] = field(default_factory=dict)
-    """Ports, in order, that need a value and get none unless a graph uses this one as a subgraph."""
+    """Inputs that still need a value or type, as `Node.port`; a graph that uses this graph as a subgraph must give it."""
     plan: Plan = field(init=False)
-    """Plan of the execution; missing for a graph with a cycle."""
+    """Plan of the execution; the planner sets it, except for a graph with a cycle."""
 
     @property
     def runs(self) -> Literal["tick", "physics_step"]:
-        """How often the graph runs: once per `tick` or once per `physics_step`."""
+        """Whether the graph runs once per `tick` or once per `physics_step`."""
         return self.flat.spec.runs
 
     @property
     def declared_inputs(self) -> set[tuple[str, str]]:
-        """Inner inputs behind the ports that this graph declares for its use as a subgraph, as node id and port name."""
+        """Inputs of nodes that the graph file exposes as inputs of a subgraph, each as node id and port name."""
         return {(end.node, end.port) for side, end in self.flat.declared if side == "inputs"}
 
     @property
     def wired_ports(self) -> set[tuple[str, str]]:
-        """Target ports of all wires in the file, including wires with errors, as node id and port name."""
+        """Ports at which the wires in the file end, each as node id and port name; wires with errors count too."""
         return {(wire.target.node, wire.target.port) for wire in self.flat.wires}
 
     def note_accesses(self) -> None:
-        """Set `reads` and `writes` of all instances; called after literals are set."""
+        """Set `reads` and `writes` of all instances; the literals must be set before."""
         names = {name: name for name in self.variables}
         for instance in self.instances:
             if instance.cls.reads is Node.reads and instance.cls.writes is Node.writes:
@@ -169,18 +172,25 @@ class Graph:
         return instance, instance.cls.fields[wire.target_field]
 
     def by_id(self, node_id: str) -> Instance:
-        """Return the instance with this id."""
+        """Return the instance with an id, which must exist."""
         return next(instance for instance in self.instances if instance.id == node_id)
 
 
 def _key(key: str, variables: Mapping[str, str]) -> str:
-    """Return a node's resource key; the key of a variable gets the variable's name in the flat graph."""
+    """Return a resource key of a node in its final form: in `variable:NAME`, NAME is replaced by the name in the flat graph."""
     kind, _, name = key.partition(":")
     return f"variable:{variables.get(name, name)}" if kind == "variable" else key
 
 
 def visible(node_id: str, variables: Mapping[str, T]) -> Mapping[str, T]:
-    """Return the variables that a node can use, by name; variables of its subgraph hide those of the graph around it."""
+    """Return the variables that a node can use, by the name that the node uses for them.
+
+    A variable of the node's own subgraph hides a variable of the same name in the graph around the subgraph.
+
+    Args:
+        node_id: id of the node in the flat graph.
+        variables: all variables, by name in the flat graph.
+    """
     parts = node_id.split("/")
     scopes = ["/".join(parts[:depth]) for depth in range(len(parts))]
     split = [(*name.rpartition("/")[::2], it) for name, it in variables.items()]
@@ -188,17 +198,17 @@ def visible(node_id: str, variables: Mapping[str, T]) -> Mapping[str, T]:
 
 
 def find_port(cls: type[Node], name: str, sides: Iterable[str]) -> Port | None:
-    """Return the port with an OmniGraph name, or None; `sides` are searched in their order."""
+    """Return the port with an OmniGraph name; None if no side has it. `sides` are searched in the given order."""
     return next((cls.ports[f"{side}:{name}"] for side in sides if f"{side}:{name}" in cls.ports), None)
 
 
 def port_names(cls: type[Node], side: str) -> list[str]:
-    """Return the OmniGraph names of a node type's ports on one side."""
+    """Return the OmniGraph names of a node type's ports on one side, such as `inputs`."""
     return [port.name for port in cls.fields.values() if port.side == side]
 
 
 def known_type(instance: Instance, port: Port) -> PortType | None:
-    """Return the type of a port, or None for a union that is not resolved yet."""
+    """Return the type of a port; None for a union port whose type is not resolved yet."""
     settled = instance.settled.get(port.field)
     if settled is not None:
         return settled
@@ -206,11 +216,11 @@ def known_type(instance: Instance, port: Port) -> PortType | None:
 
 
 def settled_type(instance: Instance, port: Port) -> PortType | UnionType:
-    """Return the type of a port after resolution; a union if it could not be resolved."""
+    """Return the type of a port after resolution; for a port whose type could not be resolved, the union."""
     return known_type(instance, port) or port.type
 
 
 def with_article(port_type: PortType | UnionType) -> str:
-    """Return the name of a type with its article, such as `a double` or `an int`."""
+    """Return the name of a type with its indefinite article, such as `a double` or `an int`."""
     name = brief(port_type)
     return f"{'an' if name[0] in 'aeio' else 'a'} {name}"

@@ -1,4 +1,4 @@
-"""A cache of graph files: each file is read once, and its parameters are filled in once for equal values."""
+"""A cache of graph files: each file is read once, and its parameters are replaced once for each set of values."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from graphengine.format.spec_reader import Loaded
 
 @dataclass(slots=True)
 class GraphLibrary:
-    """Graph files by path. Specs are immutable, so all uses of a file with equal parameters share one."""
+    """A cache of graph files by path. Specs are immutable, so all uses of a file with equal parameter values share one spec."""
 
     files: Files
     _found: dict[tuple[str, Path], tuple[Path, Path] | NotFoundError] = field(default_factory=dict)
@@ -30,7 +30,10 @@ class GraphLibrary:
     _filled: dict[object, Loaded[GraphSpec] | None] = field(default_factory=dict)
 
     def find(self, reference: str, folder: Path) -> tuple[Path, Path]:
-        """Find the file to which `reference` points; return its path for messages, and its path with symbolic links resolved.
+        """Find the file that another file in `folder` refers to as `reference`.
+
+        Returns:
+            The path of the file for messages, and its path with symbolic links resolved.
 
         Raises:
             NotFoundError: the file does not exist, or lies outside the folders that may be read.
@@ -48,7 +51,7 @@ class GraphLibrary:
         return found
 
     def read(self, path: Path, findings: Findings) -> Document | None:
-        """Return the document of a file; None after an error, which the first call adds to `findings`."""
+        """Return the document of a file; None if the file has an error, which only the first call adds to `findings`."""
         if path not in self._documents:
             self._documents[path] = documents.load(path, findings)
         return self._documents[path]
@@ -56,7 +59,14 @@ class GraphLibrary:
     def load(
         self, path: Path, bindings: Mapping[str, Any], findings: Findings, use: Use | None, budget: Budget
     ) -> Loaded[GraphSpec] | None:
-        """Return a graph file with its parameters replaced by values; None after an error.
+        """Return a graph file with its parameters replaced by the values in `bindings`; None after an error.
+
+        Args:
+            path: path of the file.
+            bindings: values of the parameters, by name.
+            findings: receives the errors.
+            use: place where another file uses the graph; None for a file that the user gave.
+            budget: size limits of the graph that uses the file.
 
         Raises:
             OverBudgetError: the graph that uses the file exceeds its size limits.
@@ -78,7 +88,7 @@ class GraphLibrary:
 
 
 def _hashable(value: Any) -> object:
-    """Return a hashable key for a value; values that differ in content or type have different keys."""
+    """Return a hashable key for a parameter value; values that differ in content or type have different keys."""
     if isinstance(value, np.ndarray):
         return value.dtype.str, value.shape, value.tobytes()
     if isinstance(value, Mapping):

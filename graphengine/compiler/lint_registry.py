@@ -1,4 +1,7 @@
-"""Registry of lints for node types, by finding code. They run on every scene after its nodes were set up without physics."""
+"""Registry of the lints that the modules of node types define; each adds warnings about the graphs of a scene.
+
+The lints run when a graph or scene is checked, after its nodes were set up in a world without physics.
+"""
 
 from __future__ import annotations
 
@@ -18,7 +21,7 @@ N = TypeVar("N", bound="Node")
 
 @dataclass(slots=True)
 class LintContext:
-    """The parts of a scene that a lint can inspect, and the findings to which it adds warnings."""
+    """The argument of a lint: graphs, stage and endpoint claims of a scene, and the findings to which the lint adds warnings."""
 
     graphs: Sequence[Graph]
     stage: Stage
@@ -26,24 +29,32 @@ class LintContext:
     findings: Findings
 
     def nodes(self, cls: type[N]) -> Iterator[tuple[Graph, Instance, N]]:
-        """Yield the nodes of a type: the graph, the instance, and a node whose inputs have their initial values."""
+        """Yield each node of a type, as its graph, its instance, and a node object whose inputs have their initial values."""
         for graph in self.graphs:
             for instance in graph.instances:
                 if issubclass(instance.cls, cls):
                     yield graph, instance, cast("N", instance.make_node())
 
     def disagree(self, code: str, message: str, claim: EndpointClaim, other: EndpointClaim, remedy: str) -> None:
-        """Report two incompatible endpoint claims, such as different message types of one topic, at the node of `claim`."""
+        """Add a finding about two incompatible endpoint claims, such as one topic with two message types.
+
+        Args:
+            code: code of the finding.
+            message: text that says what is wrong.
+            claim: claim whose node gives the finding its position.
+            other: claim that contradicts it; the finding also shows the position of this claim's node.
+            remedy: help line.
+        """
         span = self.span(other)
         self.findings.add(code, message, self.span(claim), remedy, related=[(span, "the other one")] if span else [])
 
     def span(self, claim: EndpointClaim) -> Span | None:
-        """Return the position in its file of the node that made the claim; None if no graph has this node."""
+        """Return the file position of the node that made a claim; None if the node belongs to none of the graphs."""
         instance = self.instance(claim.node)
         return instance.span if instance else None
 
     def instance(self, prim_path: str) -> Instance | None:
-        """Return the instance of the node at a prim path, or None."""
+        """Return the instance of the node at a prim path; None if none of the graphs has it."""
         for graph in self.graphs:
             for instance in graph.instances:
                 if f"{graph.prim_path}/{instance.id}" == prim_path:
@@ -59,7 +70,7 @@ LINTS: dict[str, list[LintFunction]] = {}
 
 
 def lint(code: str) -> Callable[[L], L]:
-    """Return a decorator that registers a lint under a finding code; it runs after all nodes were set up without physics."""
+    """Return a decorator that registers a function as lint under a finding code; lints run in the order of their codes."""
 
     def register(function: L) -> L:
         LINTS.setdefault(code, []).append(function)

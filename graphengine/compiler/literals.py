@@ -1,4 +1,4 @@
-"""Sets the values of inputs that the graph file or the command line gives, and reports missing ones."""
+"""Sets inputs to the values in the graph file and on the command line, and reports wrong and missing values."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from graphengine.node.types import PortType, UnionType, brief
 
 @dataclass(slots=True)
 class Override:
-    """A value given on the command line: `[robot/][graph/]Node.port=value`, globs allowed."""
+    """A value that the command line sets for inputs, as `[robot/][graph/]Node.port=value`; the left side can have globs."""
 
     text: str
     target: str
@@ -30,34 +30,34 @@ class Override:
 
     @staticmethod
     def parse(text: str, value: Any) -> Override:
-        """Make the override of a port, given as `Node.port`, `graph/Node.port` or `robot/graph/Node.port`."""
+        """Return the override for a port, given as `Node.port`, `graph/Node.port` or `robot/graph/Node.port`."""
         target, _, port = text.rpartition(".")
         return Override(text, target, port.removeprefix("inputs:"), value)
 
     @staticmethod
     def parse_all(values: Mapping[str, Any]) -> list[Override]:
-        """Make the overrides for values by port, such as `Node.port`."""
+        """Return the overrides for a mapping from ports, in the forms that `parse` accepts, to values."""
         return [Override.parse(text, value) for text, value in values.items()]
 
     def matches(self, path: str) -> bool:
-        """Return whether the override is for the node with a path such as `robot/graph/Node`."""
+        """Return whether the override applies to the node with a path such as `robot/graph/Node`."""
         return ends_with(path, self.target)
 
 
 def ends_with(path: str, pattern: str) -> bool:
-    """Return whether the last parts of a path such as `robot/graph/Node` match the parts of a pattern, which may have globs."""
+    """Return whether a path such as `robot/graph/Node` ends with a pattern such as `graph/Node`, whose parts can be globs."""
     wanted = pattern.split("/")
     tail = path.split("/")[-len(wanted) :]
     return len(tail) == len(wanted) and all(map(fnmatch.fnmatchcase, tail, wanted))
 
 
 def no_node(pattern: str, paths: Iterable[str]) -> str:
-    """Return the message that a pattern matches none of the nodes with these paths."""
+    """Return the message that a pattern matches no node, with a suggestion or a list from the paths of all nodes."""
     return unknown("node", pattern, (path if "/" in pattern else path.rpartition("/")[2] for path in paths))
 
 
 def no_port(classes: Iterable[type[Node]], name: str, sides: Sequence[Side] = ("inputs",)) -> str:
-    """Return the message that none of these node types has a port with this name, and a suggestion or a list of names."""
+    """Return the message that none of the node types has a port `name` on the given sides, with a suggestion or a list."""
     types_ = list(dict.fromkeys(classes))
     ports = [port for cls in types_ for port in cls.fields.values() if port.side in sides and not port.is_exec]
     who = f"{types_[0].__name__} has" if len(types_) == 1 else "the nodes that it matches have"
@@ -67,7 +67,7 @@ def no_port(classes: Iterable[type[Node]], name: str, sides: Sequence[Side] = ("
 
 
 def set_literals(graph: Graph, known: dict[str, Instance | None], findings: Findings) -> None:
-    """Set the inputs to the values in the graph file; wrong names and values are added to `findings`."""
+    """Set the inputs of all instances to the values in the graph file; wrong names and values are added to `findings`."""
     for instance in graph.instances:
         entry, cls = instance.entry, instance.cls
         for name, value in entry.spec.inputs.items():
@@ -83,8 +83,9 @@ def set_literals(graph: Graph, known: dict[str, Instance | None], findings: Find
                 meant = [p for p in cls.fields.values() if p.name in inputs and did_you_mean(name, [p.name])]
                 instance.refused.update(p.field for p in meant)
             elif port.is_exec:
-                message = f"{name!r} carries execution and has no value"
-                findings.add("G211", message, entry.key_span("inputs", name), "wire it", related=entry.via)
+                message = f"{name!r} is an execution input and cannot have a value"
+                remedy = "remove the value, and connect a wire"
+                findings.add("G211", message, entry.key_span("inputs", name), remedy, related=entry.via)
             else:
                 _set_literal(instance, port, value, partial(entry.span, "inputs", name), findings)
 
@@ -92,15 +93,15 @@ def set_literals(graph: Graph, known: dict[str, Instance | None], findings: Find
 def _set_literal(
     instance: Instance, port: Port, value: Any, at: Callable[..., Span], findings: Findings, given_by: str = ""
 ) -> None:
-    """Set an input to a value from the graph file or from the command line.
+    """Set an input to a value from the graph file or from the command line; errors are added to `findings`.
 
     Args:
-        instance: the node.
+        instance: node that has the input.
         port: the input.
-        value: the value, or a mapping of `type` and `value`.
-        at: returns the position of the value, or of the element at the given keys.
-        findings: findings to add errors to.
-        given_by: note on the origin of the value, if it is not the file.
+        value: value as in a graph file; for a union or `any` port, also a mapping with the keys `type` and `value`.
+        at: function that returns the position of the value; with keys or indices as arguments, of the element there.
+        findings: receives the errors.
+        given_by: help line that says where the value comes from; empty if it comes from the file.
     """
     instance.refused.add(port.field)
     if value is UNKNOWN:
@@ -139,14 +140,14 @@ def _set_literal(
 
 
 def _wrong_element(port_type: PortType | UnionType, value: Any) -> int | None:
-    """Return the index of the first list element that the array type does not accept; None if there is no such element."""
+    """Return the index of the first list element that an array type does not accept; None if all fit or it is no array type."""
     if not (isinstance(port_type, PortType) and port_type.array and isinstance(value, list)):
         return None
     return next((number for number, element in enumerate(value) if not _takes(port_type, [element])), None)
 
 
 def _got(error: Exception, value: Any) -> str:
-    """Return the ending `, got VALUE` of a message; empty if the error already contains the value."""
+    """Return the text `, got VALUE` to append to a message; empty if the message of the error already has it."""
     return "" if ", got " in str(error) else f", got {shown(value)}"
 
 
@@ -161,16 +162,17 @@ def _alternatives(port_type: PortType | UnionType) -> Sequence[PortType]:
 _TUPLES = tuple(PortType(base, count) for base in ("int", "double") for count in (2, 3, 4))
 _PLAIN_TYPES = tuple(PortType(name) for name in ("bool", "int", "int64", "double", "token"))
 _PLAIN_TYPES += (*_TUPLES, *(PortType(name, array=True) for name in ("int", "int64", "double", "token", "bool")))
-"""Types to try for a value without a type, on a port that accepts every type."""
+"""Types that are tried in this order for a value without a type at an `any` port."""
 
 
 def _typed(value: Any, wanted: PortType | UnionType) -> tuple[PortType, Any]:
-    """Return the type and the converted value of a literal.
+    """Return the type of a literal, and its value converted to this type.
 
-    The type is `wanted` if this is a single type, otherwise the first alternative that accepts the value.
+    The type is `wanted` if that is a single type; for a union or `any`, it is the first alternative that accepts the value.
 
     Raises:
-        TypeError: no alternative accepts the value.
+        TypeError: `wanted`, or each of its alternatives, does not accept the value.
+        ValueError: `wanted` is a single type, and the value is out of its range.
     """
     if isinstance(wanted, PortType) and wanted != types.ANY:
         return wanted, types.coerce(value, wanted)
@@ -182,7 +184,7 @@ def _typed(value: Any, wanted: PortType | UnionType) -> tuple[PortType, Any]:
 
 
 def _refusal(value: Any, alternatives: Sequence[PortType]) -> str:
-    """Return a message: why no alternative accepts a value, and how to correct the file."""
+    """Return a message that says why no alternative of a union accepts a value, and what to write instead."""
     how = "write {type: …, value: …}"
     if not alternatives:
         return f"its type is not clear; {how}"
@@ -207,7 +209,9 @@ def _takes(port_type: PortType, value: Any) -> bool:
 
 
 def _alternative(named: PortType | UnionType, port_type: PortType | UnionType) -> PortType:
-    """Return the alternative of a port's type that matches a type in the file; if none is equal, roles are ignored.
+    """Return the alternative of a union that equals a type in the file; if none is equal, one that differs only in the role.
+
+    An `any` port accepts the type itself.
 
     Raises:
         ValueError: the port does not accept the type.
@@ -222,10 +226,14 @@ def _alternative(named: PortType | UnionType, port_type: PortType | UnionType) -
 
 
 def _one_type(named: PortType | UnionType, what: str) -> PortType:
-    """Return `named` if it is a single type of values, such as double or token.
+    """Return `named` if it is a single type whose values a file can contain, such as double or token.
+
+    Args:
+        named: type that the file names.
+        what: noun for the error message: `value` or `variable`.
 
     Raises:
-        ValueError: it is a union, or a type without values in files, such as execution or bundle.
+        ValueError: the type is a union or `any`, or has no values in files (execution, bundle).
     """
     if not isinstance(named, PortType) or named.base in ("any", "bundle", "execution"):
         raise ValueError(f"a {what} has a single type, such as double or token, got {brief(named)}")
@@ -233,7 +241,14 @@ def _one_type(named: PortType | UnionType, what: str) -> PortType:
 
 
 def set_overrides(name: str, instances: Sequence[Instance], overrides: Sequence[Override], findings: Findings) -> None:
-    """Set inputs of a graph's instances to values from the command line; overrides that match a node are marked as used."""
+    """Set inputs of a graph's instances to values from the command line; set `used` of each override that matches an input.
+
+    Args:
+        name: name of the graph, such as `robot/graph`.
+        instances: instances of the graph whose inputs may be set.
+        overrides: values from the command line.
+        findings: receives errors in the values.
+    """
     for override in overrides:
         for instance in instances:
             if not override.matches(f"{name}/{instance.id}"):
@@ -246,12 +261,12 @@ def set_overrides(name: str, instances: Sequence[Instance], overrides: Sequence[
 
 
 def _only(span: Span, *_: str) -> Span:
-    """Return `span` for every element of a value; for values from the command line, which have no positions of their own."""
+    """Return `span` for any element of a value: a value from the command line has the position of its node."""
     return span
 
 
 def check_required(graph: Graph, findings: Findings) -> None:
-    """Report required inputs that have neither a value nor a wire."""
+    """Report required inputs that have neither a value nor a wire; add inputs that a subgraph exposes to `graph.left_open`."""
     wired, declared = graph.wired_ports, graph.declared_inputs
     for instance in graph.instances:
         groups: dict[str, list[Port]] = {}
@@ -278,7 +293,7 @@ def check_required(graph: Graph, findings: Findings) -> None:
 
 
 def set_variables(graph: Graph, findings: Findings) -> None:
-    """Set the types and defaults of the graph's variables; a variable with a wrong type or default causes one finding."""
+    """Set the types and default values of the graph's variables; wrong types and defaults are added to `findings`."""
     for name, entry in graph.flat.variables.items():
         spec, at = entry.spec, partial(entry.document.span, "variables", entry.name)
         graph.variable_types[name], graph.variables[name] = types.ANY, None

@@ -1,4 +1,4 @@
-"""Sets the namespaces of a scene file on prims of the stage, including the prims of graphs and nodes."""
+"""Sets the namespaces that a scene file lists on prims of the stage, including the prims of graphs and nodes."""
 
 from __future__ import annotations
 
@@ -15,14 +15,15 @@ from graphengine.format.spec_reader import Loaded
 def write_namespaces(
     scene: Loaded[SceneSpec], stage: Stage, graphs: Sequence[Graph], findings: Findings, within: str = ""
 ) -> None:
-    """Set the namespaces of a scene file on the prims of the stage, from which nodes collect them.
+    """Set the namespaces that a scene file lists on the prims of the stage.
 
     Args:
         scene: scene file with the namespaces by prim path.
-        stage: stage to change; missing prims of graphs and nodes are added.
-        graphs: graphs whose prims, and those of their nodes, can have a namespace.
-        findings: findings to add an error to for a path without a prim; not after other errors, which may have removed a graph.
-        within: path of the prim at and below which namespaces are set; empty for the whole stage.
+        stage: stage that has the prims; the prims of graphs and nodes are added if they are missing.
+        graphs: graphs to whose prims and nodes the paths can refer.
+        findings: receives an error for each path without a prim, unless there are other errors or `within` is given: then the
+            prim may be missing for another reason.
+        within: path of a prim; namespaces are set only at this prim and below it. Empty: on the whole stage.
     """
     complete = not within and not findings.errors
     nodes = [f"{graph.prim_path}/{instance.id}" for graph in graphs for instance in graph.instances]

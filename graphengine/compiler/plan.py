@@ -1,9 +1,12 @@
-"""The plan of a graph as plain data: regions, calls in order, guards, copies, refreshes of data nodes.
+"""The plan of a graph as plain data: which nodes run in which order, under which conditions, and which values are copied.
 
-A **pusher** is a node such as a loop or a sequence: it runs all nodes below an output port each time it fires the port. A
-**region** is the set of nodes that execution reaches without crossing a pusher's port. It starts from the events of a pass,
-from the events at the end of a play or of the graph, or from one port of a pusher. `planning` makes a plan of a resolved graph,
-`graphrun show` prints it, `codegen` turns it into source.
+A **pusher** is a node such as a loop or a sequence: each time it fires an output port, all nodes below this port run before it
+continues. A **region** is a set of nodes that execution reaches from a common start without crossing a port of a pusher. The
+start is the events of a pass, the events when play stops or the graph closes, or one port of a pusher. A **data node** has no
+execution ports; it is **stale** if its inputs may have changed since it was computed.
+
+`planning` makes a plan from a resolved graph, `graphrun show` prints it, and `codegen` generates source from it. Nodes are given
+by index, ports by field.
 """
 
 from __future__ import annotations
@@ -17,7 +20,7 @@ from graphengine.node.node_class import Ending
 
 @dataclass(frozen=True, slots=True)
 class Copy:
-    """A copy of a value from a field of one node to a field of another."""
+    """A copy of a value from a port of one node to a port of another, through a converter if `converter` is not empty."""
 
     source: int
     source_field: str
@@ -25,24 +28,27 @@ class Copy:
     target_field: str
     converter: str = ""
     setup: bool = False
-    """Whether the target is read in `setup`, so that the node is set up again when the value changes."""
+    """Whether the target node reads the port in `setup`, so that it is set up again when the value changes."""
 
 
 @dataclass(frozen=True, slots=True)
 class Refresh:
-    """The computation of a data node before a node that reads it: always, or only if one of its dependencies changed."""
+    """The computation of a data node before a node that reads it: always, or with `if_stale` only if the data node is stale."""
 
     node: int
     copies: tuple[Copy, ...]
     if_stale: bool = False
     flagged: bool = False
     repeated: bool = False
-    """Whether it depends on outputs of its consumer, so that it is repeated before each activation of the consumer."""
+    """Whether the data node depends on outputs of its reader, so that it is computed before each activation of the reader."""
 
 
 @dataclass(frozen=True, slots=True)
 class FireEffect:
-    """The effect of one execution wire that fires: it sets a flag, a counter, or a pending pin of the target node."""
+    """The effect of firing one execution wire: it sets the flag `guard`, or increments `counter` or a pin of the target.
+
+    A name is empty if the wire does not have this effect.
+    """
 
     target: int
     guard: str = ""
@@ -52,90 +58,90 @@ class FireEffect:
 
 @dataclass(frozen=True, slots=True)
 class ExecBranch:
-    """One execution output: its bit in the value that `compute` returns, and the effects of firing it."""
+    """One execution output of a node: its bit in the value that `compute` returns, and the effects of firing it."""
 
     mask: int
     fires: tuple[FireEffect, ...] = ()
     region: int = -1
-    """For a pusher: the region that runs at each yield of the port; -1: none."""
+    """For a pusher: index of the region that runs each time the pusher fires this port; -1: the port starts no region."""
 
 
 @dataclass(frozen=True, slots=True)
 class Pin:
-    """An execution input whose firing is reported to the node."""
+    """An execution input whose number of firings is written to the node before `compute`."""
 
     field: str
     counter: str = ""
-    """Local counter of the pin's firings in this run of the region; empty if no node in the region fires the pin."""
+    """Name of the local variable that counts the firings in this run of the region; empty if no node in the region fires it."""
     pending: bool = False
-    """Whether the pin is a control pin that may have been fired in an earlier activation."""
+    """Whether a firing from an earlier activation can be waiting, because a wire to this control input closes a cycle."""
 
 
 @dataclass(frozen=True, slots=True)
 class Call:
-    """The call of one node within a region."""
+    """The call of one node in a region, with all that happens before and after `compute`."""
 
     node: int
     kind: str
     guard: str
-    """Local flag that must be set for the node to run; empty if the node always runs."""
+    """Name of the local flag that must be set for the node to run; empty if the node always runs."""
     refreshes: tuple[Refresh, ...]
     copies: tuple[Copy, ...]
     gated: bool
     branches: tuple[ExecBranch, ...]
     marks: tuple[int, ...]
-    """Data nodes that become stale when this node was computed."""
+    """Data nodes that become stale when this node is computed."""
     pins: tuple[Pin, ...]
-    """Execution inputs with their counters; empty for a node with one incoming wire."""
+    """Execution inputs whose number of firings is written to the node; empty if that number is always the same."""
     activations: tuple[Pin, ...] = ()
-    """For a node that counts: one pin for each wire that fires it, in the order of the computes."""
+    """For a node that runs once for each firing: one pin for each incoming wire, in the order in which the wires are served."""
     rereads: tuple[Refresh, ...] | None = None
-    """For a pusher whose inputs are updated after each yield: the data nodes to refresh."""
+    """For a pusher whose inputs are updated after each yield: the data nodes to compute then; None for other nodes."""
 
 
 @dataclass(frozen=True, slots=True)
 class Region:
-    """The calls of a region, in order; `flags` are local integers that start at 0."""
+    """The calls of a region, in the order of execution; `flags` are names of local integers that start at 0."""
 
     index: int
     title: str
     flags: tuple[str, ...]
     entries: tuple[FireEffect, ...]
-    """Effects of the wires that start the region."""
+    """Effects of the wires that start the region; these wires have fired whenever the region runs."""
     calls: tuple[Call, ...]
     stale: tuple[int, ...] = ()
-    """For a root region: data nodes that each pass makes stale."""
+    """Data nodes that become stale when the region starts; only for the regions of a pass, of a stop and of a close."""
     pending: tuple[tuple[int, tuple[ExecBranch, ...]], ...] = ()
-    """For a root region: latent nodes that may have fired since the last pass."""
+    """For the region of a pass: latent nodes whose outputs may have fired since the last pass, with their outputs."""
     ending: Ending | None = None
-    """For a region that starts between ticks: the method of its events."""
+    """For a region that runs when play stops or the graph closes: name of the method that its events run; otherwise None."""
 
 
 @dataclass(frozen=True, eq=False)
 class Plan:
-    """The steps of the generated functions; graphs of one file that differ only in literals share a plan.
+    """The plan of a graph. Graphs of one file that differ only in literals share a plan.
 
-    A node of the plan has the index of its instance in each of these graphs.
+    The index of a node in the plan is the index of its instance in each of these graphs.
     """
 
     path: Path
-    """The graph file."""
+    """Path of the graph file."""
     ids: tuple[str, ...]
-    """Names of the nodes in the file."""
+    """Ids of the nodes in the flat graph, by index."""
     regions: tuple[Region, ...]
     gates: Mapping[int, tuple[int, ...]]
-    """For each node that runs in every pass, or that only `every:` gates keep from doing so: these gates."""
+    """For each node whose execution depends only on `every` gates: these gates; empty for a node that runs in every pass."""
     flagged: tuple[int, ...] = ()
-    """Data nodes with a run-time flag that says whether they are stale."""
+    """Data nodes for which a flag at run time says whether they are stale."""
     latent_marks: Mapping[int, tuple[int, ...]] = field(default_factory=dict)
-    """For each latent node: data nodes that become stale when it was updated."""
+    """For each latent node: the data nodes that become stale when the node is updated."""
     constants: tuple[Refresh, ...] = ()
-    """Data nodes that cannot change while the graph runs, computed once."""
+    """Data nodes whose outputs cannot change while the graph runs; they are computed in setup, not in passes."""
     constant_copies: tuple[Copy, ...] = ()
     order: tuple[int, ...] = ()
-    """All nodes that can run, in schedule order, each data node before its first consumer; the order of setup."""
+    """All nodes that can run, in the order of setup: the order of execution, with each data node before its first reader."""
     early: frozenset[int] = frozenset()
-    """Data nodes that are not constant but must be computed before setup, for inputs that are read in `setup`."""
+    """Data nodes that are not constant but are computed during setup, because other nodes read their outputs in `setup`."""
 
     @property
     def root(self) -> Region:

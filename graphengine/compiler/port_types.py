@@ -1,4 +1,4 @@
-"""Infers the types of generic ports along the wires, and checks both ends of every wire."""
+"""Resolves the types of union and `any` ports along the wires, and checks the types at both ends of every wire."""
 
 from __future__ import annotations
 
@@ -15,11 +15,14 @@ from graphengine.node.node_class import Node
 from graphengine.node.port import Port
 
 _BETWEEN = {("token", "string"): "ToString", ("string", "token"): "ToToken"}
-"""Node that converts between two string types, by source and target type."""
+"""Node type that converts between two string types, by source type and target type."""
 
 
 def settle_types(graph: Graph, findings: Findings) -> None:
-    """Resolve ports of several types along the wires until nothing changes, then check every wire."""
+    """Resolve the types of union and `any` ports, then check every data wire and set its converter.
+
+    Errors are added to `findings`, and wires with errors are removed from the graph.
+    """
     refused = _settle(graph)
     for index, error in refused.items():
         if not graph.instances[index].refused:  # otherwise the error may result from one that is already reported
@@ -38,9 +41,9 @@ def settle_types(graph: Graph, findings: Findings) -> None:
             untold.append(wire)
         elif gives == types.ANY != takes and source.cls.resolve_types is not Node.resolve_types:
             message = (
-                f"the type of {wire.entry.source} cannot be resolved, because a wire feeds the input that decides it"
+                f"the type of {wire.entry.source} cannot be resolved, because the input that determines it is wired"
             )
-            remedy = f"remove that wire, and set the input of {source.id} below `inputs:`"
+            remedy = f"remove the wire into that input of {source.id}, and set the input below `inputs:`"
             findings.add("G213", message, wire.entry.source.span, remedy, related=wire.entry.via)
         elif takes is None or converter is None:
             legal = takes or into.type
@@ -59,16 +62,21 @@ def settle_types(graph: Graph, findings: Findings) -> None:
 
 
 def _tell_untold(graph: Graph, untold: list[Wire], findings: Findings) -> list[Wire]:
-    """Report wires of unknown type, except wires from a cycle of data nodes: return these; the planner reports the cycle."""
+    """Add an error for each wire of unknown type, except wires from a cycle of data nodes.
+
+    Returns:
+        The wires from cycles, for which the planner reports the cycle.
+    """
     circular = _circular(graph) if untold else set()
     for wire in (wire for wire in untold if wire.source not in circular):
         what = f"the type of {wire.entry.source} cannot be resolved from its wires ({wire})"
-        findings.add("G213", what, wire.entry.source.span, "set a value with its type", related=wire.entry.via)
+        remedy = "write an input of the node as {type: …, value: …}"
+        findings.add("G213", what, wire.entry.source.span, remedy, related=wire.entry.via)
     return [wire for wire in untold if wire.source in circular]
 
 
 def _circular(graph: Graph) -> set[int]:
-    """Return the data nodes in or downstream of a cycle of data nodes; their types cannot be resolved."""
+    """Return the data nodes in a cycle of data nodes and downstream of one; their types cannot be resolved."""
     waiting = Digraph(range(len(graph.instances)))
     for wire in graph.data_wires:
         source, target = graph.instances[wire.source].cls, graph.instances[wire.target].cls
@@ -78,7 +86,7 @@ def _circular(graph: Graph) -> set[int]:
 
 
 def _tell_refusal(instance: Instance, error: ValueError | ContextError, findings: Findings) -> None:
-    """Report that a node refused its types: they contradict each other, or the input that determines them is invalid."""
+    """Add an error for a node whose `resolve_types` failed: port types are incompatible, or an input has an invalid value."""
     if isinstance(error, ValueError):
         findings.add("G206", f"{instance.id}: {error}", instance.span, related=instance.entry.via)
         return
@@ -87,10 +95,10 @@ def _tell_refusal(instance: Instance, error: ValueError | ContextError, findings
 
 
 def _settle(graph: Graph) -> dict[int, ValueError | ContextError]:
-    """Propagate types through nodes and along wires; return the errors of nodes whose types are incompatible.
+    """Propagate port types through nodes and along wires; return the errors of nodes whose `resolve_types` failed, by index.
 
-    Each round visits the nodes that the previous round changed. When no node changes any more, the first wire in the file whose
-    output has no type gives it the type of the input at its other end, and the rounds continue.
+    Each round visits the nodes that the previous round changed. When no node changes any more, types go backwards: the first wire
+    whose output has no type gives it the type of the input at its other end, and the rounds continue.
     """
     refused: dict[int, ValueError | ContextError] = {}
     instances, wires = graph.instances, graph.data_wires
@@ -117,7 +125,7 @@ def _settle(graph: Graph) -> dict[int, ValueError | ContextError]:
 
 
 def _settle_defaults(graph: Graph) -> None:
-    """Give each unwired input with a default value the first type that accepts the default."""
+    """Give each unwired union input without a literal the first type that accepts its default value."""
     given = graph.wired_ports | graph.declared_inputs
     for instance in graph.instances:
         for port in instance.cls.fields.values():
@@ -127,7 +135,10 @@ def _settle_defaults(graph: Graph) -> None:
 
 
 def _settle_node(graph: Graph, instance: Instance, refused: dict[int, ValueError | ContextError]) -> bool:
-    """Derive types of a node's ports from its known port types; return whether a type changed."""
+    """Resolve ports of a node whose types follow from its known port types; return whether a type changed.
+
+    An error of `resolve_types` is added to `refused`, by index of the node.
+    """
     changed = _settle_couples(instance)
     if instance.index in refused or instance.cls.resolve_types is Node.resolve_types:
         return changed
@@ -151,12 +162,17 @@ def _settle_source(graph: Graph, wire: Wire) -> bool:
 
 
 def _depends_on_inputs(instance: Instance) -> bool:
-    """Return whether a node has inputs of union type, from which the types of its outputs may follow."""
+    """Return whether a node has union inputs, from which the types of its outputs may follow."""
     return any(port.side == "inputs" and isinstance(port.type, UnionType) for port in instance.cls.fields.values())
 
 
 def _tell_unsettled(graph: Graph, findings: Findings, refusing: set[int]) -> set[int]:
-    """Report inputs whose type cannot be determined; return the nodes with such inputs, and all nodes downstream."""
+    """Add an error for each input whose type cannot be resolved.
+
+    Returns:
+        The indices of all nodes with unresolved types: nodes in `refusing`, nodes with such inputs or with inputs that lack a
+        value, and all nodes downstream of these.
+    """
     wired, declared, behind = graph.wired_ports, graph.declared_inputs, dict[int, list[int]]()
     wires = {(wire.target, wire.target_field): wire for wire in graph.data_wires}
     unknown = set(refusing)
@@ -190,14 +206,21 @@ def _tell_unsettled(graph: Graph, findings: Findings, refusing: set[int]) -> set
 
 
 def _misses(instance: Instance, port: Port, wired: set[tuple[str, str]]) -> bool:
-    """Return whether an input has no value because of an error that is reported elsewhere."""
+    """Return whether an input lacks a value because of an error that is reported elsewhere."""
     if port.field in instance.refused:
         return True
     return port.required is True and port.field not in instance.literals and (instance.id, port.name) not in wired
 
 
 def _choose(instance: Instance, port: Port, other: PortType | None, *, widening: bool) -> bool:
-    """Choose a union port's alternative by the type at the other end of a wire; return whether one was chosen."""
+    """Resolve a union port to the alternative that fits the type at the other end of a wire; return whether one fits.
+
+    Args:
+        instance: node that has the port.
+        port: port to resolve; ports of other types and resolved ports stay as they are.
+        other: type at the other end of the wire; None if it is unknown.
+        widening: whether an alternative fits to which `other` can be converted; otherwise only an equal type fits.
+    """
     if other is None or other == types.ANY or not isinstance(port.type, UnionType) or port.field in instance.settled:
         return False
     form = (other.base, other.count, other.array)
@@ -211,10 +234,11 @@ def _choose(instance: Instance, port: Port, other: PortType | None, *, widening:
 
 
 def _settle_what_follows(instance: Instance, variables: Mapping[str, PortType]) -> bool:
-    """Set the types that `resolve_types` of the node class derives from known types; return whether a type changed.
+    """Set the port types that `resolve_types` of the node class derives from known types; return whether a type changed.
 
     Raises:
-        ValueError: the types are incompatible.
+        ValueError: the port types are incompatible.
+        ContextError: an input that determines the types has an invalid value.
     """
     fields, changed = instance.cls.fields, False
     known = {
@@ -234,7 +258,7 @@ def _settle_what_follows(instance: Instance, variables: Mapping[str, PortType]) 
 
 
 def _restate(instance: Instance, port: Port, wanted: PortType) -> bool:
-    """Convert an input's literal from its provisional type to `wanted`; return whether that is possible."""
+    """Convert the literal of an input to the type `wanted`; return whether the input has a literal that can be converted."""
     if port.field not in instance.literals:
         return False
     try:
@@ -245,7 +269,16 @@ def _restate(instance: Instance, port: Port, wanted: PortType) -> bool:
 
 
 def _counterpart(settled: PortType, port: Port, other: Port) -> PortType | None:
-    """Return the alternative of `other` that matches the type of `port`, a port coupled with it; None if there is none."""
+    """Return the alternative of the port `other` that corresponds to the resolved type of `port`, which is coupled with it.
+
+    Args:
+        settled: resolved type of `port`.
+        port: port with a resolved type.
+        other: union port, coupled with `port`.
+
+    Returns:
+        The alternative; None if `other` has no corresponding one.
+    """
     assert isinstance(other.type, UnionType)
     if port.component != other.component:
         form = (settled.base, settled.array)
@@ -256,7 +289,7 @@ def _counterpart(settled: PortType, port: Port, other: Port) -> PortType | None:
 
 
 def _settle_couples(instance: Instance) -> bool:
-    """Settle the types of ports that are coupled with a settled port; return whether a type changed."""
+    """Resolve the ports of a node that are coupled with a resolved port; return whether a type changed."""
     ports, changed = instance.cls.fields.values(), False
     for port in ports:
         if not port.couple or (settled := instance.settled.get(port.field)) is None:

@@ -1,7 +1,7 @@
-"""Look-up of node types by registered name, short name, or name from before Isaac Sim 4.5.
+"""Finds node types by registered name, short name, or a name that they had before Isaac Sim 4.5.
 
-A YAML file never names Python code: types come from `graphengine.nodes`, from entry points of the group `graphengine.nodes`,
-and from modules that the user imports on the command line.
+Graph files cannot import Python modules: types come from the package `graphengine.nodes`, from entry points of the group
+`graphengine.nodes`, and from modules that the user imports with `--import`.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from graphengine.node.node_class import Node
 
 GROUP = "graphengine.nodes"
 INDEX = "index.json"
-"""File in the library's folder that lists the node types of each module; its test writes it."""
+"""Name of the file in the folder of `graphengine.nodes` that lists the node types of each module; a test generates it."""
 
 OLD_PREFIXES: dict[str, tuple[str, ...]] = {
     "omni.isaac.core_nodes.": ("isaacsim.core.nodes.",),
@@ -35,14 +35,14 @@ OLD_PREFIXES: dict[str, tuple[str, ...]] = {
     "omni.isaac.manipulators.": ("isaacsim.robot.manipulators.",),
     "omni.isaac.surface_gripper.": ("isaacsim.robot.surface_gripper.",),
 }
-"""Prefixes of registered names before Isaac Sim 4.5, with the prefixes that replaced them."""
+"""Prefixes of registered names before Isaac Sim 4.5, each with the prefixes that replaced it."""
 
 _SHORT_PREFIXES = ("Ogn", "Isaac", "ROS2")
 
 
 @dataclass(frozen=True, slots=True)
 class Found:
-    """The result of a look-up: a node type, and whether it was found by a name from before Isaac Sim 4.5."""
+    """The result of `Registry.find`: a node type, and whether it was found by a name from before Isaac Sim 4.5."""
 
     cls: type[Node]
     old_name: bool = False
@@ -50,32 +50,32 @@ class Found:
 
 @dataclass(slots=True)
 class Registry:
-    """All node types that a file can name."""
+    """All node types that a graph file can use, by registered name and short name."""
 
     imported: dict[str, type[Node]] = field(default_factory=dict)
-    """Types whose modules are imported."""
+    """Node types whose modules were imported, by name and alias."""
     short_names: dict[str, str] = field(default_factory=dict)
     owners: dict[str, str] = field(default_factory=dict)
-    """Distribution or module of each type."""
+    """Name of the distribution or module that provides each type, by name and alias of the type."""
     broken: dict[str, str] = field(default_factory=dict)
-    """Reason why a plugin could not be imported, by plugin."""
+    """Error message for each plugin that could not be imported, by name of the plugin."""
     definitions: Definitions = DEFINITIONS
-    """Message types, whose fields become ports of some node types."""
+    """Definitions of message types; the fields of a message become ports of some node types."""
     modules: dict[str, str] = field(default_factory=dict)
-    """Modules of types that are imported only when the type is used."""
+    """Name of the module of each type whose module is imported only when the type is used."""
 
     @property
     def types(self) -> dict[str, type[Node]]:
-        """All types by their names and aliases; imports all modules."""
+        """All node types, by name and alias; imports their modules."""
         return {name: self._import(name) for name in self.owners}
 
     def copy(self, definitions: Definitions | None = None) -> Registry:
-        """Return an independent registry with the same node types, and with other message types if given."""
+        """Return a copy with the same node types; `definitions` replaces the message types of the copy."""
         mine = dict(self.imported), dict(self.short_names), dict(self.owners), dict(self.broken)
         return Registry(*mine, definitions or self.definitions, self.modules)
 
     def find(self, name: str) -> Found | None:
-        """Return the type with this registered, short or old name, or None."""
+        """Return the node type with a registered, short or old name; None if there is no such type."""
         known = self.short_names.get(name, name)
         if known in self.owners:
             return Found(self._import(known))
@@ -89,7 +89,10 @@ class Registry:
         return None
 
     def suggest(self, name: str, findings: Findings | None = None) -> str:
-        """Return help for an unknown type name: similar names or how to list all, and the plugins that failed to import."""
+        """Return help for an unknown type name: similar names, or the command that lists all, and plugins that failed to import.
+
+        With `findings`, the number of searches for similar names is limited as in `Findings.guess`.
+        """
         guess = findings.guess if findings else did_you_mean
         near = guess(name, [*self.short_names, *self.owners]) or "`graphrun nodes` lists every type"
         missing = [f"{plugin} could not be imported ({problem})" for plugin, problem in self.broken.items()]
@@ -102,10 +105,15 @@ class Registry:
         return self.imported[name]
 
     def add_module(self, module: ModuleType, owner: str, *, built_in: bool = False) -> None:
-        """Register every node class of a module, and of its submodules if it is a package.
+        """Register every node class that a module defines; for a package, also those of its submodules, which are imported.
+
+        Args:
+            module: the module or package.
+            owner: name of the distribution or module that provides the types, for messages.
+            built_in: whether short names are registered too.
 
         Raises:
-            GraphError: two classes have the same name.
+            GraphError: a name is already taken by another class.
         """
         names = sorted(
             info.name for info in pkgutil.walk_packages(getattr(module, "__path__", []), module.__name__ + ".")
@@ -117,10 +125,10 @@ class Registry:
             self.add(cls, owner, built_in=built_in)
 
     def add(self, cls: type[Node], owner: str = "", *, built_in: bool = False) -> None:
-        """Register one node class under its name, its aliases and, for a built-in, its short names.
+        """Register one node class under its name and aliases; if it is built in, also under its short names.
 
         Raises:
-            GraphError: another class has the name.
+            GraphError: a name is already taken by another class.
         """
         self._refuse_clash(cls, owner)
         for name in (cls.type_name, *cls.aliases):
@@ -130,7 +138,10 @@ class Registry:
             self._shorten(cls.type_name)
 
     def add_library(self, package: ModuleType, owner: str) -> None:
-        """Register the types in the index of a package under full and short names, without importing their modules."""
+        """Register the node types that the file `INDEX` of a package lists, under full and short names.
+
+        Their modules are not imported.
+        """
         index = json.loads((Path(package.__path__[0]) / INDEX).read_text("utf-8"))
         for module, names in index.items():
             for name in names:
@@ -154,7 +165,7 @@ class Registry:
 
 
 def short_names(type_name: str) -> list[str]:
-    """Return the last part of a registered name, also without the prefixes `Ogn`, `Isaac` and `ROS2`."""
+    """Return the short names of a type: the last part of its name, with and without the prefixes `Ogn`, `Isaac` and `ROS2`."""
     last = type_name.rpartition(".")[2]
     names = [last]
     for prefix in _SHORT_PREFIXES:
@@ -163,14 +174,17 @@ def short_names(type_name: str) -> list[str]:
 
 
 def _classes(module: ModuleType) -> list[type[Node]]:
-    """Return the node types that a module defines itself; imported ones are left out."""
+    """Return the node types that a module itself defines, without those that it imports."""
     classes = [value for value in vars(module).values() if isinstance(value, type) and issubclass(value, Node)]
     return list(dict.fromkeys(cls for cls in classes if cls.type_name and cls.__module__ == module.__name__))
 
 
 @functools.cache
 def default_registry() -> Registry:
-    """Return the registry of built-in types and types of installed plugins; plugins that fail to import go to `broken`."""
+    """Return the registry of the built-in node types and those of installed plugins, always the same object.
+
+    `broken` lists the plugins that cannot be imported.
+    """
     registry = Registry()
     registry.add_library(importlib.import_module("graphengine.nodes"), "graphengine")
     for entry in sorted(importlib.metadata.entry_points(group=GROUP), key=lambda e: (e.name, e.value)):

@@ -1,4 +1,4 @@
-"""Resolves a flat graph to typed instances and wires. All errors become findings."""
+"""Resolves a flat graph: finds its node types and ports, sets values and resolves port types; errors become findings."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from graphengine.node.port import Port
 from graphengine.node.types import UnionType, brief
 
 _BEGINS = ("outputs", "state", "inputs")
-"""Sides of the ports at which a wire begins, and at which it ends."""
+"""Sides on which the port where a wire begins is looked up, in this order."""
 _ENDS = ("inputs", "state")
 
 
@@ -31,15 +31,15 @@ def resolve(
     findings: Findings,
     overrides: Sequence[Override] = (),
 ) -> Graph:
-    """Resolve a graph: make its instances, set literals, connect wires and determine types.
+    """Return the resolved graph: its instances with values and types, and its wires; parts with errors are left out.
 
     Args:
         flat: the graph file, with subgraphs expanded.
-        name: `robot/graph`, or `graph` for a graph that belongs to no robot.
+        name: name of the graph: `robot/graph`, or `graph` for a graph that belongs to no robot.
         prim_path: path of the graph's prim.
-        registry: node types.
-        findings: findings to add errors to.
-        overrides: values from the command line; those that match are marked as used.
+        registry: node types that the graph can use.
+        findings: receives the errors.
+        overrides: values from the command line; `used` is set for each one that matches an input.
     """
     graph = Graph(name, prim_path, flat)
     known = _instantiate(graph, registry, findings)
@@ -55,7 +55,11 @@ def resolve(
 
 
 def _instantiate(graph: Graph, registry: Registry, findings: Findings) -> dict[str, Instance | None]:
-    """Return an instance by node id; None for a node with an error, so that its wires cause no further findings."""
+    """Add an instance to the graph for each node; errors are added to `findings`.
+
+    Returns:
+        The instances by node id; None for a node with an error, so that its wires cause no further errors.
+    """
     known: dict[str, Instance | None] = dict.fromkeys(graph.flat.unopened)
     wired: dict[str, list[str]] = {}
     ends = [end for wire in graph.flat.wires for end in (wire.source, wire.target)]
@@ -92,7 +96,10 @@ def _instantiate(graph: Graph, registry: Registry, findings: Findings) -> dict[s
 
 
 def _connect(graph: Graph, known: dict[str, Instance | None], findings: Findings) -> None:
-    """Add the wires whose ports exist, in the right direction, and carry execution or a value at both ends."""
+    """Add the wires of the file to the graph; wires that have errors, or that the file repeats, are left out and reported.
+
+    An error is: no such node or port, a wrong direction, execution at only one end, or a second wire into a data input.
+    """
     taken: dict[tuple[int, str], Wire] = {}
     written: dict[tuple[int, str, int, str], Wire] = {}
     repeated: dict[int, tuple[Wire, list[WireEntry]]] = {}
@@ -126,8 +133,8 @@ def _connect(graph: Graph, known: dict[str, Instance | None], findings: Findings
             graph.exec_wires.append(wire)
         elif (other.index, into.field) in taken:
             first = taken[other.index, into.field]
-            message = f"two wires into {entry.target}; a data input takes one"
-            remedy = "remove one, or choose between them with a node"
+            message = f"{entry.target} has two wires; a data input takes one"
+            remedy = "remove one, or choose between the two values with a SelectIf node"
             findings.add("G207", message, entry.span, remedy, related=[(first.span, "the other one"), *entry.via])
         else:
             taken[other.index, into.field] = wire
@@ -141,7 +148,13 @@ def _connect(graph: Graph, known: dict[str, Instance | None], findings: Findings
 
 
 def _drop_repeated(graph: Graph, repeated: Sequence[tuple[Wire, Sequence[WireEntry]]], findings: Findings) -> None:
-    """Drop wires that the file repeats; as in OmniGraph, two ports are connected at most once."""
+    """Remove the repetitions of wires from the flat graph, with a warning; two ports are connected once, as in OmniGraph.
+
+    Args:
+        graph: graph that has the wires.
+        repeated: each repeated wire, with its repetitions in the file.
+        findings: receives the warnings.
+    """
     for wire, again in repeated:
         times = f"{len(again) + 1} times" if len(again) > 1 else "twice"
         related = [(wire.span, "first here"), *again[0].via]
@@ -158,7 +171,16 @@ def _end(
     wire: WireEntry,
     findings: Findings,
 ) -> tuple[Instance, Port] | None:
-    """Return the instance and port at one end of a wire; None after an error, which is added to `findings`."""
+    """Return the instance and port at one end of a wire; None after an error.
+
+    Args:
+        end: node id and port name of the end.
+        sides: sides on which the port is looked up, in this order.
+        known: instances by node id; None for a node with a reported error.
+        siblings: names of the nodes of each subgraph, for suggestions.
+        wire: the wire that has the end.
+        findings: receives the error.
+    """
     via = (*wire.via, *end.via)
     if end.node not in known:
         inner, _, name = end.node.rpartition("/")

@@ -1,6 +1,6 @@
-"""JSON Schema of graph, scene and robot files, for completion and checks in editors.
+"""Makes the JSON Schema of graph, scene and robot files, which editors use for completion and checks.
 
-The schema is derived from the spec models and from the registered node classes.
+The schema is derived from the pydantic models of the files and from the registered node classes.
 """
 
 from __future__ import annotations
@@ -17,11 +17,11 @@ from graphengine.node.port import Port
 from graphengine.node.types import PortType, brief
 
 _PARAMETER = {"type": "string", "pattern": r"\$\([A-Za-z_][A-Za-z0-9_]*\)"}
-"""Schema of a parameter, which can replace any value in a graph file, also within a list."""
+"""JSON Schema of a parameter `$(name)`, which can replace any value in a graph file, including elements of lists."""
 
 
 def make_schema(kind: str, registry: Registry) -> dict[str, Any]:
-    """Return the schema of one kind of file: `graph`, `scene` or `robot`."""
+    """Return the JSON Schema of one kind of file: `graph`, `scene` or `robot`; `registry` has the node types for graphs."""
     schema = KINDS[kind].model_json_schema()
     schema["$schema"] = "https://json-schema.org/draft/2020-12/schema"
     if kind == "graph":
@@ -41,7 +41,7 @@ def make_schema(kind: str, registry: Registry) -> dict[str, Any]:
 
 
 def _inputs_of(cls: type[Node]) -> dict[str, Any]:
-    """Return the conditional schema of a node's inputs: it applies if `type` names the given class."""
+    """Return the JSON Schema of the inputs of a node class; it applies to the nodes whose `type` names the class."""
     names = [cls.type_name, *cls.aliases, *short_names(cls.type_name)]
     ports = [port for port in cls.fields.values() if port.side == "inputs" and not port.is_exec]
     return {

@@ -29,7 +29,7 @@ _END = re.compile(
 
 @dataclass(frozen=True, slots=True)
 class Given:
-    """A value that a file gives to an input of a subgraph, with its source positions."""
+    """A value that a file sets for an input of a subgraph, with the positions of the value and its key."""
 
     value: Any
     span: Span
@@ -38,29 +38,35 @@ class Given:
 
 @dataclass(frozen=True, slots=True)
 class NodeEntry:
-    """A node of the flat graph; inside a subgraph its id is `Instance/Node`."""
+    """A node of the flat graph; the id of a node `Node` in a subgraph `Instance` is `Instance/Node`."""
 
     id: str
     spec: NodeSpec
     document: Document
     location: Location
     via: Via = ()
-    """Places where the subgraphs around the node are used."""
+    """Position of each use of a subgraph around the node, from the outermost inwards, with a note; empty outside of subgraphs."""
     given: Mapping[str, Given] = field(default_factory=dict)
-    """Values of inputs that are set at the use of a subgraph around the node."""
+    """Values that the use of the subgraph sets for inputs of this node, by port name."""
 
     def span(self, *location: str | int) -> Span:
-        """Return the position of a value of the node: in the node's file, or where the use of a subgraph sets the value."""
+        """Return the position of a value of the node: in the file of the node, or where the use of its subgraph sets the value.
+
+        The location starts at the node, as in `("inputs", "wheelRadius")`.
+        """
         given = self._given(location)
         return given.span if given else self.document.span(*self.location, *location)
 
     def key_span(self, *location: str | int) -> Span:
-        """Return the position of a key of the node: in the node's file, or where the use of a subgraph sets its value."""
+        """Return the position of a key of the node: in the file of the node, or where the use of its subgraph sets the value."""
         given = self._given(location)
         return given.key_span if given else self.document.key_span(*self.location, *location)
 
     def is_written(self, *location: str | int) -> bool:
-        """Return whether a file contains a value of the node; the engine sets some parameters, such as `robot`."""
+        """Return whether the value at a location of the node is written in a file.
+
+        The result is false for `$(name)` if the engine sets the parameter, as it sets `robot`.
+        """
         document, location = self.document, (*self.location, *location)
         return not isinstance(document, FilledDocument) or document.origin(*location) is not None
 
@@ -70,14 +76,14 @@ class NodeEntry:
 
 @dataclass(frozen=True, slots=True)
 class WireEnd:
-    """One end of a wire: a node's id and a port, and the port's side if the file contains it."""
+    """One end of a wire: id of a node, name of a port, and the side of the port; the side is empty if the file omits it."""
 
     node: str
     port: str
     side: str
     span: Span
     via: Via = ()
-    """Places where declared ports of subgraphs that lead to this port are wired."""
+    """Position of the wire's end in each graph around the node, from the outermost inwards, if the wire enters subgraphs."""
 
     def __str__(self) -> str:
         return f"{self.node}.{self.port}"
@@ -85,7 +91,7 @@ class WireEnd:
 
 @dataclass(frozen=True, slots=True)
 class WireEntry:
-    """A wire of the flat graph."""
+    """A wire of the flat graph, with its position in the file."""
 
     source: WireEnd
     target: WireEnd
@@ -100,27 +106,27 @@ class VariableEntry:
     spec: VariableSpec
     document: Document
     name: str
-    """Name of the variable in its file."""
+    """Name of the variable in its file, without the prefix of the subgraph."""
 
 
 @dataclass(slots=True)
 class FlatGraph:
-    """A graph file with parameters and subgraphs expanded; the input of `resolve`."""
+    """A graph file after parameters were replaced and subgraphs expanded; the input of `resolve`."""
 
     loaded: Loaded[GraphSpec]
     nodes: list[NodeEntry] = field(default_factory=list)
     wires: list[WireEntry] = field(default_factory=list)
     variables: dict[str, VariableEntry] = field(default_factory=dict)
     unopened: list[str] = field(default_factory=list)
-    """Ids of subgraphs that could not be opened; wires to these cause no further findings."""
+    """Ids of the nodes whose subgraph file has an error or cannot be found; wires to them cause no further errors."""
     unread: int = 0
-    """Number of connections that could not be read, or that lead to no port of a subgraph."""
+    """Number of connections that are malformed, or that name a port which the subgraph does not have."""
     declared: list[tuple[Side, WireEnd]] = field(default_factory=list)
-    """For a file that the user gave: its declared ports, as side and inner port."""
+    """Ports that the file declares for its use as a subgraph, as side and inner port; empty if another file uses the graph."""
 
     @property
     def spec(self) -> GraphSpec:
-        """Spec of the outermost file."""
+        """Spec of the graph file, whose subgraphs were expanded."""
         return self.loaded.spec
 
 
@@ -131,17 +137,18 @@ def load_graph(
     findings: Findings,
     use: Use | None = None,
 ) -> FlatGraph | None:
-    """Read a graph file, fill in its parameters and expand its subgraphs.
+    """Read a graph file, replace its parameters and expand its subgraphs.
 
     Args:
         path: path of the file.
         bindings: values of the file's parameters, by name.
         library: cache from which graph files are read.
-        findings: findings to add errors to.
+        findings: receives the errors.
         use: place where another file uses the graph, for errors in `bindings`; None for a file that the user gave.
 
     Returns:
-        The graph; None after an error in the file itself, or if the graph exceeds a size limit.
+        The flat graph; None after an error in the file itself, or if the graph exceeds a size limit. After an error in a
+        subgraph, the flat graph without this subgraph.
     """
     document = library.read(path, findings)
     if document is None:
@@ -163,7 +170,7 @@ def load_graph(
 
 @dataclass(frozen=True, slots=True)
 class _Subgraph:
-    """An expanded subgraph: its file, and its own subgraphs by node name."""
+    """An expanded subgraph: its file, and the expanded subgraphs in it by node name."""
 
     loaded: Loaded[GraphSpec]
     inner: dict[str, _Subgraph]
@@ -174,7 +181,7 @@ _GivenByNode = Mapping[str, Mapping[str, Given]]
 
 @dataclass(slots=True)
 class _Expansion:
-    """Adds the nodes and wires of a file and its subgraphs to a flat graph."""
+    """Adds the nodes, wires and variables of a graph file and its subgraphs to a flat graph."""
 
     flat: FlatGraph
     library: GraphLibrary
@@ -184,7 +191,17 @@ class _Expansion:
     def add(
         self, loaded: Loaded[GraphSpec], prefix: str, via: Via, stack: tuple[Path, ...], given: _GivenByNode
     ) -> dict[str, _Subgraph]:
-        """Add a file's nodes and wires. Subgraphs are expanded first, then their wires are resolved.
+        """Add the variables, nodes and wires of a file to the flat graph, and expand its subgraphs.
+
+        Args:
+            loaded: the file.
+            prefix: prefix of the ids of its nodes, such as `Instance/`; empty for the outermost file.
+            via: position of each subgraph use around the file, from the outermost inwards, with a note.
+            stack: resolved paths of the files around this one, and of this one.
+            given: values that the use of the file sets for inputs of its nodes, by node name and port name.
+
+        Returns:
+            The expanded subgraphs, by node name; subgraphs with errors are left out.
 
         Raises:
             OverBudgetError: the graph exceeds a size limit.
@@ -220,7 +237,7 @@ class _Expansion:
     def find_declared(
         self, loaded: Loaded[GraphSpec], subgraphs: Mapping[str, _Subgraph]
     ) -> Iterator[tuple[Side, WireEnd]]:
-        """Yield the side and the inner port of each port that a file declares for its use as a subgraph."""
+        """Yield each port that a file declares for its use as a subgraph, as its side and the inner port that it exposes."""
         sides: tuple[Side, ...] = ("inputs", "outputs")
         for side in sides:
             for port in _declared_ports(loaded, side):
@@ -230,7 +247,13 @@ class _Expansion:
                     yield side, inside
 
     def _add_subgraph(self, entry: NodeEntry, folder: Path, stack: tuple[Path, ...]) -> _Subgraph | None:
-        """Expand the subgraph file to which a node refers; return None after an error."""
+        """Expand the subgraph file that a node uses; return None after an error, which is added to the findings.
+
+        Args:
+            entry: node that uses the subgraph.
+            folder: folder of the file that contains the node.
+            stack: resolved paths of the files around the subgraph, to detect a subgraph that contains itself.
+        """
         span = entry.span("subgraph")
         try:
             path, resolved = self.library.find(entry.spec.subgraph, folder)
@@ -239,10 +262,10 @@ class _Expansion:
             return None
         if resolved in stack:
             loop = " -> ".join(p.name for p in (*stack[stack.index(resolved) :], path))
-            self.findings.add("G214", f"a subgraph that contains itself: {loop}", span)
+            self.findings.add("G214", f"the subgraph contains itself: {loop}", span)
             return None
         if len(stack) > MAX_SUBGRAPH_DEPTH:
-            self.findings.add("G214", f"subgraphs nested more than {MAX_SUBGRAPH_DEPTH} deep", span)
+            self.findings.add("G214", f"subgraphs are nested more than {MAX_SUBGRAPH_DEPTH} levels deep", span)
             return None
         given = entry.spec.parameters
         written = {name for name in given if entry.is_written("parameters", name)}
@@ -255,7 +278,12 @@ class _Expansion:
         return _Subgraph(inner, self.add(inner, f"{entry.id}/", via, (*stack, resolved), handed_on))
 
     def _hand_on(self, entry: NodeEntry, inner: Loaded[GraphSpec]) -> _GivenByNode:
-        """Return the values that a use gives to a subgraph's inputs, by inner node and port."""
+        """Return the values that the use of a subgraph sets for its inputs, by name of the inner node and of its port.
+
+        Args:
+            entry: node that uses the subgraph.
+            inner: file of the subgraph.
+        """
         handed_on: dict[str, dict[str, Given]] = {}
         for name, value in entry.spec.inputs.items():
             given = Given(value, entry.span("inputs", name), entry.key_span("inputs", name))
@@ -265,7 +293,13 @@ class _Expansion:
         return handed_on
 
     def _parse_wire(self, document: Document, number: int, text: str) -> list[WireEnd] | None:
-        """Return the two ends of a connection such as `A.x -> B.y`; None after an error."""
+        """Return the two ends of a connection such as `A.x -> B.y`; None after an error, which is added to the findings.
+
+        Args:
+            document: file that contains the connection.
+            number: index of the connection in the list `connections`.
+            text: the connection.
+        """
         value = document.find("connections", number)
         assert value is not None
         legal = "write `Node.port -> Other.port`, as in `OnPlaybackTick.tick -> SubscribeTwist.execIn`"
@@ -279,13 +313,21 @@ class _Expansion:
             span = value.span.part(offset, len(part)) if value.plain and value.span.length == len(text) else value.span
             end = _read_end(part, span)
             if end is None:
-                self.findings.add("G202", f"{part!r} is not `Node.port`", span, legal)
+                self.findings.add("G202", f"{part!r} does not have the form `Node.port`", span, legal)
                 return None
             ends.append(end)
         return ends
 
     def _declared(self, inner: Loaded[GraphSpec], side: Side, port: str, subgraph: str, span: Span) -> WireEnd | None:
-        """Return the inner port to which a declared port of a subgraph leads; None after an error."""
+        """Return the inner port that a declared port of a subgraph exposes; None after an error, which is added to the findings.
+
+        Args:
+            inner: file of the subgraph.
+            side: side of the declared port.
+            port: name of the declared port.
+            subgraph: name of the node that uses the subgraph, for messages.
+            span: position of the reference to the port.
+        """
         declared = _declared_ports(inner, side)
         if port not in declared:
             near = self.findings.guess(port, declared) or listing(declared, side)
@@ -294,11 +336,17 @@ class _Expansion:
         place = inner.document.span(side, port)
         end = _read_end(declared[port], place)
         if end is None:
-            self.findings.add("G202", f"{declared[port]!r} is not `Node.port`", place)
+            self.findings.add("G202", f"{declared[port]!r} does not have the form `Node.port`", place)
         return end
 
     def _lead_through(self, end: WireEnd, subgraphs: Mapping[str, _Subgraph], side: Side) -> WireEnd | None:
-        """Follow one end of a wire into nested subgraphs; return the port of an ordinary node, or None after an error."""
+        """Follow one end of a wire into nested subgraphs; return the port of a node that is no subgraph, or None after an error.
+
+        Args:
+            end: end of the wire, in a graph.
+            subgraphs: expanded subgraphs of this graph, by node name.
+            side: `outputs` if the wire begins at this end, `inputs` if it ends here.
+        """
         subgraph = subgraphs.get(end.node)
         if subgraph is None:
             return end
@@ -311,18 +359,18 @@ class _Expansion:
 
 
 def _with_values(spec: NodeSpec, given: Mapping[str, Given]) -> NodeSpec:
-    """Return the spec of a node with the input values that the use of a subgraph sets; they override the node's own."""
+    """Return the spec of a node with the input values that the use of its subgraph sets; they override the values in the node."""
     own = {port: value for port, value in spec.inputs.items() if port.removeprefix("inputs:") not in given}
     return spec.model_copy(update={"inputs": own | {port: one.value for port, one in given.items()}})
 
 
 def _declared_ports(loaded: Loaded[GraphSpec], side: Side) -> Mapping[str, str]:
-    """Return the ports that a file declares for its use as a subgraph: inner port, such as `Node.port`, by name."""
+    """Return the ports that a file declares on one side for its use as a subgraph: inner port such as `Node.port`, by name."""
     return loaded.spec.outputs if side == "outputs" else loaded.spec.inputs
 
 
 def _read_end(text: str, span: Span) -> WireEnd | None:
-    """Parse the end of a wire, `Node.port` or `Node.side:port`; return None if the text has neither form."""
+    """Parse one end of a wire, `Node.port` or `Node.side:port`; return None if the text has neither form."""
     match = _END.match(text)
     return WireEnd(match["node"], match["port"], match["side"] or "", span) if match is not None else None
 

@@ -1,4 +1,4 @@
-"""Substitutes parameter values for `$(name)` in graph files."""
+"""Replaces `$(name)` in graph files by the values of parameters."""
 
 from __future__ import annotations
 
@@ -16,19 +16,19 @@ from graphengine.format.wording import listing, shown
 from graphengine.node import types
 
 UNKNOWN: Any = type("Unknown", (), {"__repr__": lambda _: "UNKNOWN"})()
-"""Value of an input that is unknown because of an error that was reported already."""
+"""Stands for a value that is unknown because of an error that was already reported."""
 
 
 def fill(
     document: Document, bindings: Mapping[str, Any], findings: Findings, use: Use | None, budget: Budget
 ) -> Loaded[GraphSpec] | None:
-    """Replace the parameters in a graph file by values, and validate the result; return None after an error.
+    """Replace `$(name)` in a graph file by the values of parameters, and validate the result; return None if it is invalid.
 
     Args:
         document: the graph file.
-        bindings: values of the parameters, by name.
-        findings: findings to add errors to.
-        use: place where another file uses the graph; None if the user gave the file.
+        bindings: values of the parameters, by name; parameters without a value have their default.
+        findings: receives the errors.
+        use: place where another file uses the graph; None for a file that the user gave.
         budget: size limits of the graph.
     """
     data = document.data
@@ -43,7 +43,7 @@ def fill(
 def _parameter_values(
     document: Document, bindings: Mapping[str, Any], findings: Findings, use: Use | None
 ) -> dict[str, Any]:
-    """Return the value of each declared parameter, given or default; UNKNOWN for a parameter with an error."""
+    """Return the value of each declared parameter: the value in `bindings` or the default; UNKNOWN for one with an error."""
     declared = document.find("parameters")
     names = declared.data if declared is not None and isinstance(declared.data, dict) else {}
     for name in bindings:
@@ -83,7 +83,7 @@ def _parameter_values(
 
 
 class _Filler:
-    """Replaces `$(name)` by parameter values, within a size budget."""
+    """Replaces `$(name)` in plain data by parameter values, within a size budget."""
 
     def __init__(self, values: Mapping[str, Any], findings: Findings, budget: Budget) -> None:
         self.values = values
@@ -92,9 +92,10 @@ class _Filler:
         self.budget = budget
 
     def fill(self, value: Value, location: Location = ()) -> Any:
-        """Return plain data with `$(name)` replaced, except in keys, types and the parameters themselves.
+        """Return a value as plain data with `$(name)` replaced, except in keys and where `is_literal` is true.
 
-        An unknown value is UNKNOWN if it is an input of a node or a parameter of a subgraph; elsewhere its key is left out.
+        Where the value of a parameter is unknown, the result has UNKNOWN for an input of a node, a parameter of a subgraph or
+        `every`; elsewhere it omits the key.
         """
         if isinstance(value.data, dict):
             return self._mapping(value.data, location)
@@ -138,15 +139,15 @@ class _Filler:
 
             filled = PARAMETER.sub(replacement, value.data)
         if before <= MAX_BYTES < self.budget.text:
-            what = f"more than {MAX_BYTES // 1_000_000} MB when the parameters are filled in"
-            self.findings.add("G105", what, value.span, "split the file, or repeat less")
+            what = f"the values that replace parameters are larger than {MAX_BYTES // 1_000_000} MB in total"
+            self.findings.add("G105", what, value.span, "split the file, or use large parameter values less often")
         return filled if known and self.budget.text <= MAX_BYTES else UNKNOWN
 
     def _tell_unknown(self, match: re.Match[str], value: Value) -> None:
         if not self.findings.full:
             span = value.span.part(match.start(), len(match[0])) if value.plain else value.span
             near = self.findings.guess(match[1], self.values) or listing(self.values, "parameters")
-            self.findings.add("G111", f"no parameter {match[1]!r}", span, near)
+            self.findings.add("G111", f"the graph has no parameter {match[1]!r}", span, near)
 
 
 def _holds_unknown(values: Iterable[Any]) -> bool:

@@ -1,1 +1,1 @@
-"""Control of a running session from other threads and programs: the socket of `graphrun ctl`, and simulation_interfaces."""
+"""Lets other programs control a running session: over the socket of `graphrun ctl`, simulation_interfaces and ROS parameters."""

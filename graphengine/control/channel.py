@@ -1,8 +1,9 @@
-"""The socket through which other programs of the same user send commands to a session.
+"""Listens on a socket through which other programs of the same user send commands to a session.
 
-Each request is one line of JSON, `{"command": "push", "arguments": {...}}`, and so is each response: `{"result": ...}`, or
-`{"error": "reason"}`. A connection can carry any number of requests, one after the other; it is closed after an invalid one.
-If there are too many clients, the one that has been idle for the longest gets an error with the reason and is disconnected.
+Each request is one line of JSON, such as `{"command": "push", "arguments": {...}}`. Each response is one line of JSON, either
+`{"result": ...}` or `{"error": "reason"}`. A connection can carry any number of requests, one after the other; after an invalid
+request, it is closed. If a client connects while there are `MAX_CLIENTS` clients, the client that has been idle for the longest
+time gets an error with the reason and is disconnected.
 """
 
 from __future__ import annotations
@@ -24,16 +25,16 @@ from graphengine.runtime.command_queue import CommandQueue
 
 MAX_CLIENTS = 32
 ENDING = 1.0
-"""Maximum wait for clients to receive their last responses when the channel closes, s."""
+"""Maximum time to wait, when the channel closes, until a client has received its last response, s."""
 
 
 class Channel:
-    """Listens for clients until it is closed.
+    """Accepts clients on a socket, and executes their commands, until the channel is closed.
 
     Args:
         queue: command queue of the session.
         name: name of the run.
-        environment: environment variables, which determine the folder of the socket.
+        environment: environment variables; XDG_RUNTIME_DIR determines the folder of the socket.
 
     Raises:
         ControlError: the socket cannot be created.
@@ -59,7 +60,10 @@ class Channel:
         self._thread.start()
 
     def _listen(self, unborn: Path) -> None:
-        """Listen under a temporary name, then rename: other processes remove sockets that do not listen."""
+        """Bind the socket to the path `unborn`, listen, then rename the path to `self.path`.
+
+        Other processes remove sockets with a final name that do not listen.
+        """
         with contextlib.suppress(FileNotFoundError):
             unborn.unlink()
         self._socket.bind(str(unborn))
@@ -88,7 +92,7 @@ class Channel:
                 thread.start()
 
     def _has_room(self) -> bool:
-        """Make room for another client, if necessary by disconnecting the longest idle one; return whether there is room."""
+        """Return whether another client may connect; if necessary, disconnect the client that has been idle longest."""
         if len(self._clients) < MAX_CLIENTS:
             return True
         if not self._idle:
@@ -96,13 +100,15 @@ class Channel:
         idlest = next(iter(self._idle))
         del self._idle[idlest]
         connection = self._clients.pop(idlest)
-        _refuse(connection, f"disconnected as the longest idle client: there are more than {MAX_CLIENTS}")
+        _refuse(
+            connection, f"disconnected: this client was idle the longest, and there are more than {MAX_CLIENTS} clients"
+        )
         with contextlib.suppress(OSError):
             connection.shutdown(socket.SHUT_RDWR)
         return True
 
     def _talk(self, connection: socket.socket) -> None:
-        """Answer a client's requests until it disconnects."""
+        """Answer the requests of a client until the client disconnects or sends an invalid request."""
         lines, thread = Lines(connection), threading.current_thread()
         try:
             with connection:
@@ -134,7 +140,7 @@ class Channel:
             return {"error": f"{type(error).__name__}: {error}"}
 
     def close(self) -> None:
-        """Send the responses that are due, disconnect all clients and remove the socket; safe to call twice."""
+        """Send outstanding responses, disconnect all clients and remove the socket. Safe to call twice."""
         self._closed.set()
         with contextlib.suppress(FileNotFoundError):
             self.path.unlink()
@@ -158,13 +164,16 @@ class Channel:
 
 
 def _refuse(connection: socket.socket, why: str) -> None:
-    """Send the reason for a disconnection, if the client can receive it immediately."""
+    """Send a client the reason why it is disconnected, if the text can be sent without waiting."""
     with contextlib.suppress(OSError):
         connection.send(json.dumps({"error": why}).encode() + b"\n", socket.MSG_DONTWAIT)
 
 
 def _is_own(connection: socket.socket) -> bool:
-    """Return whether a client belongs to the same user; where the system cannot tell, the folder's mode protects the socket."""
+    """Return whether a client runs as the same user.
+
+    Return True on systems without SO_PEERCRED, where only the mode of the folder protects the socket.
+    """
     if not hasattr(socket, "SO_PEERCRED"):
         return True
     credentials = connection.getsockopt(socket.SOL_SOCKET, socket.SO_PEERCRED, struct.calcsize("3i"))

@@ -1,4 +1,4 @@
-"""Client for controlling a running session from another program of the same user."""
+"""A client that controls a running session from another program of the same user."""
 
 from __future__ import annotations
 
@@ -20,10 +20,11 @@ class Client:
 
     Args:
         entry: run to connect to.
-        patience: wall time in which an answer must begin, s; None: no limit. After a late answer, close the client.
+        patience: maximum wall time until a response begins, s; None means no limit. After a
+            timeout, close the client; otherwise, the late response would be taken for the response to the next request.
 
     Raises:
-        ControlError: the run has ended.
+        ControlError: the run does not accept the connection; for example, because it has ended.
     """
 
     def __init__(self, entry: Entry, patience: float | None = None) -> None:
@@ -36,10 +37,10 @@ class Client:
         self._lines = Lines(self._connection)
 
     def ask(self, command: str, arguments: Mapping[str, Any] | None = None) -> Any:
-        """Send one of `commands.COMMANDS`; return its result.
+        """Send a command and return its result; `commands.COMMANDS` lists the commands.
 
         Raises:
-            ControlError: the command was refused, or the run ended meanwhile or did not answer in time.
+            ControlError: the run rejected the command, ended before the response, or did not answer in time.
         """
         try:
             with contextlib.suppress(BrokenPipeError, ConnectionResetError):  # a client that is refused can read why
@@ -58,7 +59,7 @@ class Client:
         return answer.get("result")
 
     def interrupt(self) -> None:
-        """End the connection from another thread: its request in progress raises ControlError."""
+        """Shut down the connection; an `ask` in progress raises ControlError. May be called from another thread."""
         with contextlib.suppress(OSError):  # the run has ended it already
             self._connection.shutdown(socket.SHUT_RDWR)
 

@@ -14,7 +14,7 @@ PATIENCE = 10.0
 
 
 class BadLineError(Exception):
-    """The received data is not a line of JSON, too long, or incomplete after the timeout."""
+    """The received line is not JSON, is too long, or was not complete before the timeout."""
 
 
 class Lines:
@@ -29,23 +29,23 @@ class Lines:
         self._rest = b""
 
     def send(self, value: Any) -> None:
-        """Send a value.
+        """Send a value as one line of JSON.
 
         Raises:
-            OSError: the peer has disconnected, or does not receive in time.
+            OSError: the peer has disconnected, or did not receive the line within `PATIENCE` s.
         """
         self._connection.settimeout(PATIENCE)
         self._connection.sendall(json.dumps(value).encode() + b"\n")
 
     def receive(self, most: int, *, patience: float | None = None) -> Any:
-        """Return the next value; None at the end of the stream.
+        """Receive a line and return its JSON value; None at the end of the stream.
 
         Args:
             most: maximum length of the line, bytes.
-            patience: maximum wait for its first byte, s; None: no limit.
+            patience: maximum time to wait for the first byte of the line, s; None means no limit.
 
         Raises:
-            BadLineError: the line is not JSON, too long, or took too long.
+            BadLineError: the line is not JSON, is too long, or was not complete before the timeout.
             OSError: the peer has disconnected.
         """
         deadline = time.monotonic() + PATIENCE if self._rest else None

@@ -1,4 +1,4 @@
-"""Parameters of a session as messages of rcl_interfaces: types, values and descriptors."""
+"""Converts parameters of a session to and from messages of rcl_interfaces."""
 
 from __future__ import annotations
 
@@ -14,18 +14,18 @@ _ARRAYS = (ParameterType.BOOL_ARRAY, ParameterType.INTEGER_ARRAY, ParameterType.
 
 
 def message(parameter: Parameter, value: Any) -> Any:
-    """Return a Parameter message for a parameter with the given value."""
+    """Return a Parameter message with the name and type of a parameter, and the given value."""
     return parameter_message(parameter.name, parameter.type, value)
 
 
 def given_value(message: Any, kind: ParameterType) -> Any:
-    """Return the value of a ParameterValue, converted for a parameter of the given type.
+    """Return the value in a ParameterValue message, for a parameter of the given type.
 
-    Integers are accepted as numbers. A text is accepted as the number or list that it spells, because `ros2 param` sends
-    `1e-5` and `[1, 2.5]` as texts.
+    For parameters of type double or array, a string such as `1e-5` or `[1, 2.5]` is converted to a number or list, because
+    `ros2 param` sends such values as strings.
 
     Raises:
-        UsageError: the value is not set.
+        UsageError: the message has no value, which is a request to delete the parameter.
     """
     value = python_value(message)
     if value is None:
@@ -36,7 +36,7 @@ def given_value(message: Any, kind: ParameterType) -> Any:
 
 
 def _spelled(text: str) -> Any:
-    """Return the real number or the list that a text spells, or the text itself."""
+    """Return the number or the JSON list that a string contains; return the string itself if it contains neither."""
     try:
         return float(text) if not text.lstrip().startswith("[") else json.loads(text)
     except (ValueError, RecursionError):
@@ -44,7 +44,7 @@ def _spelled(text: str) -> Any:
 
 
 def descriptor(name: str, parameter: Parameter | None) -> Any:
-    """Return a ParameterDescriptor; of type `NOT_SET` for an unknown parameter."""
+    """Return the ParameterDescriptor of a parameter; if `parameter` is None (unknown name), its type is `NOT_SET`."""
     described = DEFINITIONS.initial("rcl_interfaces/msg/ParameterDescriptor")
     described.name = name
     if parameter is None:

@@ -1,4 +1,4 @@
-"""The six parameter services of one ROS 2 node."""
+"""Creates the six parameter services of one ROS 2 node, such as `get_parameters`, and handles their requests."""
 
 from __future__ import annotations
 
@@ -21,20 +21,25 @@ from graphengine.runtime.parameter_table import Parameter
 from graphengine.runtime.session_core import SessionCore
 
 MAX_REQUEST = 1000
-"""Maximum number of parameters in a request to set them: the session sets all between two ticks. Reads may name a whole table."""
+"""Maximum number of parameters in one request to set parameters, because the session sets them all between two ticks.
+
+Requests to read parameters may name more, up to the number of parameters of the node.
+"""
 _SUGGESTIONS = 3
-"""Number of unknown parameters in a request for which the error suggests a similar name."""
+"""Maximum number of errors about unknown parameters, in one response, that suggest a similar name."""
 
 
 class ParameterServices:
-    """Offers the parameters of one node. The session's thread executes sets; the transport's thread answers other requests.
+    """The parameter services of one node.
+
+    The session's thread executes requests that set parameters; a thread of the transport answers all other requests.
 
     Args:
         node: full name of the node.
-        table: parameters of the node by name; the attribute may be replaced at any time.
+        table: parameters of the node by name; the attribute `table` may be replaced at any time.
         queue: command queue of the session.
-        transport: transport that carries the services.
-        complain: receives one warning per service about malformed requests.
+        transport: transport on which the services are created.
+        complain: function called with one warning per service about malformed requests.
 
     Raises:
         TransportError: the transport is closed.
@@ -67,7 +72,7 @@ class ParameterServices:
             raise
 
     def close(self) -> None:
-        """Close the services; safe to call twice."""
+        """Destroy the services. Safe to call twice."""
         self._offers.close()
 
     def _describe(self, request: Any, response: Any) -> None:
@@ -100,11 +105,11 @@ class ParameterServices:
         response.result.prefixes = sorted({name.rpartition(".")[0] for name in names if "." in name})
 
     def _is_too_long(self, names: Sequence[str]) -> bool:
-        """Return whether a read request has more names than the table, and more than `MAX_REQUEST`."""
+        """Return whether a request to read parameters has more names than `MAX_REQUEST` and than the node has parameters."""
         return len(names) > max(MAX_REQUEST, len(self.table))
 
     def _set(self, request: Any, response: Any) -> Future[Any] | None:
-        """Set each parameter; a refused one does not affect the others."""
+        """Queue a command that sets each parameter; an error with one parameter does not affect the others."""
         parameters = request.parameters
         if refusal := _too_many(parameters):
             response.results = [refusal]
@@ -134,7 +139,7 @@ class ParameterServices:
         return self._queue.ask(act)
 
     def _set_atomically(self, request: Any, response: Any) -> Future[Any] | None:
-        """Set all parameters, or none if one of them is refused."""
+        """Queue a command that sets all parameters; if one of them cannot be set, none of them changes."""
         parameters = request.parameters
         if refusal := _too_many(parameters):
             response.result = refusal
@@ -175,11 +180,11 @@ class ParameterServices:
         """Return the command that sets a parameter; None if the parameter is read-only and already has the value.
 
         Args:
-            given: Parameter message.
-            suggest: add a similar name to the error about an unknown parameter.
+            given: Parameter message of the request.
+            suggest: whether the error about an unknown parameter suggests a similar name.
 
         Raises:
-            UsageError: the parameter is unknown or read-only, or the value is not legal.
+            UsageError: the parameter is unknown or read-only, or the value is invalid.
         """
         parameter = self._known(given.name, suggest=suggest)
         value = given_value(given.value, parameter.type)
@@ -191,12 +196,12 @@ class ParameterServices:
 
 
 def listed(names: Mapping[str, object], prefixes: Sequence[str], depth: int) -> list[str]:
-    """Return the names to list, sorted, as rclcpp does.
+    """Return the sorted parameter names for a response of list_parameters, selected in the same way as in rclcpp.
 
     Args:
-        names: all names.
-        prefixes: a name is listed if it equals a prefix or is below one; empty: all names.
-        depth: maximum number of name parts below the prefix; 0: no limit.
+        names: all parameter names.
+        prefixes: a name is listed if it equals a prefix or begins with a prefix and a dot; empty lists all names.
+        depth: maximum number of name parts below the prefix; 0 means no limit.
     """
 
     def matches(name: str) -> bool:
@@ -212,14 +217,14 @@ def listed(names: Mapping[str, object], prefixes: Sequence[str], depth: int) -> 
 
 
 def _too_many(parameters: Sequence[Any]) -> Any | None:
-    """Return the refusal of a request with too many parameters; None for other requests."""
+    """Return a SetParametersResult with the error if a request has too many parameters; otherwise None."""
     if len(parameters) <= MAX_REQUEST:
         return None
     return _refused(f"{len(parameters)} parameters in one request; legal: up to {MAX_REQUEST}")
 
 
 def _plain(value: Any) -> Any:
-    """Return a value that a recording can contain; arrays become lists."""
+    """Return a value with arrays converted to lists, so that a recording can contain it."""
     return value.tolist() if isinstance(value, np.ndarray) else value
 
 
@@ -235,7 +240,7 @@ def _refused(why: str) -> Any:
 
 
 def _finish(response: Any, error: BaseException | None) -> None:
-    """Copy the text of an error, if there is one, into each failed result that has no reason yet."""
+    """Complete a response: copy the text of `error`, if it is not None, to each failed result without a reason."""
     if error is None:
         return
     results = response.results if hasattr(response, "results") else [response.result]

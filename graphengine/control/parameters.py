@@ -1,4 +1,4 @@
-"""Offers the parameters of a session on a transport: a ROS 2 node for each robot, and the session's own node."""
+"""Offers the parameters of a session as ROS 2 parameters, on one ROS 2 node for each robot and on the session's own node."""
 
 from __future__ import annotations
 
@@ -23,19 +23,20 @@ from graphengine.runtime.parameter_table import USE_SIM_TIME, graph_parameters, 
 from graphengine.runtime.session_core import SessionCore
 
 Snapshot = tuple[Sequence[GraphRun], Mapping[str, str]]
-"""Graphs of a session, and the full name of each robot's ROS node by the name of the robot."""
+"""Graphs of a session, and a mapping from each robot's name to the full name of its ROS node."""
 
 
 class ParameterNodes:
-    """Offers the parameters of a session, follows changes of its robots and graphs, and publishes changes of values.
+    """The ROS 2 nodes with the parameters of a session.
 
-    A thread builds the tables, opens and closes services, and publishes on `/parameter_events`; ticks do no work for it.
+    A thread creates and destroys the parameter services when robots or graphs change, and publishes changes of values on
+    `/parameter_events`. Ticks do no work for the parameters.
 
     Args:
-        session: session whose parameters are offered.
+        session: session whose graph inputs and settings become parameters.
         queue: command queue of the session.
-        transport: transport with a node.
-        complain: receives warnings, each text once: of malformed requests, and of nodes that cannot be offered.
+        transport: transport with a ROS node.
+        complain: function called with warnings about malformed requests and nodes that cannot be created, each text once.
     """
 
     def __init__(
@@ -47,7 +48,7 @@ class ParameterNodes:
         self._complain = complain
         self._nodes: dict[str, ParameterServices] = {}
         self._announced: dict[str, dict[str, Any]] = {}
-        """Last announced values, by node and parameter."""
+        """Parameter values in the newest messages on `/parameter_events`, by node and parameter name."""
         self._followed: Snapshot | None = None
         self._events = transport.writer(EVENTS, EVENT, PARAMETER_EVENTS)
         self._snapshot = self._look()
@@ -60,7 +61,7 @@ class ParameterNodes:
         self._thread.start()
 
     def close(self) -> None:
-        """Close all services; safe to call twice."""
+        """End the thread and destroy all services. Safe to call twice."""
         if self._closed:
             return
         self._closed = True
@@ -72,7 +73,7 @@ class ParameterNodes:
         self._events.close()
 
     def _listen(self) -> None:
-        """Wake the thread after a change; called in the session's thread."""
+        """Wake the thread after a change of the session. The session calls this in its own thread."""
         if self._session.graphs is not self._snapshot[0]:
             self._snapshot = self._look()
         self._wake.set()
@@ -102,7 +103,7 @@ class ParameterNodes:
                 self._announce()
 
     def _follow(self, snapshot: Snapshot) -> None:
-        """Open and close nodes to match a snapshot; nodes that stay open get new parameter tables."""
+        """Create and destroy parameter services to match a snapshot; nodes that remain get new parameter tables."""
         graphs, robots = snapshot
         own = {**session_parameters(self._session), **graph_parameters(graphs)}
         tables = {self._transport.node: own}
@@ -120,7 +121,7 @@ class ParameterNodes:
                     self._warn(f"{node}: its parameters are not offered: {error}")
 
     def _announce(self) -> None:
-        """Publish the parameters that are new, changed or deleted since the last call."""
+        """Publish a ParameterEvent for each node with parameters that are new, changed or deleted since the last call."""
         gone = self._announced.keys() - self._nodes.keys()
         for node in [*self._nodes, *gone]:
             table = self._nodes[node].table if node in self._nodes else {}
@@ -142,7 +143,7 @@ class ParameterNodes:
             del self._announced[node]
 
     def _warn(self, text: str) -> None:
-        """Give each warning once; ignore warnings after `close` has begun, which ends services that are in use."""
+        """Report a warning, each text only once; ignore warnings that occur because `close` destroys the services."""
         if text not in self._warned and not self._closed:
             self._warned.add(text)
             self._complain(text)
@@ -155,9 +156,9 @@ class ParameterNodes:
 
 
 def node_name(namespace: str, robot: str, taken: set[str]) -> str:
-    """Return the full name of a robot's node: its name in its namespace, with a number if the name is taken.
+    """Return the full name of a robot's ROS node: the robot's name in the namespace, with a number if the name is in `taken`.
 
-    Characters that are not legal in node names become `_`.
+    Characters that are illegal in node names are replaced by `_`.
     """
     plain = re.sub(r"\A(?![A-Za-z_])", "robot_", re.sub(r"[^A-Za-z0-9_]", "_", robot))
     name = full_name(f"/{namespace.strip('/')}", plain)

@@ -1,7 +1,7 @@
-"""Finds the running sessions of this user on this machine: each has a socket in a folder that only the user can access.
+"""Finds the runs (sessions with a control channel) of this user on this machine.
 
-A socket is named `NAME.PID`, after the file and the process of the run. A socket that accepts no connection was left by a
-process that was killed; `running` removes it.
+Each run has a socket in a folder that only the user can access. The file name of the socket is `NAME.PID`, with the name and the
+process id of the run. A socket that accepts no connection was left behind by a killed process; `running` removes it.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from graphengine.format.errors import ControlError
 
 _ENTRY = re.compile(r"([A-Za-z0-9_]+)\.([0-9]+)")
 MAX_NAME = 40
-"""Maximum length of a run's name, because the path of a socket has at most 107 characters."""
+"""Maximum length of a run's name in the path of its socket, which can have at most 107 characters."""
 RUNTIME = "/run/user"
 """Parent of systemd's runtime folders, for processes without XDG_RUNTIME_DIR, such as those of `su` and cron."""
 PATIENCE = 5.0
@@ -29,7 +29,7 @@ PATIENCE = 5.0
 
 @dataclass(frozen=True, slots=True, order=True)
 class Entry:
-    """A run that accepts connections."""
+    """A run, with its name, its process id and the path of its socket."""
 
     name: str
     pid: int
@@ -66,7 +66,7 @@ def entry_name(name: str, pid: int) -> str:
 
 
 def connect(path: Path) -> socket.socket:
-    """Connect to a run.
+    """Connect to the socket of a run and return the connection.
 
     Raises:
         OSError: the run cannot be reached; ConnectionRefusedError if its process has ended.

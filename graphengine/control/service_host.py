@@ -1,4 +1,4 @@
-"""Hosts services whose responses are sent when the session has executed the request."""
+"""Hosts service servers whose responses are sent after the session has executed the request."""
 
 from __future__ import annotations
 
@@ -15,10 +15,13 @@ from graphengine.messages.endpoints import QoS
 from graphengine.ros.transport import Transport, TransportServer
 
 SERVICES = QoS()
-"""QoS of services: rcl's default profile."""
+"""QoS of all services: the default profile of rcl."""
 
 Handle = Callable[[Any, Any], "Future[Any] | None"]
-"""Handles a request and fills in the response, in a thread of the transport; a returned future delays the response."""
+"""A function that is called with a request and the response to fill in, in a thread of the transport.
+
+If it returns a future, the response is sent when the future is done; if it returns None, the response is sent immediately.
+"""
 
 
 def _nothing(*_: object) -> None:
@@ -26,12 +29,12 @@ def _nothing(*_: object) -> None:
 
 
 class ServiceHost:
-    """Services offered on a transport.
+    """The service servers of one ROS node on a transport.
 
     Args:
-        transport: transport that carries the services.
-        complain: receives one warning per service about malformed requests.
-        node: full name of the node that offers the services; empty: the node of the transport.
+        transport: transport on which the services are created.
+        complain: function called with one warning per service about malformed requests.
+        node: full name of the ROS node of the services; empty takes the transport's node.
     """
 
     def __init__(self, transport: Transport, complain: Callable[[str], None], node: str = "") -> None:
@@ -39,7 +42,7 @@ class ServiceHost:
         self._node = node
         self._complain = complain
         self._lock = threading.Lock()
-        """Lock for `_servers` while a service is opened, because the transport may already deliver requests."""
+        """Lock for `_servers` while a service is created, because the transport may already deliver requests."""
         self._servers: dict[str, TransportServer] = {}
         self._malformed: set[str] = set()
 
@@ -51,20 +54,21 @@ class ServiceHost:
         finish: Callable[[Any, BaseException | None], None] = _nothing,
         then: Callable[[Any, Any], None] = _nothing,
     ) -> None:
-        """Offer a service.
+        """Create a service server.
 
         Args:
-            service: absolute name.
-            service_type: as in `std_srvs/srv/Trigger`.
-            handle: takes request and response, and fills in the response, which is sent when the returned future is done.
-            finish: takes the response and the exception of the future or None, and writes the outcome into the response.
-            then: called with request and response after the response was sent.
+            service: full name of the service.
+            service_type: name of the service type, such as `std_srvs/srv/Trigger`.
+            handle: function that fills in the response; see `Handle`.
+            finish: function called before the response is sent, with the response and the exception of the future (None if there
+                is no exception), to write the outcome into the response.
+            then: function called with request and response after the response was sent.
 
         Raises:
             MessageTypeError: the transport does not know the type.
         """
         early: list[tuple[bytes, bytes]] = []
-        """Requests that arrived while the transport was opening the service."""
+        """Requests that arrived while the transport was creating the service."""
 
         def deliver(request_id: bytes, data: bytes) -> None:
             with self._lock:
@@ -106,6 +110,6 @@ class ServiceHost:
             return None
 
     def close(self) -> None:
-        """Close all services; safe to call twice."""
+        """Destroy all services. Safe to call twice."""
         for server in self._servers.values():
             server.close()

@@ -1,1 +1,1 @@
-"""The interfaces of devices and of the world, the prim tree, and a world without physics for checks."""
+"""The interfaces of the world and of its devices (sensors and grippers), the prim tree, and a world without physics."""

@@ -1,4 +1,4 @@
-"""The interface between the engine and the world."""
+"""The Protocol of the world, through which the engine and the nodes reach physics and sensors."""
 
 from __future__ import annotations
 
@@ -27,35 +27,41 @@ Light = tuple[float, Vector3]
 
 
 class Entities(Protocol):
-    """The robots and objects of a world, each as one entity; methods are called between two steps."""
+    """Access to the robots and objects of a world, each of which is one entity. Methods may be called only between two steps."""
 
     def all(self) -> Sequence[Entity]:
-        """All robots in the order they were added, then all other objects."""
+        """Return all robots in the order in which they were added, then all other objects."""
 
     def state(self, name: str) -> EntityState:
         """Return the pose, velocity and acceleration of an entity.
 
         Raises:
-            UnknownEntityError: no entity has the name. The other methods with a `name` raise it too.
+            UnknownEntityError: no entity has this name. All methods with the argument `name` raise this error.
         """
 
     def bounds(self, name: str, *, own: bool = False) -> Box | None:
-        """Return the bounding box of an entity in the world frame, or in its own frame if `own` is true.
+        """Return the bounding box of an entity; None if the entity has no geometry of finite size.
 
-        None without geometry of finite size.
+        Args:
+            name: name of the entity.
+            own: if true, the axes and coordinates of the box are those of the entity's own frame; if false, of the world frame.
         """
 
     def overlaps(self, name: str) -> Sequence[Overlap]:
-        """Return the overlaps of an entity with other objects, deepest first; contacts of less than 5 mm depth do not count."""
+        """Return the overlaps of an entity with other objects, deepest first; overlaps of less than 5 mm are left out."""
 
     def touching(self) -> Mapping[str, Overlap]:
-        """Return the deepest contact of each entity after the last step; contacts with the supporting body do not count."""
+        """Return the deepest contact of each entity after the last step, by entity name.
+
+        Contacts with the floor or body on which an entity rests are ignored. Entities without other contacts are left out.
+        """
 
     def place(self, name: str, move: Move) -> None:
-        """Move an entity without changing its joint states; `reset_state` moves it back.
+        """Set the pose and velocity of an entity, and keep the states of its joints; `reset_state` moves the entity back.
 
         Raises:
-            UsageError: a number is not finite or too large, or a joint of the world carries the entity; nothing has changed.
+            UsageError: a number is not finite or too large, a velocity is given for an entity that is fixed to the world, or the
+                entity is attached to a joint of the world. The entity then keeps its pose and velocity.
         """
 
     def push(self, name: str, force: Vector3, duration: float, point: Vector3 | None = None) -> None:
@@ -64,20 +70,21 @@ class Entities(Protocol):
         Args:
             name: name of the entity.
             force: force in the world frame, N.
-            duration: duration of the force, s. In a step that it covers only in part, the force is scaled accordingly.
-            point: point of application in the world frame, m, which then moves with the entity. None: the centre of mass.
+            duration: duration of the force, s, greater than 0. If the force ends within a step, a proportional part of it acts
+                during the whole step.
+            point: point of application in the world frame, m; it moves with the entity. None stands for the centre of mass.
 
         Raises:
-            UsageError: the errors of `place`, or the entity cannot move.
+            UsageError: a number is not finite or too large, `duration` is not positive, or the entity is fixed to the world.
         """
 
 
 class World(Protocol):
-    """Physics and sensors of a scene. Handles stay valid as long as the world exists."""
+    """The physics and the sensors of a scene. The handles that its methods return stay valid as long as the world exists."""
 
     @property
     def stage(self) -> Stage:
-        """The prim tree that the handles belong to."""
+        """The prim tree of the world; handles are requested for its prims."""
 
     @property
     def tick_period(self) -> tuple[int, int]:
@@ -85,49 +92,55 @@ class World(Protocol):
 
     @property
     def substeps(self) -> int:
-        """Physics steps in a tick."""
+        """Number of physics steps per tick."""
 
     seed: int
     """Seed of the sensors' noise."""
 
     realtime: bool
-    """Whether ticks follow the wall clock. If so, late pictures are dropped, otherwise ticks wait for them."""
+    """Whether ticks follow the wall clock. If so, late camera images are dropped; if not, ticks wait for them."""
 
     @property
     def dropped_pictures(self) -> Mapping[str, int]:
-        """Number of pictures since play that were rendered too late, by camera prim path; cameras with none are left out."""
+        """Number of camera images dropped since the start of play because rendering was too slow, by prim path of the camera.
+
+        Cameras without dropped images are left out.
+        """
 
     clamps_commands: bool
-    """Whether commands beyond a joint's limits are clamped."""
+    """Whether commands beyond the limits of a joint are clamped to these limits; otherwise they are applied unchanged."""
 
     @property
     def clamped_commands(self) -> Mapping[str, int]:
-        """Number of clamped commands, by a text with the kind of command, the joint and its limits. Zero counts are left out."""
+        """Number of commands that were clamped, for each limit of a joint.
+
+        The key is a text such as `velocity of /dd100/left_wheel beyond -10 to 10`. Limits without clamped commands are left out.
+        """
 
     @property
     def gravity(self) -> Vector3:
-        """Acceleration of free fall in the world frame, m/s2."""
+        """Acceleration of gravity in the world frame, m/s2, such as (0, 0, -9.81)."""
 
     def set_gravity(self, gravity: Vector3) -> None:
-        """Set gravity from the next step on; `reset_state` restores the original.
+        """Set gravity from the next step on; `reset_state` restores the original gravity.
 
         Args:
-            gravity: acceleration in the world frame, m/s2; finite.
+            gravity: acceleration in the world frame, m/s2; the numbers must be finite.
         """
 
     def friction(self, prim: Prim) -> Friction:
         """Return the static and dynamic friction coefficients of a material prim."""
 
     def set_friction(self, prim: Prim, friction: Friction) -> None:
-        """Set the friction of a material from the next step on; `reset_state` restores the original.
+        """Set the friction of a material from the next step on; `reset_state` restores the original friction.
 
         Args:
             prim: prim of the material.
-            friction: static and dynamic friction; finite, not negative.
+            friction: coefficients of static and dynamic friction; they must be finite and not negative.
         """
 
     def conveyor(self, prim: Prim) -> Surface:
-        """Return a handle to the surface velocity of a body; the velocity is initially zero.
+        """Return a handle to the surface velocity of a body, which makes it a conveyor. The velocity is initially zero.
 
         Args:
             prim: prim of a body that is fixed to the world or to another body.
@@ -140,94 +153,98 @@ class World(Protocol):
         """Return the intensity and colour of a light prim."""
 
     def set_light(self, prim: Prim, light: Light) -> None:
-        """Set intensity and colour of a light for later pictures; `reset_state` restores the original.
+        """Set the intensity and colour of a light for all later images; `reset_state` restores the original values.
 
         Args:
             prim: prim of the light.
-            light: intensity and colour; finite, not negative.
+            light: intensity and colour; the numbers must be finite and not negative.
         """
 
     def bodies(self) -> Bodies:
         """Return all bodies and their visible shapes; the result changes when a robot is added or removed."""
 
     def poses(self) -> NDArray[np.float64]:
-        """Return position (m) and quaternion (x, y, z, w) of each body in the world frame: a new array, shape (bodies, 7)."""
+        """Return the position (m) and quaternion (x, y, z, w) of each body in the world frame: a new array, shape (bodies, 7)."""
 
     def contacts(self) -> Contacts:
         """Return all contact points of the current state with their forces, except for contacts of sleeping bodies."""
 
     def body(self, prim: Prim) -> Body:
-        """Return the rigid body of a prim, or the rigid body that carries the prim."""
+        """Return a handle to the pose and velocity of a prim that is a rigid body or is fixed to one."""
 
     def frame(self, prim: Prim) -> Frame:
-        """Return a handle to the pose of a prim."""
+        """Return a handle to the pose of any prim."""
 
     def mass(self, prim: Prim) -> float:
         """Return the mass of the prim's own body, kg."""
 
     def placement(self, prim: Prim) -> Placement | None:
-        """Return a handle that places the prim's body and holds it there; None if the body cannot be moved on its own."""
+        """Return a handle that moves a prim to a pose and holds it there; None if the prim cannot be moved separately."""
 
     def articulation(self, robot: Prim) -> Articulation:
-        """Return the joints of a robot prim."""
+        """Return a handle to the movable joints of a robot prim."""
 
     def device(self, interface: Callable[..., D], prim: Prim, **options: Any) -> D:
-        """Return the device at a prim; equal options give the same object.
+        """Return a handle to the sensor or gripper at a prim. Calls with equal arguments return the same object.
 
         Args:
-            interface: Protocol of the device.
+            interface: Protocol of the device, such as `Lidar`.
             prim: prim of the device.
-            options: for a camera `size`, the width and height of its pictures in pixels; other devices have no options.
+            options: for a camera, `size` is the width and height of its images in pixels; other devices have no options.
         """
 
     @property
     def rays_in_use(self) -> str:
-        """Name of the ray casting method of lidars; empty before the first lidar is requested."""
+        """Name of the method that casts the rays of sensors; empty until a sensor with rays is used."""
 
     def picture_driver(self) -> str:
-        """Return the name and version of the driver that renders camera pictures."""
+        """Return the name and version of the graphics driver that renders camera images."""
 
     @property
     def entities(self) -> Entities:
-        """The robots and objects of the world."""
+        """Access to the robots and objects of the world."""
 
     def step(self) -> None:
-        """Apply the joint targets and integrate one substep; all handles then return the new state.
+        """Apply the joint targets and integrate one physics step; all handles then return the new state.
 
         Raises:
             PhysicsError: the state became infinite or NaN.
         """
 
     def begin_tick(self, tick: int) -> None:
-        """Update the sensors to the time of a tick, `tick` times the tick period; called after the tick's last substep."""
+        """Update the sensors for a tick; called after the tick's last physics step.
+
+        Args:
+            tick: number of the tick since the start of play; the first is 1. Its time is `tick` times the tick period.
+        """
 
     def zero_commands(self) -> None:
-        """Set every joint's target velocity and effort to zero."""
+        """Set the target velocity and the effort of every joint to zero; position targets stay."""
 
     def reset_state(self) -> None:
-        """Reset bodies, joints and commands to their initial state and end all forces; the tick count continues."""
+        """Reset bodies, joints and commands to their initial state, and end all pushes; the tick count continues."""
 
     def reset_time(self) -> None:
-        """Reset the tick count and the sensors' sample numbers to 0; bodies and joints stay where they are."""
+        """Reset the tick count and the sensors' sample indices to 0; bodies and joints keep their state."""
 
     def save(self) -> Any:
-        """Return a copy of the state, for `restore`."""
+        """Return a copy of the world's state, to be passed to `restore`."""
 
     def restore(self, saved: Any) -> None:
-        """Return to a saved state of the same robots; the simulation then repeats bit by bit."""
+        """Restore a state that `save` returned for the same robots. Equal inputs then give results that are equal bit by bit."""
 
     def close(self) -> None:
-        """Release all resources; safe to call twice."""
+        """Release all resources of the world; safe to call twice."""
 
 
 def select_joints(articulation: Articulation, names: Sequence[str], indices: Sequence[int]) -> list[int]:
-    """Return indices of the selected joints: of `names` if given, otherwise `indices` if given, otherwise all joints.
+    """Return the indices of the selected joints: those of `names`; without names, `indices`; with neither, all joints.
 
-    The name of an actuator selects the joint that it moves. If it moves several joints or none, its index follows those of the
-    joints.
+    The name of an actuator selects the joint that it moves. An actuator that moves several joints or none has an index of its
+    own; these indices follow the indices of the joints.
 
     Raises:
-        JointError: the articulation has no joint with a name or index.
+        JointError: the articulation has no joint or actuator with a given name, or an index is out of range.
     """
     known = articulation.joint_names
     others = [name for name, joint in articulation.actuators.items() if not joint and name not in known]
@@ -239,19 +256,24 @@ def select_joints(articulation: Articulation, names: Sequence[str], indices: Seq
             raise JointError(f"{articulation.prim_path} has no joint {name!r}", name, hint)
     for index in indices:
         if not 0 <= index < len(known):
-            raise JointError(f"{articulation.prim_path} has no joint {index}", index, f"legal: 0 to {len(known) - 1}")
+            text = f"{articulation.prim_path} has no joint with index {index}"
+            raise JointError(text, index, f"legal: 0 to {len(known) - 1}")
     return [places[name] for name in names] or [int(index) for index in indices] or list(range(len(known)))
 
 
 def joint_numbers(articulation: Articulation, names: Sequence[str]) -> list[int]:
-    """Return the indices of joints, each given by its own name or that of its actuator; without names, of all joints.
+    """Return the indices of the joints with these names; without names, the indices of all joints.
+
+    The name of an actuator selects the joint that it moves.
 
     Raises:
-        JointError: no joint or actuator has a name, or the actuator does not move exactly one joint.
+        JointError: a name is neither that of a joint nor that of an actuator, or an actuator does not move exactly one joint.
     """
     known, found = articulation.joint_names, select_joints(articulation, names, ())
     for name, index in zip(names, found, strict=False):
         if index >= len(known):
-            text = f"actuator {name!r} of {articulation.prim_path} does not move a single joint, and has no position"
+            text = (
+                f"actuator {name!r} of {articulation.prim_path} does not move exactly one joint, so it has no position"
+            )
             raise JointError(text, name, listing(known, "joints"))
     return found

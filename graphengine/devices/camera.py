@@ -1,4 +1,4 @@
-"""Cameras: the Protocol and the stub."""
+"""The Protocol of cameras, their images, and a camera stub for tests."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from concurrent.futures import Future
 
 LARGEST_PICTURE = 8192
-"""Maximum width and height of a picture, pixels."""
+"""Maximum width and height of an image, pixels."""
 
 BOX_3D = np.dtype(
     [
@@ -29,45 +29,48 @@ BOX_3D = np.dtype(
         ("occlusionRatio", "<f4"),
     ]
 )
-"""Record of a 3D box: its object's number, two opposite corners (m), and a matrix with the axes and the origin of the corners'
-frame as rows."""
+"""Record of a 3D bounding box.
+
+`semanticId` is the segmentation ID of the prim. `low` and `high` are two opposite corners in the frame of the prim's body, m. The
+rows of `transform` are the three axes and the origin of this frame in the camera's optical frame. `occlusionRatio` is 0.
+"""
 
 LOOKING_FORWARD: Quaternion = (0.5, -0.5, -0.5, 0.5)
-"""Rotates a camera (view along -z, +y up) to look along the x axis of its mount with z up."""
+"""Orientation of a camera in its mount. A camera looks along its -z axis with +y up; the mount has x forward and z up."""
 
 
 @dataclass(frozen=True, slots=True)
 class Picture:
-    """The picture of a camera at one instant; row 0 is the upper edge."""
+    """One image of a camera, with colours and depths. Row 0 is the upper edge."""
 
     time: float
-    """Simulation time of the tick in which the picture was captured, s."""
+    """Simulation time of the tick in which the image was captured, s."""
     index: int
-    """Number of this sample since play."""
+    """Sample index since the start of play."""
     rgb: NDArray[np.uint8]
     """Colours, 0 to 255, shape (height, width, 3)."""
     depth: NDArray[np.float32]
-    """Distance along the optical axis, m, shape (height, width); inf without a surface in the clip range."""
+    """Distance along the optical axis, m, shape (height, width); inf where there is no surface within the clip range."""
     segmentation: NDArray[np.int32] | None = None
-    """Number of the visible prim at each pixel, as in `Camera.labels`; 0 for none. None unless requested."""
+    """Segmentation ID of the prim visible at each pixel, shape (height, width); 0 for no prim. None unless it was requested."""
     boxes: NDArray[np.void] | None = None
-    """BOX_3D records of all prims of finite size, visible or not, in the camera's optical frame; None without `segmentation`."""
+    """BOX_3D records of all prims of finite size, also of those outside the image; None unless segmentation was requested."""
 
 
 class Camera(TickSensor, Protocol):
-    """A pinhole camera. It delivers a picture `latency` ticks after its capture.
+    """A pinhole camera. It delivers each image `latency` ticks after the image was captured.
 
-    Pixels are square. The optical axis meets the picture at (cx, cy), in pixels from the centre of the upper left pixel: the
-    middle of a picture that is w pixels wide is at (w - 1) / 2.
+    Pixels are square. The optical axis meets the image at the principal point (cx, cy), in pixels from the centre of the upper
+    left pixel. The middle of an image that is w pixels wide is therefore at (w - 1) / 2.
     """
 
     @property
     def size(self) -> tuple[int, int]:
-        """Width and height, pixels."""
+        """Width and height of the images, pixels."""
 
     @property
     def intrinsics(self) -> tuple[float, float, float, float]:
-        """Focal lengths fx and fy, and the principal point cx, cy, in pixels."""
+        """Focal lengths fx and fy and principal point cx, cy, in pixels."""
 
     @property
     def clip(self) -> tuple[float, float]:
@@ -75,24 +78,32 @@ class Camera(TickSensor, Protocol):
 
     @property
     def latency(self) -> int:
-        """Ticks from capture to delivery."""
+        """Number of ticks from the capture of an image to its delivery."""
 
     @property
     def labels(self) -> Mapping[int, str]:
-        """Prim path for each number in a segmentation."""
+        """Prim path for each segmentation ID."""
 
     def request(self, *, segmentation: bool = False) -> None:
-        """Capture a picture in this tick if one is due; several requests in a tick render it once."""
+        """Request the image of this tick. It is captured if a sample is due, and only once, however often it is requested.
+
+        Args:
+            segmentation: whether the image needs `segmentation` and `boxes`.
+        """
 
     def delivered(self) -> Picture | None:
-        """Return the picture delivered in this tick, shared by all callers; None if this tick delivers none."""
+        """Return the image that is delivered in this tick, or None in a tick without delivery. All callers get the same object.
+
+        Raises:
+            RenderError: the image could not be rendered.
+        """
 
     @property
     def latest(self) -> Picture | None:
-        """Newest picture that was delivered to any caller; None before the first."""
+        """The newest image that `delivered` has returned to any caller; None before the first image."""
 
     def preview(self) -> Future[Picture]:
-        """Render a picture of the current state in the background, without effect on samples and deliveries.
+        """Render an image of the current state in the background, independently of samples and deliveries.
 
         The future raises RenderError if OpenGL is missing or fails.
         """
@@ -102,9 +113,9 @@ def pinhole(size: tuple[int, int], horizontal_fov: float) -> tuple[float, float,
     """Return fx, fy, cx, cy (pixels) of a camera with a centred lens and square pixels.
 
     Args:
-        size: width and height, pixels.
-        horizontal_fov: field of view from the left to the right edge of the picture, degrees. The centre of pixel 0 lies half a
-            pixel inside the edge.
+        size: width and height of the image, pixels.
+        horizontal_fov: field of view from the left to the right edge of the image, degrees. The edges are half a pixel outside
+            the centres of the outermost pixels.
     """
     width, height = size
     focal = width / 2 / math.tan(math.radians(horizontal_fov) / 2)
@@ -115,7 +126,10 @@ def pinhole(size: tuple[int, int], horizontal_fov: float) -> tuple[float, float,
     "camera", Camera, usd="Camera", title="a camera", rank=2, child="Camera", orientation=LOOKING_FORWARD, in_rigs=True
 )
 class CameraStub(Stub):
-    """A camera that delivers pictures set by tests, at first none; `requests` and `previews` count calls."""
+    """A camera for tests. It delivers the image that a test sets with `show`; initially it delivers none.
+
+    `requests` and `previews` count the calls of `request` and `preview`.
+    """
 
     requests = 0
     previews = 0
@@ -139,15 +153,15 @@ class CameraStub(Stub):
         time: float = 0.0,
         index: int = 0,
     ) -> None:
-        """Set the picture to deliver.
+        """Set the image that the camera delivers.
 
         Args:
-            rgb: shape (height, width, 3), 0 to 255.
-            depth: m; one value for all pixels, or one per pixel.
-            segmentation: number of the visible prim; one for all pixels, or one per pixel.
-            boxes: BOX_3D records; None: no boxes.
+            rgb: colours, 0 to 255, shape (height, width, 3).
+            depth: distance along the optical axis, m; one value for all pixels, or one per pixel.
+            segmentation: segmentation ID of the visible prim; one for all pixels, or one per pixel.
+            boxes: BOX_3D records; None stands for no boxes.
             time: simulation time of the capture, s.
-            index: number of the sample since play.
+            index: sample index since the start of play.
         """
         colours = np.array(rgb, np.uint8)
         plane = colours.shape[:2]
@@ -158,24 +172,24 @@ class CameraStub(Stub):
         self._picture = Picture(time, index, colours, np.full(plane, depth, np.float32), numbers, solids)
 
     def request(self, *, segmentation: bool = False) -> None:
-        """Count the request."""
+        """Increment `requests`."""
         self.requests += 1
 
     def delivered(self) -> Picture | None:
-        """Return the picture set by the test."""
+        """Return the image that the test set."""
         return self._picture
 
     @property
     def latest(self) -> Picture | None:
-        """The picture set by the test."""
+        """The image that the test set."""
         return self._picture
 
     def preview(self) -> Future[Picture]:
-        """Return the picture set by the test, or a black picture."""
+        """Return a completed future with the image that the test set, or with a black image if it set none."""
         self.previews += 1
         width, height = self.size
         black = np.zeros((height, width, 3), np.uint8)
-        from concurrent.futures import Future  # not at the start: most scenes have no camera
+        from concurrent.futures import Future  # a late import, because most scenes have no camera
 
         made: Future[Picture] = Future()
         made.set_result(self._picture or Picture(0.0, 0, black, np.full((height, width), np.inf, np.float32)))

@@ -1,4 +1,4 @@
-"""Contact points between the bodies of a world."""
+"""The arrays in which a world returns the contact points between its bodies."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True)
 class Contacts:
-    """The points at which bodies touch, one row each; vectors are in the world frame.
+    """The n points at which bodies touch. Each array has one row per point; vectors are in the world frame.
 
     Attributes:
-        points: position, shape (n, 3), m.
-        normals: unit vector from the first body to the second, shape (n, 3).
-        forces: force of the first body on the second, shape (n, 3), N.
-        bodies: first and second body, as rows of `World.poses` and of `Bodies.names`, shape (n, 2).
+        points: positions, m, shape (n, 3).
+        normals: unit vectors from the first body to the second, shape (n, 3).
+        forces: forces of the first body on the second, N, shape (n, 3).
+        bodies: indices of the first and second body in `World.poses` and `Bodies.names`, shape (n, 2).
     """
 
     points: Floats = field(default_factory=lambda: np.zeros((0, 3)))

@@ -1,9 +1,9 @@
-"""The registry of devices. A module of this package defines one kind: its readings, its Protocol and its stub.
+"""The registry of devices: sensors and grippers. One module of this package defines each kind: its readings, Protocol and stub.
 
     @device("contact", ContactSensor, usd="IsaacContactSensor", title="a contact sensor")
     class ContactSensorStub(Stub): ...
 
-`graphengine.physics.sensors` has a module for each kind too, with its profile and the handle that implements the Protocol.
+For each kind, a module of `graphengine.physics.sensors` defines the profile and the class that implements the Protocol in MuJoCo.
 """
 
 from __future__ import annotations
@@ -21,26 +21,26 @@ D = TypeVar("D")
 
 
 class Sensor(Protocol):
-    """The interface of all sensors."""
+    """The Protocol that all sensors and grippers have in common."""
 
     @property
     def prim_path(self) -> str:
-        """Path of the sensor's prim; namespaces of topics are collected from this prim and its ancestors."""
+        """Path of the sensor's prim. The namespaces of this prim and its ancestors form the namespace of the sensor's topics."""
 
 
 class SampledSensor(Sensor, Protocol):
-    """A sensor with samples: sample n belongs to the first tick at or after n / rate seconds.
+    """A sensor that takes samples at a fixed rate. Sample n belongs to the first tick at or after n / rate seconds.
 
     All nodes that read a sample get the same object, which is never modified.
     """
 
     @property
     def rate(self) -> float:
-        """Samples per second."""
+        """Number of samples per second."""
 
     @property
     def due(self) -> bool:
-        """Whether a new sample falls into this tick."""
+        """Whether this tick has a new sample."""
 
 
 class TickSensor(SampledSensor, Protocol):
@@ -48,14 +48,14 @@ class TickSensor(SampledSensor, Protocol):
 
     @property
     def index(self) -> int:
-        """Number of the newest sample since play."""
+        """Index of the newest sample since the start of play."""
 
 
 class Stub(Shared):
-    """A device without physics for checks and tests; tests write its readings.
+    """Base class of device stubs, which stand in for devices in `graphrun check` and in tests. Tests set their readings.
 
     Args:
-        prim: prim of the device; its `facts` hold the values of the sensor's profile, in tests only some of them.
+        prim: prim of the device; its `facts` hold the values of the device's profile. A missing value gets a default.
     """
 
     def __init__(self, prim: Prim) -> None:
@@ -66,17 +66,17 @@ class Stub(Shared):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Device:
-    """One kind of device.
+    """A registered kind of device.
 
     Attributes:
-        kind: name of the kind, which is also the `type` in robot files, the kind of the prims, and the section in a profile.
-        stub: function that makes a stub from a prim and options.
+        kind: name of the kind. Robot files use it as `type`, prims as their kind, and profiles as the name of a section.
+        stub: function that returns a stub, given a prim and options.
         usd: USD type of the device's prims.
         title: the kind with an article, for messages, such as `a lidar`.
-        child: name of the device's prim below the mount's prim; empty if both are the same prim.
-        orientation: orientation of the child in the mount's frame.
-        in_rigs: whether a rig, which is a sensor of several devices, may contain devices of this kind.
-        ticks_only: whether the device has at most one sample per tick, so that graphs that run at physics steps cannot read it.
+        child: name of the device's prim, which is a child of the mount's prim; empty if the mount's prim is the device.
+        orientation: orientation of the device's prim in the mount's frame.
+        in_rigs: whether a rig, a sensor that consists of several devices, may contain devices of this kind.
+        ticks_only: whether the device has at most one sample per tick. Graphs that run at physics steps cannot read such devices.
     """
 
     kind: str
@@ -90,18 +90,18 @@ class Device:
 
 
 DEVICE_OF: dict[Any, Device] = {}
-"""Kind of device of each Protocol, stub and implementation."""
+"""The registered kind of device, by the Protocol, the stub and the implementation of the kind."""
 
 
 def device(
     kind: str, interface: Callable[..., D], *, rank: int = 100, **facts: Any
 ) -> Callable[[Callable[..., D]], Any]:
-    """Return a decorator that registers a kind of device; it decorates the stub class, which must match the Protocol.
+    """Return a decorator for a stub class that registers a kind of device. The stub class must implement the Protocol.
 
     Args:
         kind: name of the kind, as in `Device`.
         interface: Protocol of the device.
-        rank: order of kinds in messages; lower ranks come first.
+        rank: position of the kind when messages list kinds; lower ranks come first.
         facts: values of the other attributes of `Device`.
     """
 
@@ -115,11 +115,13 @@ def device(
 
 
 def device_of(interface: Callable[..., Any]) -> Device:
-    """Return the kind of device that a Protocol, a stub or an implementation belongs to.
+    """Return the kind of device to which a Protocol, a stub or an implementation belongs.
 
     Raises:
-        TypeError: no kind of device is registered for it.
+        TypeError: the argument belongs to no registered kind.
     """
     if interface not in DEVICE_OF:
-        raise TypeError(f"{interface!r} is no device; give a Protocol that a module of graphengine.devices registers")
+        raise TypeError(
+            f"{interface!r} is not a device; pass a Protocol that a module of graphengine.devices registers"
+        )
     return DEVICE_OF[interface]

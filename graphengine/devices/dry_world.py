@@ -1,4 +1,4 @@
-"""A world without physics for checks and tests; its handles are stubs, whose values tests write."""
+"""A world without physics for `graphrun check` and for tests. Its handles are stubs whose values tests set."""
 
 from __future__ import annotations
 
@@ -26,29 +26,35 @@ D = TypeVar("D")
 
 
 class DryEntities:
-    """The robots and bodies of a stage, which cannot be moved."""
+    """The entities of a world without physics. They can be listed, but have no state and cannot be moved."""
 
     def __init__(self, stage: Stage) -> None:
         self._stage = stage
 
     def all(self) -> Sequence[Entity]:
-        """All robots, then all bodies that are not carried by another body."""
+        """Return all robots, then all bodies that are not links of robots."""
         robots = [Entity(prim.entity_name, prim.path, "robot", False) for prim in self._stage.prims("robot")]
         return [*robots, *(Entity(prim.name, prim.path, "object", False) for prim in self._stage.prims("body"))]
 
     def touching(self) -> Mapping[str, Overlap]:
-        """Return no contacts: there is no physics."""
+        """Return an empty mapping, because there is no physics."""
         return {}
 
     def _refuse(self, name: str, *_: Any, **__: Any) -> Any:
-        """Raise UnknownEntityError: entities have no state without physics."""
+        """Raise UnknownEntityError, because entities have no state without physics."""
         raise UnknownEntityError(f"no entity {name!r}: the world has no physics")
 
     state = bounds = overlaps = place = push = _refuse
 
 
 class DryWorld(Stateful):
-    """A world without physics: nothing moves unless a test writes a pose."""
+    """A world without physics. Prims move only if a test or a node sets their pose.
+
+    Args:
+        stage: stage of the world.
+        tick_period: time between two ticks, s: numerator and denominator.
+        substeps: number of physics steps per tick.
+    """
 
     kept = ("_frictions", "_lights", "clamped_commands", "dropped_pictures", "gravity")
 
@@ -71,40 +77,40 @@ class DryWorld(Stateful):
         self._devices: dict[tuple[Any, ...], Any] = {}
 
     def bodies(self) -> Bodies:
-        """Return no bodies: nothing is visible."""
+        """Return an empty description: no body is visible."""
         return Bodies()
 
     def poses(self) -> NDArray[np.float64]:
-        """Return an array of no poses."""
+        """Return an empty array of shape (0, 7)."""
         return np.zeros((0, 7))
 
     def contacts(self) -> Contacts:
-        """Return no contacts: there is no physics."""
+        """Return empty arrays, because there is no physics."""
         return Contacts()
 
     def set_gravity(self, gravity: Vector3) -> None:
-        """Set the value of `gravity`, without other effects."""
+        """Set the attribute `gravity`; this has no other effect."""
         self.gravity = gravity
 
     def friction(self, prim: Prim) -> Friction:
-        """Return the friction that was last set, or else the friction given in the material's prim."""
+        """Return the friction that was set last; if none was set, the friction in the facts of the material's prim."""
         built = prim.facts["static_friction"], prim.facts["dynamic_friction"]
         return self._frictions.get(prim.path, built)
 
     def set_friction(self, prim: Prim, friction: Friction) -> None:
-        """Set the value that `friction` returns, without other effects."""
+        """Set the value that `friction` returns; this has no other effect."""
         self._frictions[prim.path] = friction
 
     def light(self, prim: Prim) -> Light:
-        """Return the intensity and colour that were last set, or else intensity 1 and the colour given in the light's prim."""
+        """Return the intensity and colour that were set last; if none were set, 1 and the colour in the facts of the prim."""
         return self._lights.get(prim.path, (1.0, prim.facts["diffuse"]))
 
     def set_light(self, prim: Prim, light: Light) -> None:
-        """Set the value that `light` returns, without other effects."""
+        """Set the value that `light` returns; this has no other effect."""
         self._lights[prim.path] = light
 
     def body(self, prim: Prim) -> BodyStub:
-        """Return the prim's stub, always the same object; unless the prim is a body, it moves with the parent prim's stub."""
+        """Return the stub of a prim, the same object at each call. Until it is placed, it moves with the parent prim's stub."""
         if prim not in self._bodies:
             carrier = self.body(prim.parent) if prim.parent else None
             self._bodies[prim] = BodyStub(prim.position, prim.orientation, carrier=carrier)
@@ -113,24 +119,24 @@ class DryWorld(Stateful):
     frame = body
 
     def mass(self, prim: Prim) -> float:
-        """Return 1 kg for every prim."""
+        """Return 1 kg, whatever the prim is."""
         return 1.0
 
     def placement(self, prim: Prim) -> BodyStub | None:
-        """Return the prim's stub, which stays where nodes place it; None for a prim that is neither a body nor a robot."""
+        """Return the stub of a prim, which stays where nodes place it; None for a prim that is not a body, link or robot."""
         movable = prim.body is not None or self.stage.stands_for_robot(prim) is not None
         return self.body(prim) if movable else None
 
     def conveyor(self, prim: Prim) -> SurfaceStub:
-        """Return the stub of a body's surface, always the same object."""
+        """Return the stub of a body's surface, the same object at each call."""
         return self._surfaces.setdefault(prim, SurfaceStub())
 
     def articulation(self, robot: Prim) -> ArticulationStub:
-        """Return the stub of the robot's joints, always the same object."""
+        """Return the stub of a robot's joints, the same object at each call."""
         return self._robots.setdefault(robot, ArticulationStub(robot))
 
     def device(self, interface: Callable[..., D], prim: Prim, **options: Any) -> D:
-        """Return the stub of a device; equal options give the same object."""
+        """Return the stub of a device. Calls with equal arguments return the same object."""
         found = device_of(interface)
         place = (prim, found.kind, *sorted(options.items()))
         if place not in self._devices:
@@ -139,28 +145,33 @@ class DryWorld(Stateful):
         return made
 
     def picture_driver(self) -> str:
-        """Return an empty string: no pictures are rendered."""
+        """Return an empty string, because no images are rendered."""
         return ""
 
     @property
     def entities(self) -> DryEntities:
-        """The robots and bodies of the stage."""
+        """The robots and bodies of the stage, as entities."""
         return DryEntities(self.stage)
 
     def begin_tick(self, tick: int) -> None:
-        """Do nothing: tests make samples due."""
+        """Do nothing. Tests set the samples of the sensors."""
 
     def step(self) -> None:
-        """Do nothing: there is no physics."""
+        """Do nothing, because there is no physics."""
 
     zero_commands = reset_state = reset_time = close = step
 
 
 @dataclass(slots=True)
 class BodyStub(Shared):
-    """Pose and velocity of a prim, for tests to write.
+    """Pose and velocity of a prim; tests assign the fields.
 
-    Both are in the world frame if `carrier` is None. Otherwise the pose is relative to the carrier, and the prim moves with it.
+    Attributes:
+        position: position, m, in the world frame; with a carrier, in the carrier's frame.
+        orientation: orientation as a quaternion (x, y, z, w), in the same frame as `position`.
+        linear: linear velocity in the world frame, m/s; ignored with a carrier.
+        angular: angular velocity in the world frame, rad/s; ignored with a carrier.
+        carrier: stub of the prim with which this prim moves, or None.
     """
 
     position: Vector3 = ORIGIN
@@ -175,12 +186,12 @@ class BodyStub(Shared):
         return rotation.compose(self.carrier.pose(), pose) if self.carrier else pose
 
     def place(self, position: Vector3, orientation: Quaternion) -> None:
-        """Set the pose, with velocity zero."""
+        """Set the pose in the world frame and a velocity of zero, and detach the prim from its carrier."""
         self.position, self.orientation, self.carrier = position, orientation, None
         self.linear = self.angular = (0.0, 0.0, 0.0)
 
     def velocity(self) -> tuple[Vector3, Vector3]:
-        """Return linear (m/s) and angular (rad/s) velocity in the world frame; a carried prim moves with its carrier."""
+        """Return linear (m/s) and angular (rad/s) velocity of the prim's origin in the world frame."""
         if self.carrier is None:
             return self.linear, self.angular
         linear, angular = self.carrier.velocity()
@@ -190,18 +201,27 @@ class BodyStub(Shared):
 
 @dataclass(slots=True)
 class SurfaceStub(Shared):
-    """The surface of a conveyor; it stores the velocity that nodes set, linear and angular, in the body's frame."""
+    """The surface of a conveyor for tests. It stores the velocity that nodes set.
+
+    Attributes:
+        linear: linear velocity in the body's frame, m/s.
+        angular: angular velocity in the body's frame, rad/s.
+    """
 
     linear: Vector3 = (0.0, 0.0, 0.0)
     angular: Vector3 = (0.0, 0.0, 0.0)
 
     def move(self, linear: Vector3, angular: Vector3) -> None:
-        """Store the velocity in the body's frame, m/s and rad/s."""
+        """Store linear (m/s) and angular (rad/s) velocity in the body's frame."""
         self.linear, self.angular = linear, angular
 
 
 class ArticulationStub(Shared):
-    """Joints whose `state` tests write; `targets` are the commands of nodes, NaN for none."""
+    """The joints of a robot for tests. Tests set `state`; nodes set `targets`, which are NaN for joints without a command.
+
+    Args:
+        robot: prim of the robot, whose facts have the names and limits of the joints.
+    """
 
     resets = 0
 
@@ -221,7 +241,7 @@ class ArticulationStub(Shared):
         self.targets = {kind: [math.nan] * len(self.commanded_names) for kind in self.state}
 
     def select(self, names: Sequence[str] = (), indices: Sequence[int] = ()) -> JointSelectionStub:
-        """Select the joints with these names, else those with these indices, else all."""
+        """Return the joints with these names; without names, those with these indices; with neither, all joints."""
         return JointSelectionStub(self, select_joints(self, names, indices))
 
     def _read(self, kind: str) -> NDArray[np.float64]:
@@ -232,23 +252,23 @@ class ArticulationStub(Shared):
     efforts = partialmethod(_read, "effort")
 
     def set_points(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Return the position and velocity targets written by nodes; 0 for none."""
+        """Return the position and velocity targets that nodes set; 0 for joints without a target."""
         return np.nan_to_num(self.targets["position"]), np.nan_to_num(self.targets["velocity"])
 
     def wrenches(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Return forces and torques, all zero."""
+        """Return forces and torques of zero for each joint, each of shape (joints, 3)."""
         return np.zeros((len(self.joint_names), 3)), np.zeros((len(self.joint_names), 3))
 
 
 class JointSelectionStub(Shared):
-    """Selected joints, whose commands are written to the articulation's `targets`."""
+    """Selected joints of an articulation stub. It stores commands in the stub's `targets`."""
 
     def __init__(self, robot: ArticulationStub, joints: Sequence[int]) -> None:
         self.names = tuple(robot.commanded_names[joint] for joint in joints)
         self.robot, self.joints = robot, joints
 
     def command(self, positions: Any = None, velocities: Any = None, efforts: Any = None) -> None:
-        """Store the given targets that are not NaN."""
+        """Store the targets in the articulation stub; NaN keeps the target of its joint."""
         for target, values in zip(self.robot.targets.values(), (positions, velocities, efforts), strict=True):
             for joint, value in zip(self.joints, values or [math.nan] * len(self.joints), strict=True):
                 target[joint] = target[joint] if math.isnan(value) else value

@@ -1,4 +1,4 @@
-"""Entities: the robots and objects of a world, which can be inspected, moved and pushed.
+"""Data types for entities: the robots and objects of a world, which users can inspect, move and push.
 
 Positions are in the world frame, m; quaternions are (x, y, z, w).
 """
@@ -12,17 +12,17 @@ from typing import Literal
 from graphengine.devices.rotation import Quaternion, Vector3
 
 EntityKind = Literal["robot", "object", "static"]
-"""A `robot` has joints or sensors, an `object` can move, a `static` entity is fixed."""
+"""A `robot` has joints or sensors. Of the other entities, an `object` can move, and a `static` entity cannot."""
 MOST_TOLD = 3
 """Maximum number of overlaps that a warning lists."""
 
 
 @dataclass(frozen=True, slots=True)
 class Entity:
-    """One robot or object of a world, with all bodies attached to it."""
+    """One robot or object of a world, including all bodies attached to it."""
 
     name: str
-    """Unique name: the last element of the prim's path, or the whole path if a robot has that name."""
+    """Unique name: a robot's name, or the last element of an object's path; `World/box` if a robot is also named `box`."""
     prim_path: str
     kind: EntityKind
     spawned: bool
@@ -31,7 +31,7 @@ class Entity:
 
 @dataclass(frozen=True, slots=True)
 class EntityState:
-    """Pose, velocity and acceleration of an entity's prim, in the world frame."""
+    """Pose, velocity and acceleration of an entity's prim in the world frame."""
 
     position: Vector3
     orientation: Quaternion
@@ -40,23 +40,23 @@ class EntityState:
     angular_velocity: Vector3
     """Angular velocity, rad/s."""
     linear_acceleration: Vector3
-    """Acceleration of the prim's origin, m/s2; gravity is included: -9.81 along z in free fall, zero at rest."""
+    """Acceleration of the prim's origin, m/s2: (0, 0, -9.81) in free fall, zero at rest."""
     angular_acceleration: Vector3
     """Angular acceleration, rad/s2."""
 
 
 @dataclass(frozen=True, slots=True)
 class Move:
-    """A new pose and velocity for an entity, in the world frame."""
+    """A new pose and velocity for an entity in the world frame."""
 
     position: Vector3 | None = None
-    """Position of the entity's prim, m; None keeps the current one."""
+    """Position of the entity's prim, m; None keeps the current position."""
     orientation: Quaternion | None = None
-    """Orientation of the entity's prim, a quaternion of any norm above zero; None keeps the current one."""
+    """Orientation of the entity's prim as a quaternion, which need not be normalized; None keeps the current orientation."""
     linear: Vector3 | None = None
-    """Velocity of the prim's origin, m/s; None: zero."""
+    """Velocity of the prim's origin, m/s; None stands for zero."""
     angular: Vector3 | None = None
-    """Angular velocity, rad/s; None: zero."""
+    """Angular velocity, rad/s; None stands for zero."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,21 +64,21 @@ class Overlap:
     """The overlap of an entity with another object."""
 
     other: str
-    """Name of the other entity, or of a shape that belongs to no entity, such as a floor."""
+    """Name of the other entity. For a shape that belongs to no entity, such as a floor, the name of the shape."""
     depth: float
     """Depth of the overlap, m."""
 
 
 @dataclass(frozen=True, slots=True)
 class Box:
-    """An axis-aligned box in some frame, given by two opposite corners, m."""
+    """A box whose edges are parallel to the axes of a frame, given by two opposite corners in this frame, m."""
 
     low: Vector3
     high: Vector3
 
 
 def warning(name: str, overlaps: Sequence[Overlap]) -> str:
-    """Return the warning for a moved entity that overlaps objects; empty without overlaps."""
+    """Return the warning that an entity overlaps other objects after it was placed; empty without overlaps."""
     if not overlaps:
         return ""
     told = [f"{overlap.depth:.2g} m deep in {overlap.other}" for overlap in overlaps[:MOST_TOLD]]

@@ -1,4 +1,4 @@
-"""Wheels with rollers: mecanum wheels and omnidirectional wheels."""
+"""The geometry of mecanum wheels and omnidirectional wheels, which have rollers on their rim."""
 
 from __future__ import annotations
 
@@ -9,7 +9,10 @@ from graphengine.devices.rotation import Vector3
 
 @dataclass(frozen=True, slots=True)
 class HolonomicWheel:
-    """A wheel with rollers, which grips the floor only along the roller axis; geometry with all joints of the robot at zero."""
+    """A wheel with rollers, which grips the floor only along the roller axis.
+
+    The attributes describe the wheel while all joints of the robot are at position zero.
+    """
 
     joint: str
     """Name of the joint that turns the wheel."""
@@ -20,4 +23,4 @@ class HolonomicWheel:
     axle: Vector3
     """Unit vector of the joint's axis in the frame of the base link."""
     roller_angle: float
-    """Angle from the axle to the axis of the roller on the floor, about the z axis of the base link: above -90 to 90 degrees."""
+    """Angle from the axle to the axis of the roller on the floor, about the base link's z axis; degrees, -90 < angle ≤ 90."""

@@ -1,4 +1,4 @@
-"""Lidars: the Protocol and the stub."""
+"""The Protocol of lidars, their scans, and a lidar stub for tests."""
 
 from __future__ import annotations
 
@@ -14,28 +14,31 @@ from graphengine.devices.stage import Prim
 
 @dataclass(frozen=True, slots=True)
 class Scan:
-    """One sweep of a lidar; arrays have one entry per beam, ring after ring in order of azimuth, and are never modified."""
+    """One scan of a lidar. Arrays have one element per beam, ring after ring, and within a ring in order of azimuth.
+
+    The arrays are shared by all readers and must not be modified.
+    """
 
     time: float
     """Simulation time of the tick in which the beams were cast, s."""
     index: int
-    """Number of this sample since play."""
+    """Sample index since the start of play."""
     ranges: NDArray[np.float32]
-    """Distance of each beam's hit, m; inf without a hit in range."""
+    """Distance to the surface that each beam hits, m; inf for a beam without a hit in range."""
     intensities: NDArray[np.float32]
-    """Intensity of each beam, 0 to 255."""
+    """Intensity of each beam's return, 0 to 255."""
 
 
 class Lidar(TickSensor, Protocol):
-    """A ray-casting range sensor."""
+    """A lidar that casts all beams of a scan at the same time."""
 
     @property
     def angles(self) -> tuple[float, float, float]:
-        """Azimuth of the first beam, azimuth of the last one, and step between two, rad, counter-clockwise from the x axis."""
+        """Azimuths of a ring's first and last beam, and the step between two beams; rad, counter-clockwise from the x axis."""
 
     @property
     def elevations(self) -> NDArray[np.float64]:
-        """Angle of each ring above the lidar's xy plane, rad; one ring at 0 for a planar lidar."""
+        """Angle of each ring above the lidar's xy plane, rad; a planar lidar has one ring at 0."""
 
     @property
     def directions(self) -> NDArray[np.float64]:
@@ -43,17 +46,17 @@ class Lidar(TickSensor, Protocol):
 
     @property
     def ranges(self) -> tuple[float, float]:
-        """Smallest and largest distance reported, m."""
+        """Minimum and maximum distance that the lidar reports, m."""
 
     def scan(self) -> Scan:
-        """Return the newest sample, which is cast at the first call in its tick and shared by all callers."""
+        """Return the newest scan. The first call in its tick casts the beams; all callers get the same object."""
 
 
 def beam_directions(angles: tuple[float, float, float], elevations: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return the unit vectors of a lidar's beams, ring after ring, shape (rings x azimuths, 3).
 
     Args:
-        angles: azimuth of a ring's first beam, azimuth of its last one, and step between two, rad.
+        angles: azimuths of a ring's first and last beam, and the step between two beams, rad.
         elevations: angle of each ring above the lidar's xy plane, rad.
     """
     first, last, increment = angles
@@ -69,7 +72,10 @@ def beam_directions(angles: tuple[float, float, float], elevations: NDArray[np.f
 
 @device("lidar", Lidar, usd="OmniLidar", title="a lidar", rank=1, child="Lidar")
 class LidarStub(Stub):
-    """A lidar whose sample tests set with `see`; at first all beams miss. `casts` counts calls of `scan`."""
+    """A lidar for tests. It reports the scan that a test sets with `see`; initially, no beam has a hit.
+
+    `casts` counts the calls of `scan`.
+    """
 
     casts = 0
     _seen: Scan | None = None
@@ -82,13 +88,20 @@ class LidarStub(Stub):
         self.directions = beam_directions(self.angles, self.elevations)
 
     def see(self, ranges: ArrayLike, intensities: ArrayLike = 0.0, *, time: float = 0.0, index: int = 0) -> None:
-        """Set the sample of this tick: `ranges` (m) per beam, inf for a miss, and `intensities` per beam or one for all beams."""
+        """Set the scan of this tick.
+
+        Args:
+            ranges: distance for each beam, m; inf for a beam without a hit.
+            intensities: intensity for each beam, or one value for all beams.
+            time: simulation time of the scan, s.
+            index: sample index since the start of play.
+        """
         distances = np.array(ranges, np.float32)
         brightness = np.full(distances.shape, intensities, np.float32)
         self.due, self.index, self._seen = True, index, Scan(time, index, distances, brightness)
 
     def scan(self) -> Scan:
-        """Return the sample set by the test, or one in which all beams miss."""
+        """Return the scan that the test set, or a scan without hits."""
         self.casts += 1
         beams = len(self.directions)
         return self._seen or Scan(0.0, 0, np.full(beams, np.inf, np.float32), np.zeros(beams, np.float32))

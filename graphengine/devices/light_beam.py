@@ -1,4 +1,4 @@
-"""Light beam sensors, single beams and light curtains: the Protocol and the stub."""
+"""The Protocol of light beam sensors (light barriers and light curtains), their readings, and a stub for tests."""
 
 from __future__ import annotations
 
@@ -16,30 +16,30 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True)
 class BeamReading:
-    """Hits of a sensor's beams; arrays have one entry per beam and must not be changed."""
+    """The state of a light beam sensor's n beams. Arrays have one element or row per beam and must not be modified."""
 
     hits: NDArray[np.bool_]
-    """Whether each beam is broken."""
+    """Whether an object interrupts each beam."""
     depths: Floats
-    """Distance from the sensor to each hit along the beam, m; the sensor's range if there is no hit."""
+    """Distance along each beam to the object that interrupts it, m; for a free beam, the sensor's maximum range."""
     hit_positions: Floats
-    """End of each beam in the sensor's frame, shape (n, 3), m."""
+    """End of each beam in the sensor's frame, m, shape (n, 3): the point of interruption; for a free beam, at maximum range."""
     origins: Floats
-    """Start of each beam in the world frame, shape (n, 3), m."""
+    """Start of each beam in the world frame, m, shape (n, 3)."""
     ends: Floats
-    """End of each beam in the world frame, at its hit or at the sensor's range, shape (n, 3), m."""
+    """The points of `hit_positions` in the world frame, m, shape (n, 3)."""
 
 
 class LightBeam(Sensor, Protocol):
-    """A sensor with one beam, or several parallel beams side by side; it casts them whenever it is read."""
+    """A sensor with one light beam or with several parallel beams side by side. It casts the beams whenever it is read."""
 
     def reading(self) -> BeamReading:
-        """Cast the beams and return their hits."""
+        """Cast the beams and return which of them are interrupted, and where."""
 
 
 @device("light_beam", LightBeam, usd="IsaacLightBeamSensor", title="a light beam sensor")
 class LightBeamStub(Stub):
-    """A light beam sensor that returns the reading which a test writes to `measured`; initially without beams."""
+    """A light beam sensor for tests. It reports the reading that a test assigns to `measured`; initially, it has no beams."""
 
     def __init__(self, prim: Prim) -> None:
         super().__init__(prim)
@@ -47,5 +47,5 @@ class LightBeamStub(Stub):
         self.measured = BeamReading(np.zeros(0, bool), np.zeros(0), none, none, none)
 
     def reading(self) -> BeamReading:
-        """Return the reading set by the test."""
+        """Return the value of `measured`."""
         return self.measured

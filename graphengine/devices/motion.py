@@ -1,4 +1,4 @@
-"""The interfaces of bodies and joints: poses, velocities and drives."""
+"""The Protocols of the handles to bodies and joints: poses, velocities, conveyor surfaces and drives."""
 
 from __future__ import annotations
 
@@ -13,72 +13,72 @@ from graphengine.devices.rotation import Quaternion, Vector3
 
 
 class Frame(Protocol):
-    """The pose of any prim, also of prims without physics."""
+    """A handle to the pose of any prim, including prims without physics."""
 
     def pose(self) -> tuple[Vector3, Quaternion]:
         """Return position (m) and orientation of the prim in the world frame."""
 
 
 class Body(Frame, Protocol):
-    """The rigid body of a prim, or the rigid body that carries the prim."""
+    """A handle to the pose and velocity of a prim that is a rigid body or is fixed to one."""
 
     def velocity(self) -> tuple[Vector3, Vector3]:
         """Return linear (m/s) and angular (rad/s) velocity of the prim's origin, in the world frame."""
 
 
 class Placement(Protocol):
-    """A body that can be placed and held at a pose."""
+    """A handle that moves a prim to a pose and holds it there."""
 
     def place(self, position: Vector3, orientation: Quaternion) -> None:
-        """Place the body's prim at rest and hold it against all forces until the simulation stops.
+        """Move the prim to a pose, with zero velocity, and hold it there against all forces until the simulation is reset.
 
-        A link moves only within its joint's range.
+        A link moves only along or about its joint, within the joint's limits.
 
         Args:
             position: position in the world frame, m.
             orientation: unit quaternion in the world frame.
 
         Raises:
-            PhysicsError: the position is too far away for the physics; nothing has changed.
+            PhysicsError: the position is too far from the world's origin. The prim then keeps its pose.
         """
 
 
 class Surface(Protocol):
-    """The moving surface of a body that stays in place, like a conveyor belt: it carries along objects that touch it."""
+    """A handle to the surface velocity of a fixed body. Like a conveyor belt, the surface carries along objects that touch it."""
 
     def move(self, linear: Vector3, angular: Vector3) -> None:
-        """Set the velocity of the surface from the next physics step on; a reset stops it.
+        """Set the velocity of the surface from the next physics step on; a reset sets it to zero.
 
         Args:
-            linear: velocity in the body's frame, m/s.
-            angular: angular velocity about the origin of the body, in its frame, rad/s.
+            linear: linear velocity in the body's frame, m/s.
+            angular: angular velocity about the body's origin in the body's frame, rad/s.
 
         Raises:
-            PhysicsError: a number is too large for the physics; the velocity stays as before.
+            PhysicsError: a number is not finite or too large for the physics. The surface then keeps its velocity.
         """
 
 
 @dataclass(frozen=True, slots=True)
 class FrameLink:
-    """One edge of a transform tree: a named child frame below a named parent frame."""
+    """One edge of a TF tree, from a parent frame to a child frame, with handles to the poses of both."""
 
     parent_name: str
     child_name: str
     parent: Frame | None
-    """Parent frame; None is the world frame."""
+    """Pose of the parent frame; None stands for the world frame."""
     child: Frame
     optical: bool = False
-    """Whether to rotate a camera by 180 degrees about x, from its view along -z to the ROS optical frame."""
+    """Whether the child frame is the optical frame of a camera: the pose of `child`, rotated by 180 degrees about the x axis."""
     fixed: tuple[Vector3, Quaternion] | None = None
-    """Constant pose of the child in the parent's frame if one body carries both; else None."""
+    """Constant pose of the child in the parent's frame if the same body carries both; otherwise None."""
 
 
 class JointSelection(Protocol):
-    """Selected joints of an articulation, in the order of the selection."""
+    """A handle to selected joints of an articulation, in the order of the selection."""
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Joint names in order."""
+        """Names of the selected joints, in the order of the selection."""
 
     def command(
         self,
@@ -86,19 +86,24 @@ class JointSelection(Protocol):
         velocities: Sequence[float] | None = None,
         efforts: Sequence[float] | None = None,
     ) -> None:
-        """Set targets from the next physics step on, clamped to the joints' limits.
+        """Set the targets of the selected joints from the next physics step on. Targets are clamped to the joints' limits.
 
-        Each sequence has one value per joint (rad or m, rad/s or m/s, N m or N). None instead of a sequence keeps the targets
-        of this kind, NaN keeps the target of its joint.
+        Each sequence has one value per selected joint. NaN keeps the target of this joint; None in place of a sequence keeps the
+        targets of this kind for all joints.
+
+        Args:
+            positions: target positions, rad or m.
+            velocities: target velocities, rad/s or m/s.
+            efforts: torques or forces, N m or N.
 
         Raises:
-            BadValueError: a number is infinite or too large for the physics; nothing was set. The error names the port
+            BadValueError: a number is infinite or too large for the physics. No target has changed then. The error names the port
                 `positionCommand`, `velocityCommand` or `effortCommand`.
         """
 
 
 class Articulation(Protocol):
-    """The movable joints of a robot."""
+    """A handle to the movable joints of a robot."""
 
     @property
     def prim_path(self) -> str:
@@ -106,41 +111,44 @@ class Articulation(Protocol):
 
     @property
     def joint_names(self) -> tuple[str, ...]:
-        """Names of all movable joints, in the articulation's order."""
+        """Names of all movable joints. All other sequences of the articulation have the same order."""
 
     @property
     def actuators(self) -> Mapping[str, str]:
-        """Joint that each actuator moves, by the actuator's name; empty for an actuator that does not move exactly one joint."""
+        """Name of the joint that each actuator moves, by the actuator's name.
+
+        The joint's name is empty for an actuator that moves several joints or none.
+        """
 
     @property
     def prismatic(self) -> tuple[bool, ...]:
-        """Whether each joint is prismatic."""
+        """Whether each joint is prismatic; the others are revolute or continuous."""
 
     @property
     def ranges(self) -> tuple[tuple[float, float], ...]:
-        """Lowest and highest position of each joint from the robot description, rad or m; infinite without limits."""
+        """Lower and upper position limit of each joint from the robot description, rad or m; infinite without limits."""
 
     @property
     def max_velocities(self) -> tuple[float, ...]:
-        """Velocity limit of each joint from the robot description, rad/s or m/s; infinite without one."""
+        """Velocity limit of each joint from the robot description, rad/s or m/s; infinite without a limit."""
 
     @property
     def leaders(self) -> tuple[str, ...]:
-        """Name of the joint that each joint mimics; empty for joints that are not mimic joints."""
+        """For each mimic joint, the name of the joint that it mimics; empty for other joints."""
 
     @property
     def stiffness(self) -> NDArray[np.float64]:
-        """Stiffness of each joint's drive, N m/rad or N/m; 0 without a position drive."""
+        """Stiffness of each joint's drive, N m/rad or N/m; 0 for a joint without a position drive."""
 
     @property
     def resets(self) -> int:
-        """Number of resets so far. Joint positions jump at a reset, so their difference across one is not a motion."""
+        """Number of resets so far. A reset makes joint positions jump, so a node must not compute velocities across it."""
 
     def select(self, names: Sequence[str] = (), indices: Sequence[int] = ()) -> JointSelection:
-        """Select the joints with these names, else those with these indices, else all.
+        """Return the joints with these names; without names, those with these indices; with neither, all joints.
 
         Raises:
-            JointError: the articulation has no joint with a name or index.
+            JointError: the articulation has no joint with a given name, or an index is out of range.
         """
 
     def positions(self) -> NDArray[np.float64]:
@@ -150,13 +158,13 @@ class Articulation(Protocol):
         """Return the joint velocities, rad/s or m/s, as a new array."""
 
     def set_points(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Return target position (rad or m) and target velocity (rad/s or m/s) of each joint's drive as new arrays.
+        """Return the target positions (rad or m) and target velocities (rad/s or m/s) of the joints' drives as new arrays.
 
-        NaN for a drive without such a target.
+        An element is NaN if the joint's drive does not have this target.
         """
 
     def efforts(self) -> NDArray[np.float64]:
-        """Return the torque or force of each joint's drive after the last step, N m or N, as a new array."""
+        """Return the torque or force on each joint from its drive and commands after the last step, N m or N, as a new array."""
 
     def wrenches(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Return the forces (N) and torques (N m) with which each joint's parent link holds the child link.

@@ -1,4 +1,4 @@
-"""Radars: the Protocol and the stub."""
+"""The Protocol of radars, their detections, and a radar stub for tests."""
 
 from __future__ import annotations
 
@@ -14,18 +14,18 @@ from graphengine.devices.stage import Prim
 
 @dataclass(frozen=True, slots=True)
 class Detections:
-    """One sample of a radar; arrays have one entry per detection and are never modified."""
+    """One sample of a radar. Arrays have one element or row per detection and must not be modified."""
 
     time: float
     """Simulation time of the tick in which the rays were cast, s."""
     index: int
-    """Number of this sample since play."""
+    """Sample index since the start of play."""
     points: NDArray[np.float32]
-    """Positions in the radar's frame, m, shape (n, 3)."""
+    """Positions of the detected points in the radar's frame, m, shape (n, 3)."""
     radial_velocities: NDArray[np.float32]
-    """Rates of change of the distances, m/s; positive for targets that move away from the radar."""
+    """Rate of change of each distance, m/s; positive for targets that move away from the radar."""
     intensities: NDArray[np.float32]
-    """Received power relative to that of the same target at the largest distance, dB."""
+    """Received power, dB, relative to the power that the same target would return at the maximum range."""
 
 
 class Radar(TickSensor, Protocol):
@@ -33,15 +33,18 @@ class Radar(TickSensor, Protocol):
 
     @property
     def ranges(self) -> tuple[float, float]:
-        """Smallest and largest distance reported, m."""
+        """Minimum and maximum distance that the radar reports, m."""
 
     def detections(self) -> Detections:
-        """Return the newest sample; it is measured at the first call in its tick and shared by all callers."""
+        """Return the newest sample. The first call in its tick casts the rays; all callers get the same object."""
 
 
 @device("radar", Radar, usd="OmniRadar", title="a radar", rank=3, child="Radar")
 class RadarStub(Stub):
-    """A radar whose detections tests set with `see`; at first there are none. `casts` counts calls of `detections`."""
+    """A radar for tests. It reports the detections that a test sets with `see`; initially, there are none.
+
+    `casts` counts the calls of `detections`.
+    """
 
     casts = 0
 
@@ -59,12 +62,20 @@ class RadarStub(Stub):
         time: float = 0.0,
         index: int = 0,
     ) -> None:
-        """Set the sample of this tick: points (m), with velocities (m/s) and intensities (dB) per point or one for all points."""
+        """Set the detections of this tick.
+
+        Args:
+            points: positions in the radar's frame, m, shape (n, 3).
+            radial_velocities: velocity for each point, m/s, or one value for all points.
+            intensities: intensity for each point, dB, or one value for all points.
+            time: simulation time of the measurement, s.
+            index: sample index since the start of play.
+        """
         self.due, self.index = True, index
         self._seen = _detections(time, index, points, radial_velocities, intensities)
 
     def detections(self) -> Detections:
-        """Return the sample set by the test, or one without detections."""
+        """Return the detections that the test set."""
         self.casts += 1
         return self._seen
 

@@ -1,4 +1,4 @@
-"""Keys of random generators, one for each prim, so that no prim's random numbers depend on what other prims draw."""
+"""Derives the key of each prim's own random generator. The random numbers of one prim do not depend on those of other prims."""
 
 from __future__ import annotations
 
@@ -10,6 +10,6 @@ def key_of(seed: int, path: str) -> int:
 
     Args:
         seed: seed of the session.
-        path: prim path of the node or sensor that draws.
+        path: prim path of the node or sensor that uses the generator.
     """
     return int.from_bytes(hashlib.blake2b(f"{seed} {path}".encode(), digest_size=16).digest(), "little")

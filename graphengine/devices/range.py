@@ -1,4 +1,4 @@
-"""Range sensors, ultrasonic or infrared: the Protocol and the stub."""
+"""The Protocol of ultrasonic and infrared range sensors, their readings, and a range sensor stub for tests."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ class RangeReading:
     time: float
     """Simulation time of the tick in which the distance was measured, s."""
     index: int
-    """Number of this sample since play."""
+    """Sample index since the start of play."""
     range: float
-    """Distance to the nearest surface in the cone, m. As in REP 117: inf if none is in range, -inf if it is too close."""
+    """Distance to the nearest surface in the cone, m. As in REP 117, inf means no surface in range, and -inf one too close."""
 
 
 class RangeSensor(TickSensor, Protocol):
@@ -35,19 +35,19 @@ class RangeSensor(TickSensor, Protocol):
 
     @property
     def ranges(self) -> tuple[float, float]:
-        """Smallest and largest distance reported, m."""
+        """Minimum and maximum distance that the sensor reports, m."""
 
     @property
     def noise_std(self) -> float:
-        """Standard deviation of the measured distance, m."""
+        """Standard deviation of the noise of the measured distance, m."""
 
     def reading(self) -> RangeReading:
-        """Return the newest sample, which is measured at the first call in its tick and shared by all callers."""
+        """Return the newest sample. The first call in its tick measures the distance; all callers get the same object."""
 
 
 @device("range", RangeSensor, usd="RangeSensor", title="a range sensor")
 class RangeSensorStub(Stub):
-    """A range sensor whose reading tests set with `measure`; at first its cone is empty."""
+    """A range sensor for tests. It reports the distance that a test sets with `measure`; initially, no surface is in range."""
 
     measured = RangeReading(0.0, 0, math.inf)
 
@@ -59,9 +59,9 @@ class RangeSensorStub(Stub):
         self.noise_std: float = prim.facts.get("noise_std", 0.0)
 
     def measure(self, distance: float, *, time: float = 0.0, index: int = 0) -> None:
-        """Set the sample of this tick to a distance, m."""
+        """Set the distance (m), simulation time (s) and index of this tick's sample."""
         self.due, self.index, self.measured = True, index, RangeReading(time, index, distance)
 
     def reading(self) -> RangeReading:
-        """Return the reading set by the test."""
+        """Return the reading that the test set."""
         return self.measured

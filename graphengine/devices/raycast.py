@@ -1,4 +1,4 @@
-"""Raycast sensors, with an origin and a direction for each ray: the Protocol and the stub."""
+"""The Protocol of raycast sensors, whose rays have individual origins and directions, their readings, and a stub for tests."""
 
 from __future__ import annotations
 
@@ -16,26 +16,29 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True)
 class RaycastReading:
-    """Hits of a sensor's rays; arrays have one entry per ray and must not be changed."""
+    """The hits of a raycast sensor's n rays. Arrays have one element or row per ray and must not be modified."""
 
     time: float
-    """Simulation time, s."""
+    """Simulation time of the measurement, s."""
     depths: Floats
-    """Distance from the origin of each ray to its hit, m; the sensor's range if there is no hit."""
+    """Distance from the origin of each ray to its hit, m; for a ray without a hit, the sensor's maximum range."""
     hit_positions: Floats
-    """Position of each hit in the sensor's frame or in the world frame, shape (n, 3), m; zero without a hit."""
+    """Position of each hit, m, shape (n, 3); zero without a hit. The profile selects the sensor's frame or the world frame."""
     hit_normals: Floats
-    """Unit normal of the surface at each hit, in the same frame, shape (n, 3); zero without a hit."""
+    """Unit normal of the surface at each hit, in the frame of `hit_positions`, shape (n, 3); zero without a hit."""
     hit_prims: tuple[str, ...]
-    """Path of the body that each ray hits; empty without a hit or for geometry of no body. No entries if not enabled."""
+    """Prim path of the body that each ray hits; empty without a hit, or if the geometry belongs to no body.
+
+    The tuple has no elements if the sensor's profile does not enable prim paths.
+    """
     origins: Floats
-    """Origin of each ray in the world frame, shape (n, 3), m."""
+    """Origin of each ray in the world frame, m, shape (n, 3)."""
     ends: Floats
-    """End of each ray in the world frame, at its hit or at the sensor's range, shape (n, 3), m."""
+    """End of each ray in the world frame, m, shape (n, 3): at its hit, or at the sensor's maximum range."""
 
 
 class RaycastSensor(Sensor, Protocol):
-    """A sensor that casts its rays whenever it is read."""
+    """A sensor with any number of rays. It casts the rays whenever it is read."""
 
     def reading(self) -> RaycastReading:
         """Cast the rays and return their hits."""
@@ -43,7 +46,7 @@ class RaycastSensor(Sensor, Protocol):
 
 @device("raycast", RaycastSensor, usd="IsaacRaycastSensor", title="a raycast sensor")
 class RaycastSensorStub(Stub):
-    """A raycast sensor that returns the reading which a test writes to `measured`; initially without rays."""
+    """A raycast sensor for tests. It reports the reading that a test assigns to `measured`; initially, it has no rays."""
 
     def __init__(self, prim: Prim) -> None:
         super().__init__(prim)
@@ -51,5 +54,5 @@ class RaycastSensorStub(Stub):
         self.measured = RaycastReading(0.0, np.zeros(0), none, none, (), none, none)
 
     def reading(self) -> RaycastReading:
-        """Return the reading set by the test."""
+        """Return the value of `measured`."""
         return self.measured

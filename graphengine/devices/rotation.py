@@ -1,6 +1,6 @@
 """Vectors, rotations and poses as tuples of floats, which are faster than numpy for single values.
 
-Rotations are unit quaternions (x, y, z, w). The last functions convert from files and from MuJoCo.
+Rotations are unit quaternions (x, y, z, w). `from_orientation`, `vector` and `pose_of` convert values from files and from MuJoCo.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ def conjugate(q: Quaternion) -> Quaternion:
 
 
 def multiply(a: Quaternion, b: Quaternion) -> Quaternion:
-    """Return the product a b: rotation b followed by rotation a."""
+    """Return the product of two unit quaternions: the rotation that applies b first and then a."""
     ax, ay, az, aw = a
     bx, by, bz, bw = b
     return (
@@ -42,7 +42,7 @@ def multiply(a: Quaternion, b: Quaternion) -> Quaternion:
 
 
 def rotate(q: Quaternion, v: Vector3) -> Vector3:
-    """Return the vector v rotated by q: v + 2w(u x v) + 2u x (u x v), for q = (u, w)."""
+    """Return the vector v, rotated by the unit quaternion q."""
     x, y, z, w = q
     vx, vy, vz = v
     tx, ty, tz = 2.0 * (y * vz - z * vy), 2.0 * (z * vx - x * vz), 2.0 * (x * vy - y * vx)
@@ -50,12 +50,17 @@ def rotate(q: Quaternion, v: Vector3) -> Vector3:
 
 
 def unrotate(q: Quaternion, v: Vector3) -> Vector3:
-    """Return the vector v rotated by the inverse of q: from the world to the body frame, if q is the body's orientation."""
+    """Return the vector v, rotated by the inverse of q. If q is a body's orientation, this converts v to the body's frame."""
     return rotate((-q[0], -q[1], -q[2], q[3]), v)
 
 
 def compose(parent: Pose, child: Pose) -> Pose:
-    """Convert the pose `child`, given relative to `parent`, to the frame in which `parent` is given."""
+    """Return the pose of a child in the frame in which the pose of its parent is given.
+
+    Args:
+        parent: pose of the parent.
+        child: pose of the child relative to the parent.
+    """
     (px, py, pz), q = parent
     x, y, z = rotate(q, child[0])
     return (px + x, py + y, pz + z), multiply(q, child[1])
@@ -69,7 +74,7 @@ def relative(parent: Pose, child: Pose) -> Pose:
 
 
 def from_rpy(roll: float, pitch: float, yaw: float) -> Quaternion:
-    """Return the rotation about the fixed x axis, then y, then z, by angles in rad, as in URDF."""
+    """Return the rotation for roll, pitch and yaw, rad, as in URDF: about the fixed x axis, then the y axis, then the z axis."""
     sr, cr = math.sin(roll / 2), math.cos(roll / 2)
     sp, cp = math.sin(pitch / 2), math.cos(pitch / 2)
     sy, cy = math.sin(yaw / 2), math.cos(yaw / 2)
@@ -92,12 +97,12 @@ def from_orientation(orientation: Orientation) -> Quaternion:
 
 
 def vector(values: NDArray[np.float64]) -> Vector3:
-    """Convert a vector from MuJoCo to three floats."""
+    """Return a numpy array of three numbers from MuJoCo as a tuple of floats."""
     x, y, z = values.tolist()
     return x, y, z
 
 
 def pose_of(position: NDArray[np.float64], quaternion: NDArray[np.float64]) -> Pose:
-    """Convert a pose from MuJoCo, whose quaternions are (w, x, y, z)."""
+    """Return a pose from MuJoCo, whose quaternions are (w, x, y, z), as a tuple of position and quaternion (x, y, z, w)."""
     w, x, y, z = quaternion.tolist()
     return vector(position), (x, y, z, w)

@@ -1,7 +1,7 @@
-"""The prim tree as plain data, without physics; graphs address its prims by path.
+"""The stage: the tree of prims, which graphs address by path. It is plain data, without physics.
 
-A robot's links are nested by kinematics below `Geometry`, its sensors, cameras, frames and graphs hang below links, its joints
-lie in `Physics` and its materials in `Materials`:
+The links of a robot are below `Geometry`, each below the link to which its joint attaches it. Sensors, cameras, frames and graphs
+are children of links. The joints of a robot are in `Physics` and its materials in `Materials`:
 
     /dd100                                          robot
     /dd100/Geometry/base_link                       link
@@ -9,9 +9,9 @@ lie in `Physics` and its materials in `Materials`:
     /dd100/Geometry/base_link/chassis_link/sim_lidar/Lidar
     /dd100/Physics/front_left_wheel_joint           joint
 
-A path may leave out `Geometry`. It may also lead from the robot directly to a link whose name is unique in the robot, as
-importers without nested links write it: `/dd100/chassis_link`. Nodes accept a robot's root prim, its base link or its
-articulation root for the robot.
+A path may leave out `Geometry`. If the name of a link is unique in its robot, a path may also leave out the links above it, as in
+`/dd100/chassis_link`; importers that do not nest links produce such paths. Where a node needs a robot, the path may be that of
+the robot's root prim, base link or articulation root.
 """
 
 from __future__ import annotations
@@ -28,15 +28,18 @@ from graphengine.format.stateful import Shared
 from graphengine.format.wording import did_you_mean, listing
 
 PrimKind = str
-"""A kind of device, or one of: scope, robot, link, joint, frame, material, graph, body, light; sensor, which mounts devices."""
+"""Kind of a prim: scope, robot, link, joint, frame, material, graph, body, light, sensor, or the kind of a device.
+
+A prim of kind `sensor` is the mount of one or more devices.
+"""
 
 PHYSICS_SCENE = "/physicsScene"
-"""Path of the prim with the physics settings, as in Isaac Sim; scenes have their gravity there."""
+"""Path of the prim with the physics settings, as in Isaac Sim; it has the attributes of gravity."""
 
 
 @dataclass(slots=True, eq=False)
 class Prim(Shared):
-    """One prim. Its pose is relative to its parent prim; `body` names the physics body that carries it."""
+    """One prim of a stage. Its position (m) and orientation are relative to its parent prim."""
 
     path: str
     kind: PrimKind
@@ -44,32 +47,35 @@ class Prim(Shared):
     position: Vector3 = ORIGIN
     orientation: Quaternion = IDENTITY
     body: str | None = None
-    """Name of the prim's own body in the physics model, for links and bodies."""
+    """Name of the prim's own body in the MuJoCo model; None if the prim is not a link or body."""
     namespace: str = ""
     """Value of the attribute `isaac:namespace`."""
     name_override: str = ""
     """Value of the attribute `isaac:nameOverride`."""
     facts: dict[str, Any] = field(default_factory=dict)
-    """Data for this kind of prim: a lidar's profile, a camera's size, a robot's joints."""
+    """Data that depend on the kind of the prim, such as the profile of a lidar or the joints of a robot."""
     children: dict[str, Prim] = field(default_factory=dict, repr=False)
 
     @property
     def name(self) -> str:
-        """Last element of the path."""
+        """Name of the prim, which is the last element of its path."""
         return self.path.rpartition("/")[2]
 
     @property
     def entity_name(self) -> str:
-        """Name of a robot in its scene; also the prefix of its names in the physics model."""
+        """Name of a robot in its scene. The names of its bodies and joints in the MuJoCo model begin with it."""
         return str(self.facts.get("name", self.name))
 
     @property
     def frame_name(self) -> str:
-        """Name in TF: `isaac:nameOverride`, or else the last element of the path."""
+        """Name of the prim's TF frame without prefix: `isaac:nameOverride`; without an override, the prim's name."""
         return self.name_override or self.name
 
     def carrier(self) -> tuple[str | None, Pose]:
-        """Return the name of the physics body that carries the prim (None: the world), and the prim's pose in its frame."""
+        """Return the name of the body that carries the prim, and the prim's pose in the body's frame.
+
+        The name is None if the prim is fixed to the world; the pose is then in the world frame.
+        """
         pose = NOWHERE
         for prim in self.ancestors():
             if prim.body is not None:
@@ -78,7 +84,7 @@ class Prim(Shared):
         return None, pose
 
     def ancestors(self) -> Iterator[Prim]:
-        """Yield the prim itself, then its ancestors up to the root."""
+        """Yield the prim itself, then its ancestors from the parent up to the root."""
         prim: Prim | None = self
         while prim is not None:
             yield prim
@@ -99,12 +105,12 @@ class Stage:
     def __init__(self) -> None:
         self.root = Prim("/", "scope", None)
         self.global_tf = False
-        """Whether all robots publish on /tf and /tf_static, with the namespaces as prefixes of frame names."""
+        """Whether all robots publish on /tf and /tf_static, so that frame names have the robots' namespaces as prefixes."""
         self._by_path: dict[str, Prim] = {"/": self.root}
         self._by_short_path: dict[str, list[Prim]] = {}
 
     def copy(self) -> Stage:
-        """Return an independent tree with copies of all prims and their facts."""
+        """Return a copy of the stage with copies of all prims and their facts."""
         made = Stage()
         made.root.namespace, made.global_tf = self.root.namespace, self.global_tf
         for prim in itertools.islice(self.prims(), 1, None):
@@ -114,19 +120,26 @@ class Stage:
         return made
 
     def is_like(self, other: Stage) -> bool:
-        """Whether another tree has equal prims in the same order."""
+        """Return whether another stage has equal prims in the same order."""
         pairs = itertools.zip_longest(self.prims(), other.prims())
         return all(one is not None and two is not None and _alike(one, two) for one, two in pairs)
 
     def add(self, path: str, kind: PrimKind, **facts: Any) -> Prim:
-        """Define a prim; missing ancestors become scopes, and a scope at the path takes the new kind.
+        """Add a prim and return it.
+
+        Missing ancestors are added as scopes. If a scope exists at the path, it becomes the new prim and keeps its children.
+
+        Args:
+            path: path of the prim.
+            kind: kind of the prim.
+            facts: values of other attributes of `Prim`.
 
         Raises:
-            PrimError: the path is taken, or not absolute.
+            PrimError: another prim exists at the path, or the path is not legal.
         """
         path = normalize(path)
         if path == "/":
-            raise PrimError("the root prim cannot be defined", path)
+            raise PrimError("'/' is the root prim, which always exists", path)
         existing = self._by_path.get(path)
         if existing is not None:
             if existing.kind != "scope" or kind == "scope":
@@ -145,7 +158,11 @@ class Stage:
         return prim
 
     def remove(self, path: str) -> None:
-        """Delete a prim and everything below it."""
+        """Remove a prim and all prims below it.
+
+        Raises:
+            PrimError: no prim has the path.
+        """
         prim = self.find(path)
         for gone in list(prim.descendants()):
             del self._by_path[gone.path]
@@ -157,11 +174,11 @@ class Stage:
         del prim.parent.children[prim.name]
 
     def find(self, path: str) -> Prim:
-        """Return the prim at a path; the path may leave out `Geometry` and the links above a link.
+        """Return the prim at a path, which may leave out `Geometry` and the links between a robot and one of its links.
 
         Raises:
             PrimError: no prim has the path; the message suggests similar names.
-            AmbiguousPrimError: the path fits several prims.
+            AmbiguousPrimError: the path matches several prims.
         """
         wanted = normalize(path)
         found = self._meant(wanted) or self._laid_flat(wanted)
@@ -174,13 +191,13 @@ class Stage:
         raise self._missing(path, wanted)
 
     def _meant(self, wanted: str) -> list[Prim]:
-        """The prim at exactly this path, or else all prims whose paths equal it except for `Geometry`."""
+        """Return the prim at exactly this path; if there is none, the prims whose paths equal it after omitting `Geometry`."""
         if wanted in self._by_path:
             return [self._by_path[wanted]]
         return [p for p in self._by_short_path.get(_without_geometry(wanted), []) if _is_short_for(wanted, p.path)]
 
     def _laid_flat(self, wanted: str) -> list[Prim]:
-        """Prims at a path that leads from the robot directly to a link, wherever the link is in the robot."""
+        """Return the prims that match a path which leaves out the links between a robot and one of its links."""
         robot, rest = self._descend(wanted, flat=False)
         while robot.kind != "robot" and robot.parent is not None:
             rest, robot = [robot.name, *rest], robot.parent
@@ -189,19 +206,24 @@ class Stage:
         return [prim for path in paths for prim in self._meant(path)]
 
     def is_literal(self, path: str, prim: Prim) -> bool:
-        """Return whether a path to a prim contains all links above it; `Geometry` may be missing."""
+        """Return whether a path to a prim names all links above the prim. The result is true even if `Geometry` is left out."""
         return _is_short_for(normalize(path), prim.path)
 
     def obstacle(self, path: str) -> Prim | None:
-        """Return the prim that prevents adding a robot at a path: a prim at the path, or an ancestor other than a scope.
+        """Return the prim that prevents a robot from being added at a path; None if a robot can be added there.
 
-        None if a robot can be added there.
+        The obstacle is a prim at the path itself, or an ancestor that is not a scope.
         """
         prim, rest = self._descend(path)
         return None if rest and prim.kind == "scope" else prim
 
     def _descend(self, path: str, *, flat: bool = True) -> tuple[Prim, list[str]]:
-        """The deepest existing prim along a path, and the remaining parts of the path."""
+        """Return the last existing prim on the way along a path, and the remaining elements of the path.
+
+        Args:
+            path: path, from the root.
+            flat: whether the path may leave out the links between a robot and one of its links.
+        """
         parts, prim = normalize(path).strip("/").split("/"), self.root
         for index, part in enumerate(parts):
             geometry = prim.children.get("Geometry")
@@ -236,28 +258,34 @@ class Stage:
         return (prim for prim in self.root.descendants() if kind is None or prim.kind == kind)
 
     def robot_of(self, prim: Prim) -> Prim | None:
-        """Return the robot that a prim belongs to, or None."""
+        """Return the prim of the robot to which a prim belongs, or None if it belongs to none."""
         return next((p for p in prim.ancestors() if p.kind == "robot"), None)
 
     def stands_for_robot(self, prim: Prim) -> Prim | None:
-        """Return the robot if the prim is its root prim, base link or articulation root; otherwise None."""
+        """Return the robot that a prim identifies as its root prim, base link or articulation root; None for any other prim."""
         robot = self.robot_of(prim)
         if robot is None or prim is robot:
             return robot
         return robot if prim.path in (robot.facts.get("base_link"), robot.facts.get("articulation_root")) else None
 
     def namespaces(self, path: str) -> list[str]:
-        """Return the non-empty `isaac:namespace` values from the root down to a path; the path need not exist."""
+        """Return the non-empty `isaac:namespace` values of the prims along a path, from the root down.
+
+        If the path does not exist, only its existing ancestors count.
+        """
         prim, _ = self._descend(path)
         return [above.namespace for above in reversed([*prim.ancestors()]) if above.namespace]
 
     def define(self, path: str) -> Prim:
-        """Return the prim at a path; missing prims are added as scopes."""
+        """Return the prim at a path. If it does not exist, add it and its missing ancestors as scopes."""
         prim, rest = self._descend(path)
         return self.add("/".join([prim.path.rstrip("/"), *rest]), "scope") if rest else prim
 
     def leads_by(self, path: str, other: str) -> bool:
-        """Return whether `path` equals `other` or lies below it; the prims need not exist."""
+        """Return whether `path` is `other` or lies below it. Either path may leave out `Geometry` or links.
+
+        The prims need not exist.
+        """
         (prim, rest), (passed, more) = self._descend(path), self._descend(other)
         if more:
             return prim is passed and rest[: len(more)] == more
@@ -265,7 +293,7 @@ class Stage:
 
 
 def prim_name(name: str) -> str:
-    """Return a name that is legal in USD: letters, digits and '_'."""
+    """Return a name with all characters that are illegal in USD replaced by `_`, and with `_` before a leading digit."""
     plain = re.sub(r"[^A-Za-z0-9_]", "_", name)
     return f"_{plain}" if plain[:1].isdigit() else plain
 
@@ -274,7 +302,7 @@ def normalize(path: str) -> str:
     """Return an absolute path without doubled or trailing slashes.
 
     Raises:
-        PrimError: the path is not absolute, or has the part `.` or `..`.
+        PrimError: the path is not absolute, or one of its elements is `.` or `..`.
     """
     if not path.startswith("/"):
         raise PrimError(
@@ -282,12 +310,12 @@ def normalize(path: str) -> str:
         )
     parts = [part for part in path.split("/") if part]
     if any(part in (".", "..") for part in parts):
-        raise PrimError(f"{path!r} is not a plain prim path", path, "write the path without '.' and '..'")
+        raise PrimError(f"{path!r} is not a prim path", path, "write the path without '.' and '..'")
     return "/" + "/".join(parts)
 
 
 def at_or_below(path: str, other: str) -> bool:
-    """Return whether the normalized `path` equals `other` or lies below it."""
+    """Return whether `path` equals `other` or lies below it. Both paths must be normalized and complete."""
     return path == other or path.startswith(f"{other}/")
 
 
@@ -300,7 +328,7 @@ def _alike(one: Prim, other: Prim) -> bool:
 
 
 def _links(robot: Prim, name: str) -> list[Prim]:
-    """The links with this name in a robot; empty if the prim is not a robot."""
+    """Return the links of a robot that have this name; empty if the prim is not a robot."""
     if robot.kind != "robot":
         return []
     return [prim for prim in robot.descendants() if prim.kind == "link" and prim.name == name]

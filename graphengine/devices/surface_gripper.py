@@ -1,4 +1,4 @@
-"""Surface grippers, which hold bodies by suction: the Protocol and the stub."""
+"""The Protocol of surface grippers, which hold bodies by suction, and a surface gripper stub for tests."""
 
 from __future__ import annotations
 
@@ -9,22 +9,28 @@ from graphengine.devices.device import Sensor, Stub, device
 from graphengine.devices.stage import Prim
 
 GripperStatus = Literal["Open", "Closing", "Closed"]
-"""`Closing` while the gripper tries to grip with points that hold no body yet; `Closed` when all points hold one."""
+"""Status of a surface gripper: `Closing` while some grip points do not hold a body yet, `Closed` when all points hold one."""
 
 
 class SurfaceGripperDevice(Sensor, Protocol):
-    """A gripper with one or several points; each point grips the body in front of it, until the body is pulled off."""
+    """A suction gripper with one or several grip points.
+
+    A closed point holds the body in front of it until the body is pulled off.
+    """
 
     @property
     def status(self) -> GripperStatus:
-        """Status after the last physics step."""
+        """Status of the gripper after the last physics step."""
 
     @property
     def gripped(self) -> Sequence[str]:
-        """Prim paths of all held bodies, each once, in the order of the points; geometry that belongs to no body is left out."""
+        """Prim paths of all held bodies in the order of the grip points, each once; geometry without a body is left out."""
 
     def close(self) -> None:
-        """Start to grip the bodies in front of the points, from the next physics step on; no effect unless open."""
+        """Start to grip the bodies in front of the grip points, from the next physics step on.
+
+        The call has no effect if the gripper is not open.
+        """
 
     def open(self) -> None:
         """Release all bodies immediately."""
@@ -32,7 +38,7 @@ class SurfaceGripperDevice(Sensor, Protocol):
 
 @device("surface_gripper", SurfaceGripperDevice, usd="IsaacSurfaceGripper", title="a surface gripper")
 class SurfaceGripperStub(Stub):
-    """A surface gripper that closes immediately; tests write the paths of the bodies within reach to `reachable`."""
+    """A surface gripper for tests. It closes immediately, and then holds the bodies whose paths a test assigns to `reachable`."""
 
     reachable: Sequence[str] = ()
 
@@ -42,7 +48,7 @@ class SurfaceGripperStub(Stub):
 
     @property
     def gripped(self) -> Sequence[str]:
-        """Return `reachable` if the gripper is closed."""
+        """Return `reachable` if the gripper is closed; otherwise an empty sequence."""
         return self.reachable if self.status == "Closed" else ()
 
     def close(self) -> None:

@@ -1,4 +1,4 @@
-"""Visible shapes of a world's bodies, for programs that draw the world themselves."""
+"""The visible shapes of a world's bodies, as data for programs that draw the world themselves."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from graphengine.devices.rotation import Pose, Vector3
 
 ShapeKind = Literal["plane", "sphere", "capsule", "ellipsoid", "cylinder", "box", "mesh"]
 Surface = tuple[NDArray[np.float32], NDArray[np.int32]]
-"""Vertices (n, 3) in m, and triangles (m, 3) of their indices."""
+"""A triangle mesh: vertices in m, shape (n, 3), and the vertex indices of each triangle, shape (m, 3)."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -21,16 +21,16 @@ class VisibleShape:
     """One visible shape of a body.
 
     Attributes:
-        kind: geometric form.
-        size: half lengths along the shape's axes, m; for a capsule, its radius and the half length of its cylinder; 0 along
-            infinite sides of a plane.
-        body: row of the shape's body in `World.poses`.
-        pose: pose in the body's frame.
+        kind: geometric form of the shape.
+        size: half lengths along the shape's axes, m. For a capsule, the radius and the half length of the cylindrical part. For a
+            plane, 0 along sides that are infinite.
+        body: index of the shape's body in `World.poses`.
+        pose: pose of the shape in the body's frame.
         colour: red, green, blue and opacity, 0 to 1.
-        mesh: for a mesh, the name of its surface in `Bodies.surfaces`; empty for other kinds.
-        texture: name of its texture in `Bodies.textures`, which is multiplied by the colour; empty for no texture.
+        mesh: for a mesh, the name of the triangle mesh in `Bodies.surfaces`; empty for other kinds.
+        texture: name of the texture in `Bodies.textures`, whose colours are multiplied by `colour`; empty without a texture.
         repeats: repetitions of the texture per metre along the shape's x and y axes, starting at the corner with the smallest x
-            and the largest y; zero for meshes with texture coordinates.
+            and the largest y; zero for a mesh with texture coordinates.
     """
 
     kind: ShapeKind
@@ -45,16 +45,16 @@ class VisibleShape:
 
 @dataclass(frozen=True, slots=True)
 class Bodies:
-    """Everything visible in a world; it changes only when robots are added or removed.
+    """All bodies of a world with their visible shapes. The data changes only when a robot is added or removed.
 
     Attributes:
         names: names of the bodies; the first is the world.
-        moving: for each body, whether it can move.
-        shapes: visible shapes.
-        surfaces: surfaces of meshes, by name.
-        textures: textures by name, shape (height, width, channels), the top row first.
-        coordinates: texture coordinates of the triangle corners by mesh name, shape (triangles, 3, 2), with the origin at the
-            upper left of the texture; only for meshes that have them.
+        moving: whether each body can move.
+        shapes: visible shapes of all bodies.
+        surfaces: triangle meshes, by name.
+        textures: textures by name; arrays of shape (height, width, channels) with the top row first.
+        coordinates: texture coordinates of the triangle corners by mesh name, shape (triangles, 3, 2). The origin is the upper
+            left corner of the texture. Meshes without texture coordinates are left out.
     """
 
     names: Sequence[str] = ()

@@ -1,1 +1,1 @@
-"""Reads YAML files as checked specs: documents with places, findings and errors, access to files."""
+"""Reads graph, scene and robot files as validated specs, reports errors in them, and controls which files may be read."""

@@ -1,6 +1,6 @@
-"""Atomic writing: a file appears, or replaces an older one, only when it is complete.
+"""Writes files atomically: a file appears, or replaces an older one, only when its content is complete.
 
-A symbolic link at the path is replaced and its target is not changed, as the folder may be untrusted.
+A symbolic link at the path is replaced, and its target stays unchanged: in an untrusted folder, a link can point anywhere.
 """
 
 from __future__ import annotations
@@ -15,12 +15,12 @@ from pathlib import Path
 
 
 def write_together(contents: Mapping[Path, bytes]) -> None:
-    """Write several files, all or none; missing folders are created.
+    """Write several files, and create missing folders; no file is replaced until all contents are written.
 
-    A new file has the mode of the umask; a replaced file keeps its mode.
+    The umask determines the permissions of a new file; a replaced file keeps its permissions.
 
     Raises:
-        OSError: a file cannot be written; `filename` names it.
+        OSError: a file cannot be written; the exception's `filename` is the path of that file.
     """
     parts: dict[Path, Path] = {}
     try:
@@ -40,10 +40,10 @@ def write_together(contents: Mapping[Path, bytes]) -> None:
 
 
 def _mode_of(path: Path) -> int | None:
-    """Mode of the file to replace; None for a missing file or a link.
+    """Return the permission bits of the file to replace; None if the path is missing or a symbolic link.
 
     Raises:
-        OSError: the path is a folder or device.
+        OSError: the path is a folder, pipe or device.
     """
     if path.is_dir():
         raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR))
@@ -53,7 +53,7 @@ def _mode_of(path: Path) -> int | None:
 
 
 def _write(part: Path, content: bytes, mode: int | None) -> None:
-    """Write a new file and flush it to the disk."""
+    """Create a file with the content, and flush it to the disk; without a mode, the umask determines the permissions."""
     flags = os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_NOFOLLOW | os.O_CLOEXEC
     with open(os.open(part, flags, 0o666 if mode is None else mode), "wb") as file:
         if mode is not None:
@@ -65,7 +65,7 @@ def _write(part: Path, content: bytes, mode: int | None) -> None:
 
 @contextlib.contextmanager
 def _naming(path: Path) -> Iterator[None]:
-    """Name the final file in errors instead of the temporary one."""
+    """Convert an OSError of the block to one whose `filename` is `path`, not the temporary file."""
     try:
         yield
     except OSError as error:

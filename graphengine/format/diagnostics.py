@@ -1,6 +1,6 @@
-"""Findings with codes, places and remedies.
+"""Findings: errors, warnings and notes about files, each with a code, a message, a position and help.
 
-Exceptions are in `errors`, shared wording is in `wording`.
+The exceptions are in `errors`, and helpers for the text of messages in `wording`.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ CODES: dict[str, str] = {
     "G102": "YAML syntax",
     "G103": "duplicate key",
     "G104": "forbidden YAML feature",
-    "G105": "file too large or too deep",
+    "G105": "file too large or nested too deeply",
     "G106": "unknown key",
     "G107": "missing key",
     "G108": "wrong type of value",
@@ -37,7 +37,7 @@ CODES: dict[str, str] = {
     "G207": "two wires into one data input",
     "G208": "missing required input",
     "G209": "cycle of data nodes",
-    "G210": "cycle of execution",
+    "G210": "cycle of execution wires",
     "G211": "wrong type of a port's value",
     "G212": "port's value out of range",
     "G213": "type of a port cannot be determined",
@@ -61,19 +61,19 @@ CODES: dict[str, str] = {
     "S105": "name used twice",
     "S106": "model that cannot be built",
     "W101": "node that no event reaches",
-    "W102": "data node that nothing uses",
-    "W103": "set value on a wired input",
-    "W104": "wire that carries the previous value",
-    "W105": "reader and writer in no stated order",
+    "W102": "data node that no executed node reads",
+    "W103": "value on a wired input",
+    "W104": "wire that carries the value of the previous pass",
+    "W105": "read and write in an undetermined order",
     "W106": "rate that is never reached",
-    "W107": "graph of a robot with a prim outside of the robot",
+    "W107": "robot's graph with a prim path outside of the robot",
     "W108": "wire written twice",
     "W201": "wheel radius differs from the robot's",
     "W202": "wheel distance differs from the robot's",
     "W203": "TF tree in more than one piece",
     "W204": "timestep of the world is overridden",
     "W205": "warning of MuJoCo about a model",
-    "W206": "file that the kernel cannot confine",
+    "W206": "file read without confinement by the kernel",
     "W207": "joint commanded by two graphs",
     "W208": "robot without commands",
     "W209": "command for a joint without a drive",
@@ -83,18 +83,18 @@ CODES: dict[str, str] = {
     "W302": "omitted part of an imported file",
     "N101": "old name of a node type",
     "N102": "prims were not checked",
-    "N103": "physics setting that was resolved",
-    "N104": "robot of a description without a robot file",
-    "N105": "path of a link that leaves out the links above it",
+    "N103": "part of a model that was changed or ignored",
+    "N104": "robot description used without a robot file",
+    "N105": "prim path that omits links",
     "N301": "changed part of an imported file",
     "N302": "part of an imported file that belongs to no graph",
 }
-"""Title of each code: G for graphs, S for scenes, W for lints, N for notes."""
+"""Title of each finding code; the first letter is G for errors in graphs, S for errors in scenes, W for warnings, N for notes."""
 
 
 @dataclass(frozen=True, slots=True)
 class Source:
-    """The lines of a file, kept to show the place of a finding."""
+    """The path and lines of a file, from which a finding shows its source line."""
 
     path: str
     lines: tuple[str, ...] = field(repr=False)
@@ -102,16 +102,16 @@ class Source:
 
 @dataclass(frozen=True, slots=True)
 class Span:
-    """A position in a file, with the length of the text there; line and column count from 1."""
+    """A piece of text on one line of a file: position of its first character, and length; line and column count from 1."""
 
     source: Source
     line: int
     column: int
     length: int = 1
     parameter: str = field(default="", kw_only=True)
-    """Name of the parameter whose value is written here, if a graph uses the value through a parameter."""
+    """Name of the graph parameter whose value is written at this position; empty if the value is not that of a parameter."""
     through: tuple[tuple[Span, str], ...] = field(default=(), kw_only=True)
-    """Uses of the parameter on the way from this position to the node that uses the value, each with a note."""
+    """Positions of each `$(name)` that passes on the parameter value, from here to the node that uses it, each with a note."""
 
     def __str__(self) -> str:
         return f"{printable(self.source.path)}:{self.line}:{self.column}"
@@ -123,7 +123,7 @@ class Span:
 
 @dataclass(frozen=True, slots=True)
 class Finding:
-    """One error, warning or note about a file: message, place and help."""
+    """One error, warning or note about a file: code, message, position, help lines, and related positions with labels."""
 
     code: str
     message: str
@@ -133,15 +133,15 @@ class Finding:
 
     def __post_init__(self) -> None:
         if self.code not in CODES:
-            raise ValueError(self.code)
+            raise ValueError(f"unknown finding code {self.code!r}")
 
     @property
     def severity(self) -> Severity:
-        """Severity by the first letter of the code: `error` for G and S, `warning` for W, `note` for N."""
+        """Severity, from the first letter of the code: `error` for G and S, `warning` for W, `note` for N."""
         return {"W": "warning", "N": "note"}.get(self.code[0], "error")  # type: ignore[return-value]
 
     def render(self) -> str:
-        """Return the finding as text: place, message, source line with caret, and help."""
+        """Return the finding as lines of text: position, code and message, source line with carets, help, related positions."""
         where = f"{self.span}: " if self.span else ""
         first, *more = self.message.split("\n")
         parts = [f"{where}{self.severity} {self.code}: {printable(first)}"]
@@ -154,7 +154,7 @@ class Finding:
         return "\n".join(parts)
 
     def record(self) -> dict[str, Any]:
-        """Return the finding as JSON types."""
+        """Return the finding as a dictionary that can be written as JSON."""
         return {
             "code": self.code,
             "title": CODES[self.code],
@@ -176,7 +176,7 @@ _WIDTH = 160
 
 
 def _excerpt(span: Span) -> list[str]:
-    """Return the source line with a caret below the position; a very long line is cut around it."""
+    """Return two lines: the source line, and carets below the text of the span; a very long line is cut around the span."""
     if not 1 <= span.line <= len(span.source.lines):
         return []
     line = span.source.lines[span.line - 1]
@@ -200,14 +200,14 @@ def _width(text: str) -> int:
 
 
 MAX_ERRORS = 1000
-"""Maximum number of errors to list; findings after these are dropped."""
+"""Maximum number of errors that `Findings` lists; all later findings are dropped."""
 MAX_GUESSES = 50
-"""Maximum number of findings that suggest similar names."""
+"""Maximum number of searches for similar names, for suggestions such as `did you mean …`."""
 
 
 @dataclass(slots=True)
 class Findings:
-    """A list of findings that is extended while files are read, so that one run reports everything."""
+    """A list to which all checks add their findings, so that one run reports all errors instead of only the first."""
 
     items: list[Finding] = field(default_factory=list)
     _known: set[object] = field(default_factory=set, repr=False)
@@ -222,11 +222,14 @@ class Findings:
         *help: str,
         related: Iterable[tuple[Span, str]] = (),
     ) -> None:
-        """Append a finding; empty help lines are dropped."""
+        """Append a finding with the given parts, as `put` does; empty help lines are dropped."""
         self.put(Finding(code, message, span, tuple(line for line in help if line), tuple(related)))
 
     def put(self, finding: Finding) -> None:
-        """Append a finding unless an equal one exists, or one from another node about the same value of a parameter."""
+        """Append a finding unless the list is full or has an equal finding.
+
+        If several nodes use the same parameter value, an error in the value is reported once.
+        """
         if self.full:
             return
         key: object = (finding.code, finding.message, str(finding.span), finding.help, tuple(map(str, finding.related)))
@@ -242,27 +245,30 @@ class Findings:
         self.items.append(finding)
 
     def guess(self, name: str, legal: Iterable[str]) -> str:
-        """Return a suggestion of similar names; empty after MAX_GUESSES calls, because each search takes milliseconds."""
+        """Return a suggestion such as `did you mean 'dd100'?`; empty if no legal name is similar.
+
+        After MAX_GUESSES calls it is always empty, because each search takes milliseconds.
+        """
         self._guesses += 1
         return did_you_mean(name, legal) if self._guesses <= MAX_GUESSES else ""
 
     @property
     def full(self) -> bool:
-        """Whether further findings are dropped."""
+        """Whether the maximum number of errors is exceeded, so that further findings are dropped."""
         return self._errors > MAX_ERRORS
 
     @property
     def errors(self) -> list[Finding]:
-        """All errors, which prevent a run."""
+        """All findings of severity `error`; a graph or scene with errors cannot run."""
         return [f for f in self.items if f.severity == "error"]
 
     @property
     def warnings(self) -> list[Finding]:
-        """All warnings, which count as errors with --strict."""
+        """All findings of severity `warning`; with --strict, `graphrun check` fails on them."""
         return [f for f in self.items if f.severity == "warning"]
 
     def sorted(self) -> list[Finding]:
-        """Return the findings by file, in order of the files' first findings, then by place."""
+        """Return the findings grouped by file, in the order in which the files first occur; within a file, sorted by position."""
         files: dict[str, int] = {}
         for item in self.items:
             files.setdefault(item.span.source.path if item.span else "", len(files))
@@ -276,11 +282,11 @@ class Findings:
         return sorted(self.items, key=key)
 
     def raise_errors(self) -> None:
-        """Raise CheckError if there is an error."""
+        """Raise a CheckError with all findings if any of them is an error."""
         if self.errors:
             raise CheckError(self.sorted())
 
 
 def to_json(findings: Sequence[Finding]) -> str:
-    """Return all findings as one JSON document."""
+    """Return findings as the text of a JSON list."""
     return json.dumps([finding.record() for finding in findings], indent=2)

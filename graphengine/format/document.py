@@ -1,6 +1,6 @@
-"""Reads YAML to plain data with the place of each value, within limits on the size of a file.
+"""Reads YAML to plain data with the position of each value, and limits the size of a file, its nesting and its number of values.
 
-The type of a plain scalar follows the YAML 1.2 core schema: `no` and `12:30:00` are strings, `1e3` is a number. The parser's
+The YAML 1.2 core schema determines the type of a plain scalar: `no` and `12:30:00` are strings, `1e3` is a number. The parser's
 event stream is read in a loop, not by recursion, so `MAX_DEPTH` limits the nesting, not the C stack.
 """
 
@@ -23,12 +23,12 @@ from graphengine.format.wording import did_you_mean
 
 MAX_BYTES = 8_000_000
 MAX_DEPTH = 64
-"""Maximum number of nesting levels, including levels that aliases repeat."""
+"""Maximum number of nesting levels; an alias adds the levels of its value."""
 MAX_VALUES = 400_000
-"""Maximum number of values in a document, including values that aliases repeat."""
+"""Maximum number of values in a document; each use of an alias adds the number of values that it repeats."""
 
 _Loader: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
-"""Loader of which only the event parser is used; libyaml's is 15 times faster than PyYAML's own."""
+"""Class that provides the event parser: libyaml's if it is installed, which is 15 times faster than PyYAML's own."""
 
 _NULL = re.compile(r"(?:~|null|Null|NULL|)\Z")
 _BOOL = re.compile(r"(?:true|True|TRUE|false|False|FALSE)\Z")
@@ -37,30 +37,33 @@ _FLOAT = re.compile(r"[-+]?(?:\.[0-9]+|[0-9]+(?:\.[0-9]*)?)(?:[eE][-+]?[0-9]+)?\
 _NOT_FINITE = re.compile(r"(?:[-+]?\.(?:inf|Inf|INF)|\.(?:nan|NaN|NAN))\Z")
 
 _LINE_END = re.compile("\r\n|[\n\r\x85\u2028\u2029]")
-"""Characters that end a line for the parser."""
+"""Pattern of a line end in the parser's sense."""
 _ILLEGAL = re.compile(r"[\x00-\x08\x0b\x0c\x0e-\x1f\x7f-\x84\x86-\x9f\ud800-\udfff\ufeff\ufffe\uffff]")
 
 _ADVICE: tuple[tuple[str, str], ...] = (
-    ("mapping values are not allowed", "quote a text that holds ': '; keys of one mapping begin in the same column"),
-    ("could not find expected ':'", "a key is followed by ':' and a blank; text of several words may need quotes"),
+    (
+        "mapping values are not allowed",
+        "put text that contains ': ' in quotes; keys of one mapping begin in the same column",
+    ),
+    ("could not find expected ':'", "a key is followed by ':' and a space; text of several words may need quotes"),
     ("did not find expected key", "keys of one mapping begin in the same column"),
     ("expected '-' indicator", "entries of one list begin with '- ' in the same column"),
     ("expected ','", "a bracket is not closed, or a comma is missing"),
     ("expected node content", "a bracket is not closed, or a value is missing"),
     ("tab character", "indent with spaces, not tabs"),
-    ("cannot start any token", "quote a text that begins with this character"),
-    ("alphabetic or numeric character", "quote a text that begins with '*' or '&'"),
+    ("cannot start any token", "put text that begins with this character in quotes"),
+    ("alphabetic or numeric character", "put text that begins with '*' or '&' in quotes"),
     ("unexpected end of stream", "a quote is not closed"),
-    ("unknown escape character", "in single quotes a backslash is itself; in double quotes write it twice"),
+    ("unknown escape character", "in single quotes, a backslash stands for itself; in double quotes, write it twice"),
     ("incompatible YAML document", "remove the line %YAML"),
-    ("expected <document start>", "a file is one mapping of `key: value`"),
+    ("expected <document start>", "a file contains one mapping, with entries `key: value`"),
 )
-"""Remedies, by a part of the parser's error message."""
+"""Pairs of a part of a parser error message and the remedy to show for this error."""
 _TOO_DEEP = f"nested more than {MAX_DEPTH} levels deep"
 _NESTED_TOO_DEEPLY = "exceeded maximum nesting depth"
-"""Error of libyaml from 0.2.6 (PyYAML 6.0.4) on, which may precede the events of the levels that `MAX_DEPTH` permits."""
+"""Error message of libyaml 0.2.6 and later (PyYAML 6.0.4); it can occur before `MAX_DEPTH` levels have been read."""
 _FROM_ITS_BEGINNING = ("while scanning a simple key", "while scanning a quoted scalar", "while scanning an a")
-"""Parser contexts whose errors are reported at the beginning of the value being read."""
+"""Beginnings of the parser's `context` texts for which the error is reported where the unfinished value begins."""
 _OPENED = {
     "while parsing a flow sequence": "the list that begins here",
     "while parsing a flow mapping": "the mapping that begins here",
@@ -73,17 +76,17 @@ Location = tuple[str | int, ...]
 
 @dataclass(slots=True)
 class Value:
-    """A scalar, mapping or sequence with its place. A mapping also has the places of its keys."""
+    """A scalar, mapping or sequence with its position in the file. A mapping also has the positions of its keys."""
 
     span: Span
     data: Any
-    """Python scalar; dict of str to Value; list of Value."""
+    """A Python scalar, a dict from str to Value, or a list of Value."""
     keys: dict[str, Span] = field(default_factory=dict)
     plain: bool = True
-    """False for a quoted or block scalar: its characters can differ from those in the file."""
+    """False for a quoted or block scalar, whose characters can differ from those in the file (escapes, line folding)."""
 
     def child(self, part: str | int) -> Value | None:
-        """Return the value at a key of a mapping or an index of a list, or None."""
+        """Return the value at a key of a mapping or an index of a list; None if there is no such key or index."""
         found: Value | None = None
         if isinstance(self.data, dict):
             found = self.data.get(part)
@@ -92,7 +95,7 @@ class Value:
         return found
 
     def to_data(self) -> Any:
-        """Return plain Python data without places."""
+        """Return the value as plain Python data, without positions."""
         if isinstance(self.data, dict):
             return {key: value.to_data() for key, value in self.data.items()}
         if isinstance(self.data, list):
@@ -101,29 +104,32 @@ class Value:
 
 
 class Document:
-    """One YAML file: its data, and the places of all values and keys."""
+    """One YAML file: its data, and the positions of all values and keys."""
 
     def __init__(self, source: Source, root: Value, size: int) -> None:
         self.source = source
         self.root = root
         self.size = size
-        """Number of values, including values that aliases repeat."""
+        """Number of values; each use of an alias adds the number of values that it repeats."""
         self.data: Any = root.to_data()
 
     @property
     def path(self) -> Path:
-        """Path of the file, as in messages."""
+        """Path of the file as messages show it."""
         return Path(self.source.path)
 
     def find(self, *location: str | int) -> Value | None:
-        """Return the value at a location such as `("nodes", "Diff", "inputs")`, or None."""
+        """Return the value at a location such as `("nodes", "Diff", "inputs")`; None if the file has no value there."""
         value: Value | None = self.root
         for part in location:
             value = value.child(part) if value is not None else None
         return value
 
     def span(self, *location: str | int) -> Span:
-        """Return the position of the value at a location; if there is none, of the innermost existing value around it."""
+        """Return the position of the value at a location.
+
+        If the file has no value there, return the position of the innermost value on the way to the location.
+        """
         for end in range(len(location), -1, -1):
             value = self.find(*location[:end])
             if value is not None:
@@ -131,7 +137,7 @@ class Document:
         return self.root.span
 
     def key_span(self, *location: str | int) -> Span:
-        """Return the position of the last key of a location; if there is no such key, the same as `span`."""
+        """Return the position of the last key of a location; if the file does not have the key, the result of `span`."""
         parent = self.find(*location[:-1])
         if parent is not None and location and location[-1] in parent.keys:
             return parent.keys[str(location[-1])]
@@ -139,7 +145,10 @@ class Document:
 
 
 def load(path: str | os.PathLike[str], findings: Findings, shown_as: str | None = None) -> Document | None:
-    """Read a YAML file; return None if it cannot be read. Errors are added to `findings`."""
+    """Read a YAML file; return None if it cannot be read or parsed. Errors are added to `findings`.
+
+    `shown_as` is the path to show in messages, if it differs from `path`.
+    """
     shown = shown_as or os.fspath(path)
     start = Span(Source(shown, ()), 1, 1)
     try:
@@ -166,17 +175,17 @@ def load(path: str | os.PathLike[str], findings: Findings, shown_as: str | None 
 
 
 def parse(text: str, shown_as: str, findings: Findings) -> Document | None:
-    """Read YAML text; return None if it cannot be read. `shown_as` is the path to show in messages."""
+    """Parse YAML text; return None if it cannot be parsed. Errors are added to `findings`; `shown_as` is the path they show."""
     source = Source(shown_as, tuple(_LINE_END.split(text)))
     if illegal := _ILLEGAL.search(text):
         span = _span_behind(text[: illegal.start()], source)
         number = f"{ord(illegal[0]):04X}"  # none is above U+FFFF
-        advice = f"remove it, or write \\u{number} in double quotes"
+        advice = f"remove the character, or write \\u{number} in double quotes"
         findings.add("G102", f"YAML syntax: character U+{number} is not allowed", span, advice)
         return None
     tags = next((number for number, line in enumerate(source.lines, 1) if line.startswith("%TAG")), None)
     if tags is not None:  # refused here because the parser takes minutes for very many of them
-        findings.add("G104", "tags are not allowed, nor the directive %TAG", Span(source, tags, 1, 4), "remove it")
+        findings.add("G104", "tags and the directive %TAG are not allowed", Span(source, tags, 1, 4), "remove the line")
         return None
     builder = _ValueBuilder(source, findings)
     try:
@@ -193,13 +202,13 @@ def parse(text: str, shown_as: str, findings: Findings) -> Document | None:
 
 
 def _span_behind(text: str, source: Source) -> Span:
-    """Return the position of the first character after `text`, which starts at the beginning of the file."""
+    """Return the position at which the file continues after `text`, the first part of the file."""
     lines = _LINE_END.split(text)
     return Span(source, len(lines), len(lines[-1]) + 1)
 
 
 def _report_syntax(error: yaml.MarkedYAMLError, source: Source, findings: Findings) -> None:
-    """Add a syntax error of the parser to `findings`, at its position or at the start of the value being read."""
+    """Add a finding for a syntax error of the parser, at the error's position or at the start of the unfinished value."""
     problem, context = str(error.problem or "not YAML"), str(error.context or "")
     spans = [_inside(source, mark) for mark in (error.problem_mark, error.context_mark) if mark]
     span = spans[-1 if context.startswith(_FROM_ITS_BEGINNING) else 0] if spans else Span(source, 1, 1)
@@ -214,7 +223,7 @@ def _report_syntax(error: yaml.MarkedYAMLError, source: Source, findings: Findin
 
 
 def _inside(source: Source, mark: Any) -> Span:
-    """Convert a parser mark to a Span; a mark after the last line becomes the end of that line."""
+    """Convert a parser mark to a Span; a mark below the last line becomes a Span at the end of the last line."""
     if mark.line < len(source.lines):
         return Span(source, mark.line + 1, mark.column + 1)
     return Span(source, len(source.lines), len(source.lines[-1]) + 1)
@@ -233,14 +242,14 @@ def _events(text: str) -> Iterator[Any]:
 class _Open:
     value: Value
     key: tuple[str, Span] | None = None
-    """Key of the next value in a mapping, with its position."""
+    """In a mapping: the key that was read and has no value yet, with its position."""
     drop: bool = False
-    """Whether the key was refused, so that its value is discarded."""
+    """Whether `key` is not allowed, so that its value is discarded."""
     anchor: str | None = None
     first: int = 0
-    """Number of values before this one, to know its size when an alias repeats it."""
+    """Number of values in the document before this one; the difference to a later count is the size of this value."""
     depth: int = 1
-    """Number of nesting levels in the value."""
+    """Number of nesting levels of the value, including its own."""
 
 
 class _ValueBuilder:
@@ -252,7 +261,7 @@ class _ValueBuilder:
         self.root: Value | None = None
         self.stack: list[_Open] = []
         self.anchors: dict[str, tuple[Value, int, int]] = {}
-        """For each anchor: its value, the number of values in it, and its nesting levels."""
+        """For each anchor: its value, the number of values that an alias repeats, and the number of their nesting levels."""
         self.count = 0
         self.documents = 0
 
@@ -261,7 +270,9 @@ class _ValueBuilder:
         if isinstance(event, yaml.DocumentStartEvent):
             self.documents += 1
             if self.documents > 1:
-                self.findings.add("G104", "several documents in one file", self._span(event), "remove the line `---`")
+                self.findings.add(
+                    "G104", "the file contains several YAML documents", self._span(event), "remove the line `---`"
+                )
                 return False
         elif isinstance(event, yaml.ScalarEvent):
             return self._scalar(event)
@@ -282,8 +293,8 @@ class _ValueBuilder:
     def _counted(self, span: Span, more: int = 1) -> bool:
         self.count += more
         if self.count > MAX_VALUES:
-            message = f"more than {MAX_VALUES} values in one file, aliases counted"
-            self.findings.add("G105", message, span, "split the file, or repeat less with aliases")
+            message = f"more than {MAX_VALUES} values in one file, including values that aliases repeat"
+            self.findings.add("G105", message, span, "split the file, or use fewer aliases")
             return False
         return True
 
@@ -294,13 +305,15 @@ class _ValueBuilder:
         return True
 
     def _at_key(self) -> bool:
-        """Return whether the next value is a key of a mapping."""
+        """Return whether the next event is a key of a mapping."""
         return bool(self.stack) and isinstance(self.stack[-1].value.data, dict) and self.stack[-1].key is None
 
     def _tag_refused(self, event: Any, span: Span) -> None:
         if event.tag is not None:
             tag = str(event.tag).replace("tag:yaml.org,2002:", "!!")[:80]
-            self.findings.add("G104", f"tags are not allowed: {tag!r}", span, "remove it; quotes make a value a text")
+            self.findings.add(
+                "G104", f"tags are not allowed: {tag!r}", span, "remove the tag; a value in quotes is a string"
+            )
 
     def _open(self, event: Any) -> bool:
         span = self._span(event)
@@ -309,7 +322,9 @@ class _ValueBuilder:
         self._tag_refused(event, span)
         if self._at_key():
             what = "mapping" if isinstance(event, yaml.MappingStartEvent) else "list"
-            self.findings.add("G104", f"a key must be a string, not a {what}", span, "quote it if it is a text")
+            self.findings.add(
+                "G104", f"a key must be a string, not a {what}", span, "put it in quotes if it is a string"
+            )
             return False
         data: Any = {} if isinstance(event, yaml.MappingStartEvent) else []
         self.stack.append(_Open(Value(span, data), anchor=event.anchor, first=self.count))
@@ -328,11 +343,11 @@ class _ValueBuilder:
         frame, text = self.stack[-1], event.value
         frame.key, frame.drop = (text, span), False
         if plain and text == "<<":
-            self.findings.add("G104", "merge keys are not allowed", span, "write the keys out")
+            self.findings.add("G104", "merge keys are not allowed", span, "write out the keys that `<<` would merge")
             frame.drop = True
         elif plain and not isinstance(self._resolve(text, span), str):
             quoted = f'"{text[:80]}"' if text else '""'
-            self.findings.add("G104", f"a key must be a string, {text[:80]!r} is not", span, f"write {quoted}")
+            self.findings.add("G104", f"a key must be a string, but {text[:80]!r} is not", span, f"write {quoted}")
             frame.drop = True
         if event.anchor is not None:
             self.anchors[event.anchor] = (Value(span, text, plain=plain), 1, 0)
@@ -341,17 +356,21 @@ class _ValueBuilder:
     def _alias(self, event: Any) -> bool:
         span = self._span(event)
         if event.anchor not in self.anchors:
-            hint = did_you_mean(event.anchor, self.anchors) or "quote a text that begins with '*'"
-            self.findings.add("G102", f"YAML syntax: no anchor {event.anchor!r} before this", span, hint)
+            hint = did_you_mean(event.anchor, self.anchors) or "put text that begins with '*' in quotes"
+            self.findings.add("G102", f"YAML syntax: no anchor {event.anchor!r} precedes this alias", span, hint)
             return False
         if self._at_key():
-            self.findings.add("G104", "a key must be a string, not an alias", span, "write the key out")
+            self.findings.add("G104", "a key must be a string, not an alias", span, "write the key itself")
             return False
         value, size, depth = self.anchors[event.anchor]
         return self._counted(span, size) and self._shallow(span, depth) and self._place(value, None, size, depth)
 
     def _place(self, value: Value, anchor: str | None, size: int, depth: int) -> bool:
-        """Add a finished value to its mapping or sequence; a repeated key is reported. Return True: reading can continue."""
+        """Add a finished value to the mapping or sequence around it; report a repeated key.
+
+        Returns:
+            Always True: reading can continue.
+        """
         if anchor is not None:
             self.anchors[anchor] = (value, size, depth)
         if not self.stack:
@@ -375,20 +394,20 @@ class _ValueBuilder:
         return True
 
     def _resolve(self, text: str, span: Span) -> Any:
-        """Return the Python value of a plain scalar under the YAML 1.2 core schema."""
+        """Return the Python value of a plain scalar by the YAML 1.2 core schema; report a number with too many digits."""
         if _NULL.match(text):
             return None
         if _BOOL.match(text):
             return text[0] in "tT"
         if _INT.match(text):
             if len(text) > 40:
-                self.findings.add("G109", "a whole number of more than 40 characters", span)
+                self.findings.add("G109", "the whole number has more than 40 characters", span)
                 return 0
             return int(text, 0 if text[:2] in ("0o", "0x") else 10)
         if _FLOAT.match(text):
             number = float(text)
             if math.isinf(number):
-                self.findings.add("G109", f"{text[:80]} is too large for a number", span, "infinity is written .inf")
+                self.findings.add("G109", f"{text[:80]} is too large for a number", span, "write infinity as .inf")
                 return 0.0
             return number
         return float(text.replace(".", "")) if _NOT_FINITE.match(text) else text

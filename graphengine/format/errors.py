@@ -1,7 +1,7 @@
-"""The exception tree.
+"""The exception classes of this package and their hierarchy.
 
 GraphError                  base of all exceptions of this package
-├── BadValueError           a wire's value that a node cannot use; the run continues
+├── BadValueError           a node cannot use a value that a wire carries; the run continues
 ├── CheckError              errors in the files of a graph or scene
 ├── ContextError            a node requested something missing or illegal from its context
 │   ├── PrimError           no prim at a path, or a prim of the wrong kind
@@ -15,12 +15,12 @@ GraphError                  base of all exceptions of this package
 ├── NodeError               an exception in a node's `compute`
 ├── PhysicsError            the simulation diverged
 ├── RecordingError          a recording that cannot be written or read
-├── RenderError             pictures cannot be drawn
+├── RenderError             images cannot be rendered
 ├── TrajectoryError         a trajectory that is invalid for the joints (in nodes/ros2/joint_trajectory.py)
-├── TransportError          the network could not be joined, or a peer's library failed
+├── TransportError          joining the ROS 2 network, or communicating on it, failed
 │   └── MessageError        a message that does not match its type (in messages/messages.py)
 └── UsageError              invalid arguments (exit code 2 of `graphrun`)
-    ├── NoObstaclesError    an occupancy map without bounds of a world without obstacles (in physics/occupancy/occupancy_map.py)
+    ├── NoObstaclesError    a map of a world without obstacles needs bounds (in physics/occupancy/occupancy_map.py)
     ├── RefusedError        a refused request of simulation_interfaces (in control/simulation_interfaces/results.py)
     ├── StateError          a call that the state of the session does not allow
     └── UnknownEntityError  no robot or object has the name
@@ -41,14 +41,15 @@ class GraphError(Exception):
 
 
 class BadValueError(GraphError, ValueError):
-    """A value from a wire that a node cannot use.
+    """A node cannot use the value of an input.
 
-    The node's branch ends for this tick and the run continues. A node raises it before it changes outputs, state or the world.
+    If the value comes from a wire, the nodes that this node would fire do not run in this tick, and the run continues. A node
+    raises the exception before it changes outputs, state or the world.
 
     Args:
-        port: OmniGraph name of the input, for example `velocityCommand`, or of several with incompatible values: `a, b`.
-        value: the value of the port.
-        legal: the values that the node can use, to follow "must be"; empty if the port's name says enough.
+        port: OmniGraph name of the input, such as `velocityCommand`; for inputs with incompatible values, their names: `a, b`.
+        value: the value of the input.
+        legal: description of the legal values, which follows "must be" in the message; empty: the message shows only the value.
     """
 
     def __init__(self, port: str, value: object, legal: str = "") -> None:
@@ -71,12 +72,12 @@ class CheckError(GraphError):
 
 
 class ContextError(GraphError):
-    """A node requested something missing or illegal from its context.
+    """A node requested something from its context that does not exist or is not allowed.
 
     Args:
-        message: the problem.
+        message: text that says what is wrong.
         value: value of the input that caused the problem; the finding points to this input in the file.
-        help: lines on legal values and remedies.
+        help: lines of the finding's help, with legal values and remedies.
     """
 
     code = "G307"
@@ -89,25 +90,25 @@ class ContextError(GraphError):
 
 
 class PrimError(ContextError):
-    """No prim has the path, or the prim is of the wrong kind."""
+    """A node requested a prim at a path where no prim exists, or where the prim is of the wrong kind."""
 
     code = "G301"
 
 
 class AmbiguousPrimError(PrimError):
-    """A path that could mean several prims."""
+    """A node requested a prim by a path that matches several prims."""
 
     code = "G302"
 
 
 class JointError(ContextError):
-    """The robot has no joint with the name or index."""
+    """A node requested a joint that the robot does not have, by name or index."""
 
     code = "G303"
 
 
 class TopicError(ContextError):
-    """A topic, namespace or QoS profile that is not legal in ROS 2."""
+    """A topic name, namespace, QoS profile or domain is not legal in ROS 2."""
 
     code = "G304"
 
@@ -117,11 +118,11 @@ class ControlError(GraphError):
 
 
 class NodeError(GraphError):
-    """An exception in a node's `compute`, which is chained as the cause.
+    """A node raised an exception, which is the `__cause__` of this one.
 
     Args:
-        message: the problem, its place and the inputs of the node.
-        node: prim path of the node; empty if the error belongs to none.
+        message: text with the exception, the node, its position in the file, its inputs and the tick.
+        node: prim path of the node; empty if the node is unknown.
     """
 
     def __init__(self, message: str, node: str = "") -> None:
@@ -138,19 +139,19 @@ class RecordingError(GraphError):
 
 
 class RenderError(GraphError):
-    """Pictures cannot be rendered: OpenGL is missing or failed."""
+    """Images cannot be rendered, because OpenGL is missing or failed."""
 
 
 class TransportError(GraphError):
-    """The network could not be joined, or a peer's library failed."""
+    """Joining the ROS 2 network, or communicating on it, failed."""
 
 
 class UsageError(GraphError):
-    """Invalid arguments of a command line or a call."""
+    """An argument of a command line or a call is invalid; `graphrun` then returns 2."""
 
 
 class StateError(UsageError):
-    """The state of the session does not allow the call."""
+    """The session is in a state that does not allow the call, such as `pause` while it is stopped."""
 
 
 class UnknownEntityError(UsageError):

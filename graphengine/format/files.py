@@ -1,8 +1,8 @@
-"""Look-up of files that other files refer to, and the folders that may be read.
+"""Finds the files that arguments and other files refer to, and checks that they lie in folders that may be read.
 
-A reference is looked up beside the file that contains it, then among the included graphs and scenes. The file found must lie in
-the folder of the file given by the user, among the included files, or in a folder that the user allowed, so an untrusted scene
-cannot read other files.
+A reference is looked up beside the file that contains it, then among the graphs and scenes of this package. The file found must
+lie in the folder of the file that the user gave, in this package, in an installed ROS package, or in a folder that the user
+allowed. An untrusted scene therefore cannot read other files.
 """
 
 from __future__ import annotations
@@ -21,18 +21,18 @@ from graphengine.format.wording import did_you_mean
 
 
 def shipped() -> Path:
-    """Return the folder with the included `graphs/` and `scenes/`: the package's data in a wheel, otherwise the checkout."""
+    """Return the folder that contains the included `graphs/` and `scenes/`: `_data` in a wheel, otherwise the checkout."""
     package = Path(__file__).resolve().parents[1]
     data = package / "_data"
     return data if data.is_dir() else package.parent
 
 
 Signature = tuple[int, ...] | None
-"""State of a file that differs after every change of the file; None for a missing file."""
+"""Mode, inode, size and times of a file, by which a change of the file is detected; None for a missing file."""
 
 
 def signature(path: str | os.PathLike[str]) -> Signature:
-    """Return mode, inode, size and times of the file or folder at a path, without opening it; None if there is none."""
+    """Return mode, inode, size and times of the file or folder at a path, without opening it; None if the path does not exist."""
     try:
         found = os.stat(path)
     except (OSError, ValueError):
@@ -41,16 +41,21 @@ def signature(path: str | os.PathLike[str]) -> Signature:
 
 
 PACKAGE = "package://"
-"""Prefix of a reference to a file in a ROS package of a sourced workspace."""
+"""Prefix of a reference to a file in a ROS package, as in `package://my_robot/scenes/hall.yaml`."""
 MAX_NAMED = 5
-"""Maximum number of scene files to name for a folder."""
+"""Maximum number of scene files that the error message names if the user gives a folder."""
 MAX_SEARCHED = 10_000
-"""Number of bytes at the beginning of a file that are searched for its key `scene` or `graph`."""
+"""Number of bytes at the beginning of a file in which its key `scene` or `graph` is searched."""
 _SCENE, _GRAPH = re.compile(rb"^scene\s*:", re.MULTILINE), re.compile(rb"^graph\s*:", re.MULTILINE)
 
 
 class NotFoundError(Exception):
-    """A file does not exist or may not be read. Arguments: message, then lines of help."""
+    """A file does not exist or may not be read.
+
+    Args:
+        message: text that says what is wrong.
+        help: lines with remedies; empty ones are allowed.
+    """
 
     def __init__(self, message: str, *help: str) -> None:
         super().__init__(message)
@@ -60,19 +65,19 @@ class NotFoundError(Exception):
 
 @dataclass(frozen=True, slots=True)
 class Files:
-    """The folders that may be read, and a record of the files that were read or missing."""
+    """The folders from which files may be read, and a record of the files that were read or not found."""
 
     roots: tuple[Path, ...]
     near: Path | None = None
-    """Working directory: messages show paths below it relative to it. None: paths are shown as found."""
+    """Working directory; messages show the files in it by relative paths. None: messages show paths as they were found."""
     installed: tuple[Path, ...] = ()
-    """Folders with the ROS packages that the user installed; they are also in `roots`."""
+    """Folders that contain installed ROS packages, such as `install/share`; they are also in `roots`."""
     base: Path = field(default_factory=shipped)
     """Folder with the included `graphs/` and `scenes/`."""
     used: dict[Path, Signature] = field(default_factory=dict, compare=False, repr=False)
-    """State before reading of all files that the user gave or to which a reference pointed, by absolute path, in order."""
+    """Signature of each file that was read, from before it was read, by absolute path and in the order of reading."""
     sought: dict[Path, Signature] = field(default_factory=dict, compare=False, repr=False)
-    """Absolute paths at which a reference found no regular file, with the state of a folder or pipe there."""
+    """Signature of each path at which a file was looked up and not found; None unless a folder, pipe or device is there."""
 
     @staticmethod
     def of(
@@ -82,14 +87,14 @@ class Files:
         installed: Sequence[Path] = (),
         base: Path | None = None,
     ) -> Files:
-        """Return the folders that may be read for a file given by the user.
+        """Return an object for a scene or graph file that the user gives; it allows reading in the file's folder and below.
 
         Args:
             given: path of the file.
-            allowed: further folders that the user allows to read.
-            near: working directory, see `near` of the class.
-            installed: folders with ROS packages that the user installed.
-            base: folder with the included `graphs/` and `scenes/`; None: the package's.
+            allowed: additional folders that the user allows to be read.
+            near: working directory, as in the attribute `near`.
+            installed: folders that contain installed ROS packages.
+            base: folder that contains the included `graphs/` and `scenes/`; None: the result of `shipped`.
         """
         base = base or shipped()
         roots = (base / "graphs", base / "scenes", *(path.resolve() for path in (*allowed, *installed)))
@@ -97,44 +102,46 @@ class Files:
         return Files(roots, near, tuple(path.absolute() for path in installed), base).beside(given)
 
     def beside(self, given: Path) -> Files:
-        """Return a copy that also permits the folder of `given`, an additional file that the user names."""
+        """Return a copy that also allows reading in the folder of `given`, and record `given`. The copy shares this record."""
         self.note(given)
         return replace(self, roots=(given.resolve().parent, *self.roots))
 
     def note(self, path: Path) -> None:
-        """Record that a file is about to be read."""
+        """Record the signature of a file; called before the file is read. A file that is already recorded keeps its signature."""
         place = Path(os.path.abspath(path))
         if place not in self.used:
             self.used[place] = signature(place)
 
     def note_missing(self, path: Path) -> None:
-        """Record a path at which a reference was looked up and no file was found."""
+        """Record that no file was found at a path, so that a file that appears there counts as a change."""
         place = Path(os.path.abspath(path))
         self.sought[place] = signature(place)
 
     def include(self, other: Files) -> None:
-        """Add the paths that another object recorded; paths recorded here keep their state."""
+        """Add the paths and signatures that another object recorded; paths that are already recorded keep their signatures."""
         for path, before in other.used.items():
             self.used.setdefault(path, before)
         for path, before in other.sought.items():
             self.sought.setdefault(path, before)
 
     def noted(self) -> dict[Path, Signature]:
-        """Return all recorded paths, with the state of the file when it was recorded."""
+        """Return all recorded paths with their recorded signatures."""
         return self.sought | self.used
 
     def changed(self) -> set[Path]:
-        """Return the recorded files that have since changed, appeared or disappeared."""
+        """Return the recorded paths whose files have changed, appeared or disappeared since they were recorded."""
         return {path for path, before in self.noted().items() if signature(path) != before}
 
     def links(self) -> Iterator[Path]:
-        """Yield the symbolic links in installed packages; their targets may be read wherever they are."""
+        """Yield the paths of the symbolic links in installed ROS packages; the targets of these links may be read anywhere."""
         for top in self.installed:
             for folder, folders, names in os.walk(top):
                 yield from (path for name in (*folders, *names) if (path := Path(folder, name)).is_symlink())
 
     def find(self, reference: str, folder: Path) -> Path:
-        """Return the path of the file to which `reference`, written in a file in `folder`, refers.
+        """Return the path of the file that another file in `folder` refers to as `reference`.
+
+        The path has the form that messages show.
 
         Raises:
             NotFoundError: the file does not exist, or lies outside the folders that may be read.
@@ -158,14 +165,14 @@ class Files:
     def look_up(
         self, reference: str, folder: Path, findings: Findings, span: Span | None, owner: str = ""
     ) -> Path | None:
-        """Return the path of the file to which a reference points; None after an error, which is added to `findings`.
+        """Return the path of the file that a reference means, as `find` does; None after an error, which is added to `findings`.
 
         Args:
-            reference: reference to the file, as in `find`.
-            folder: folder of the file with the reference.
-            findings: findings to add the error to.
-            span: place of the reference.
-            owner: text in front of the message, which says what the file is for.
+            reference: path as it is written in a file.
+            folder: folder of the file that contains the reference.
+            findings: receives the error.
+            span: position of the reference.
+            owner: text that precedes the error message and says what the file is for, such as `graph 'clock': `.
         """
         try:
             return self.find(reference, folder)
@@ -174,15 +181,15 @@ class Files:
             return None
 
     def shown(self, path: Path) -> Path:
-        """Return the path to show in messages: relative to the working directory for files below it."""
+        """Return the path that messages show: relative to the working directory for a file in it, otherwise unchanged."""
         if self.near is not None and path.resolve().is_relative_to(self.near):
             return path.resolve().relative_to(self.near)
         return path
 
     def may_read(self, path: Path) -> bool:
-        """Return whether a file lies below one of the roots after links are resolved.
+        """Return whether a file lies below one of `roots` after symbolic links are resolved.
 
-        Links in installed packages may lead anywhere, as `colcon build --symlink-install` makes such links.
+        Links in installed ROS packages may lead anywhere, because `colcon build --symlink-install` creates links to the sources.
         """
         if ".." not in path.parts and any(path.is_relative_to(folder) for folder in self.installed):
             return True
@@ -202,9 +209,14 @@ class Files:
 
 
 def find_given(name: str, folder: str) -> Path:
-    """Return the file for a command-line argument: a path, or the name of an included file in `graphs` or `scenes`.
+    """Return the path of the file that a command-line argument means.
 
-    In sourced ROS workspaces, `package://my_robot/scenes/hall.yaml` and `my_robot/scenes/hall.yaml` are files of a package.
+    The argument is a path, the name of an included file, or a file of a ROS package in a sourced workspace, such as
+    `package://my_robot/scenes/hall.yaml` or `my_robot/scenes/hall.yaml`.
+
+    Args:
+        name: the argument.
+        folder: folder of included files in which the name is looked up: `graphs` or `scenes`.
 
     Raises:
         NotFoundError: no such file exists.
@@ -224,7 +236,7 @@ def find_given(name: str, folder: str) -> Path:
 
 
 def _in_package(reference: str) -> Path:
-    """Return the file for `package://PACKAGE/PATH`.
+    """Return the path of the file that `package://PACKAGE/PATH` means.
 
     Raises:
         NotFoundError: no sourced workspace has the package, or the package does not have the file.
@@ -243,7 +255,9 @@ def _in_package(reference: str) -> Path:
 
 
 def find_file(name: str) -> Path:
-    """Return the file for an argument, as `find_given` does for scenes and graphs, by its shortest path.
+    """Return the path of the scene or graph file that a command-line argument means.
+
+    A path in the working directory is returned as a relative path.
 
     Raises:
         UsageError: no such file exists.
@@ -275,7 +289,7 @@ def require_file(path: str | Path) -> None:
 
 
 def _scenes_in(folder: Path) -> list[str]:
-    """Return up to `MAX_NAMED` scene files of a folder, without its subfolders."""
+    """Return the paths of up to `MAX_NAMED` scene files in a folder; subfolders are not searched."""
     scenes: list[str] = []
     with contextlib.suppress(OSError):
         for path in sorted(folder.glob("*.y*ml")):
@@ -287,7 +301,7 @@ def _scenes_in(folder: Path) -> list[str]:
 
 
 def _beside(name: str) -> str:
-    """Return a suggestion of a YAML file with a similar name in the same folder; empty if there is none."""
+    """Return a suggestion of YAML files in the same folder with similar names; empty if no name is similar."""
     folder = os.path.dirname(name)
     try:
         there = os.listdir(folder or ".")
@@ -297,12 +311,12 @@ def _beside(name: str) -> str:
 
 
 def near(path: str) -> str:
-    """Return a path relative to the working directory if it lies below this, otherwise unchanged."""
+    """Return a path relative to the working directory if it lies in this directory, otherwise unchanged."""
     relative = os.path.relpath(path)
     return path if relative.startswith("..") else relative
 
 
 def installed_packages() -> list[Path]:
-    """Return the folders with the ROS packages of sourced workspaces."""
+    """Return the `share` folders of the sourced ROS workspaces, from the environment variable AMENT_PREFIX_PATH."""
     prefixes = filter(None, os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep))
     return [Path(prefix).absolute() / "share" for prefix in prefixes]

@@ -1,4 +1,4 @@
-"""Registries filled by the modules of a package: to add a kind, add a module."""
+"""A registry to which the modules of a package add entries: a new kind of device, for example, needs only a new module."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ T = TypeVar("T")
 
 
 class Kinds(Generic[T]):
-    """A registry of entries by kind, which the modules of a package add when they are imported.
+    """A registry of entries by kind; the modules of a package add the entries when they are imported.
 
     Args:
-        package: full name of the package; its modules are imported at the first call of `all`.
+        package: full name of the package; the first use of `all` imports its modules.
     """
 
     def __init__(self, package: str) -> None:
@@ -24,7 +24,7 @@ class Kinds(Generic[T]):
         self._entries: dict[str, tuple[int, T]] = {}
 
     def add(self, kind: str, entry: T, rank: int = 0) -> None:
-        """Register the entry of a kind; entries with a lower rank are listed first.
+        """Register the entry of a kind; `all` lists entries with a lower rank first.
 
         Raises:
             ValueError: the kind already has an entry.
@@ -35,7 +35,7 @@ class Kinds(Generic[T]):
 
     @cached_property
     def all(self) -> Mapping[str, T]:
-        """All entries, sorted by rank and kind."""
+        """All entries by kind, sorted by rank and then by kind; imports the modules of the package."""
         package = importlib.import_module(self._package)
         for module in pkgutil.iter_modules(package.__path__, f"{self._package}."):
             if not module.ispkg:
@@ -45,4 +45,4 @@ class Kinds(Generic[T]):
 
 
 DEVICES: Kinds[Any] = Kinds("graphengine.devices")
-"""The kinds of device that robot files can mount; entries are `Device` objects of `graphengine.devices.device`."""
+"""The kinds of sensor that a robot file can list below `sensors`; the entries are `graphengine.devices.device.Device` objects."""

@@ -1,4 +1,4 @@
-"""Pydantic types of names, prim paths and namespaces in files, which reject illegal values."""
+"""Pydantic types that validate the names, prim paths and namespaces in files."""
 
 from __future__ import annotations
 
@@ -24,19 +24,23 @@ _PART = "[A-Za-z_][A-Za-z0-9_]*"
 def _robot_path(path: str) -> str:
     if not re.fullmatch(f"(/{_PART})+", path):
         raise ValueError(
-            f"{path!r} is not the path of a robot's prim; write it as in /World/robot: from '/' on, names of letters, "
-            "digits and '_', not beginning with a digit"
+            f"{path!r} is not a legal path for a robot's prim; write a path such as /World/robot, whose names "
+            "consist of letters, digits and '_' and do not begin with a digit"
         )
     return path
 
 
 _NAMESPACE = re.compile(rf"[^A-Za-z0-9_]*({_PART}(/{_PART})*)?[^A-Za-z0-9_]*")
 NAMESPACE_FIELD = re.compile(r"\{(name|index)(?::0([1-9]))?\}")
-"""A placeholder in a namespace pattern for a robot's name or number."""
+"""Pattern of the placeholders `{name}`, `{index}` and `{index:04}`, which stand for a robot's name and number in a namespace."""
 
 
 def _namespace(value: str) -> str:
-    """Return `value` if it can be part of a ROS 2 namespace; illegal characters at its ends are allowed and trimmed later."""
+    """Return `value` if it can be part of a ROS 2 namespace; illegal characters at its ends are accepted and trimmed later.
+
+    Raises:
+        ValueError: the value has other illegal characters, an empty part, or a part that begins with a digit.
+    """
     if not _NAMESPACE.fullmatch(value):
         legal = "legal: letters A-Z a-z, digits and _, in parts separated by /; no part is empty or starts with a digit"
         raise ValueError(f"{value!r} cannot be part of a ROS 2 namespace; {legal}")
@@ -45,7 +49,7 @@ def _namespace(value: str) -> str:
 
 def _namespace_pattern(value: str) -> str:
     if re.search(r"[{}]", NAMESPACE_FIELD.sub("", value)):
-        raise ValueError(f"{value!r} is not a pattern; legal: {{name}}, {{index}}, {{index:04}}")
+        raise ValueError(f"{value!r} has an unknown placeholder; legal placeholders: {{name}}, {{index}}, {{index:04}}")
     _namespace(NAMESPACE_FIELD.sub(lambda field: "name" if field[1] == "name" else "0", value))
     return value
 

@@ -1,6 +1,7 @@
-"""Permissions that a user gives to graph files: to read environment variables by name, and to run Python.
+"""Permissions that a user grants to graph files: to read files and named environment variables, and to run Python code.
 
-By default graphs have neither, since a variable may be a secret that a topic would publish, and code may do anything.
+By default, graphs may neither read environment variables nor run code: a variable can be a secret, which a topic would
+publish, and code can do anything.
 """
 
 from __future__ import annotations
@@ -15,17 +16,17 @@ from graphengine.format.regular_files import open_regular
 from graphengine.format.wording import did_you_mean
 
 LARGEST_FILE = 10_000_000
-"""Maximum size of a file that a node reads, bytes."""
+"""Maximum size of a file that a node may read, bytes."""
 
 
 @dataclass(frozen=True, slots=True)
 class Permissions:
-    """Permissions of graphs.
+    """What the nodes of graphs may read and run.
 
     Attributes:
-        files: folders that may be read; None: no files can be read.
-        environment: readable environment variables with their values; unset ones are empty.
-        scripts: whether graphs may run Python.
+        files: folders from which nodes may read files; None: nodes may not read files.
+        environment: values of the environment variables that nodes may read, by name; empty for a variable that is not set.
+        scripts: whether graphs may run Python code without a sandbox.
     """
 
     files: Files | None = None
@@ -36,7 +37,7 @@ class Permissions:
         """Return the value of an environment variable.
 
         Raises:
-            ContextError: the variable may not be read.
+            ContextError: the user does not allow graphs to read the variable.
         """
         if name not in self.environment:
             allow = f"allow it with --env {name}" if name.isidentifier() else "write the name of one variable"
@@ -45,13 +46,13 @@ class Permissions:
         return self.environment[name]
 
     def read(self, reference: str, folder: Path) -> tuple[Path, str]:
-        """Read a text file to which a graph file in `folder` refers; return its path and content.
+        """Return the path and content of the text file that a graph file in `folder` refers to as `reference`.
 
         Raises:
-            ContextError: the file does not exist, may not be read, is too large, or is not text.
+            ContextError: the file does not exist, graphs are not permitted to read it, it is too large, or it is not UTF-8.
         """
         if self.files is None:
-            raise ContextError("no files can be read here", reference)
+            raise ContextError("graphs may not read files in this session", reference)
         try:
             path = self.files.find(reference, folder)
         except NotFoundError as error:
@@ -68,11 +69,11 @@ class Permissions:
             raise ContextError(f"{path} cannot be read: {error.strerror}", reference) from None
 
     def require_scripts(self) -> None:
-        """Check that graphs may run Python.
+        """Check that graphs may run Python code without a sandbox.
 
         Raises:
             ContextError: the user does not allow it.
         """
         if not self.scripts:
-            advice = "read it, then allow it with --allow-scripts"
-            raise ContextError("it runs Python code, which graph files may not", None, advice)
+            advice = "read the code, then allow it with --allow-scripts"
+            raise ContextError("it runs Python code, which graphs may not do by default", None, advice)

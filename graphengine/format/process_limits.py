@@ -1,4 +1,4 @@
-"""Checks of process resources without which C libraries abort the process instead of reporting an error."""
+"""Checks for free address space and file descriptors; if these run out, C libraries abort the process without a message."""
 
 from __future__ import annotations
 
@@ -6,11 +6,11 @@ import mmap
 import os
 
 SMALLEST = 320_000_000
-"""Address space that a command needs before Python can report a lack of memory, bytes; mostly for OpenBLAS and MuJoCo."""
+"""Address space that every command needs, bytes, mostly for OpenBLAS and MuJoCo; with less, they abort the process."""
 
 
 def has_address_space(size: int) -> bool:
-    """Return whether `ulimit -v` and the machine allow this many more bytes; the bytes are released again."""
+    """Return whether `size` more bytes can be mapped under `ulimit -v` and the machine's limits; nothing stays mapped."""
     try:
         mmap.mmap(-1, size, mmap.MAP_PRIVATE | mmap.MAP_ANONYMOUS, mmap.PROT_READ).close()
     except (OSError, MemoryError):
@@ -19,7 +19,7 @@ def has_address_space(size: int) -> bool:
 
 
 def has_descriptors(number: int) -> bool:
-    """Return whether `ulimit -n` and the machine allow this many more open files."""
+    """Return whether `number` more files can be opened under `ulimit -n` and the machine's limits; no file stays open."""
     opened: list[int] = []
     try:
         while len(opened) < number:

@@ -1,4 +1,4 @@
-"""Opens files whose paths come from users or from other files."""
+"""Opens files whose paths come from users or from other files; pipes and devices, which could block, are refused."""
 
 from __future__ import annotations
 
@@ -9,10 +9,10 @@ from typing import BinaryIO
 
 
 def open_regular(path: str | os.PathLike[str]) -> BinaryIO:
-    """Open a regular file for reading; pipes and devices raise an error, as opening them could block.
+    """Open a regular file for reading; return the binary file object.
 
     Raises:
-        OSError: the file does not exist, is not regular, or may not be read.
+        OSError: the file does not exist, may not be read, or is a folder, pipe or device.
     """
     file = open(path, "rb", opener=_without_waiting)  # noqa: SIM115  # it is returned
     if not stat.S_ISREG(os.fstat(file.fileno()).st_mode):

@@ -1,4 +1,4 @@
-"""The spec of a robot file: a description, changes to its joints and links, materials, frames, sensors and graphs."""
+"""The pydantic models of a robot file: description, changes to its joints and links, materials, frames, sensors, graphs."""
 
 from __future__ import annotations
 
@@ -26,33 +26,33 @@ from graphengine.format.wording import shown
 
 
 class DriveSpec(FileSpec):
-    """A joint's drive in SI units."""
+    """A joint's drive with gains in SI units (radians)."""
 
     damping: Gain = 0.0
-    """Damping of the drive, N m s/rad, or N s/m."""
+    """Damping of the drive, N m s/rad or N s/m."""
     stiffness: Gain = 0.0
-    """Stiffness of the drive, N m/rad, or N/m."""
+    """Stiffness of the drive, N m/rad or N/m."""
     target_velocity: Speed = 0.0
     """Target velocity until the first command to the joint, rad/s or m/s."""
     max_force: Positive | None = None
     """Limit of the drive's torque or force, N m or N; default: the description's effort."""
     max_acceleration: Positive | None = None
-    """Maximum rate of change of the velocity set point, rad/s2 or m/s2."""
+    """Maximum rate of change of the velocity set point, rad/s2 or m/s2; default: no limit."""
     max_velocity: Positive | None = None
-    """Maximum of the velocity set point, and maximum rate of change of the position set point, rad/s or m/s."""
+    """Maximum velocity set point, and maximum rate of change of the position set point, rad/s or m/s; default: no limit."""
     interpolate: bool = False
-    """Move the set points evenly to new targets over a tick, as servo drives do; default: at the tick's beginning."""
+    """If true, the set points move to new targets at a constant rate over one tick, as in servo drives; if false, they jump."""
     gravity_compensation: bool = False
-    """Carry the weight of all links beyond the joint, as part of the drive's effort."""
+    """If true, the drive adds the effort that carries the weight of all links beyond its joint."""
 
 
 class UsdDriveSpec(FileSpec):
-    """A joint's drive in USD's units: angles in degrees."""
+    """A joint's drive with gains in the units of USD, in which angles are degrees."""
 
     damping: Gain = 0.0
-    """Damping of the drive, N m s/deg."""
+    """Damping of the drive, N m s/deg or N s/m."""
     stiffness: Gain = 0.0
-    """Stiffness of the drive, N m/deg."""
+    """Stiffness of the drive, N m/deg or N/m."""
     target_velocity: Speed = 0.0
     """Target velocity until the first command to the joint, deg/s or m/s."""
     max_force: Positive | None = None
@@ -63,7 +63,7 @@ class SpringSpec(FileSpec):
     """A passive spring at a joint."""
 
     stiffness: Gain
-    """Stiffness of the spring, N m/rad, or N/m."""
+    """Stiffness of the spring, N m/rad or N/m."""
     rest: Speed = 0.0
     """Position of the joint at which the spring exerts no force, rad or m."""
 
@@ -73,25 +73,25 @@ class JointSpec(FileSpec):
 
     enabled: bool = True
     weld: bool = False
-    """Weld the child link of a disabled joint to the parent link, so that it does not fall off."""
+    """If true and the joint is disabled, its child link is welded to its parent link, so that the child does not fall off."""
     position: Vector | None = None
-    """Origin of the joint in its parent link, m; overrides the description."""
+    """Origin of the joint in the frame of its parent link, m; overrides the description."""
     drive: DriveSpec | None = None
     usd_drive: UsdDriveSpec | None = None
     armature: NotNegative = 0.0
-    """Rotor inertia as it acts at the joint, kg m2, or kg."""
+    """Inertia of the rotor, reflected through the gear to the joint, kg m2 or kg."""
     start: Speed | None = None
-    """Position at the start and after a reset, rad or m, and first target of a position drive."""
+    """Position of the joint at the start and after a reset, rad or m; also the first target of a position drive."""
     limits: Pair | None = None
-    """Lowest and highest position, rad or m, instead of the description's."""
+    """Lowest and highest position of the joint, rad or m; overrides the description."""
     spring: SpringSpec | None = None
 
     @model_validator(mode="after")
     def _one_drive(self) -> JointSpec:
         if self.drive and self.usd_drive:
-            raise ValueError("a joint has a drive or a usd_drive, not both")
+            raise ValueError("a joint has a `drive` or a `usd_drive`, not both")
         if self.limits and self.limits[0] >= self.limits[1]:
-            raise ValueError("limits are [lowest, highest], with the lowest below the highest")
+            raise ValueError("limits must be [lowest, highest], with the lowest below the highest")
         return self
 
 
@@ -104,24 +104,24 @@ class LinkSpec(FileSpec):
     gravity: bool = True
     """Whether gravity acts on the link's mass."""
     colour: Annotated[tuple[Share, Share, Share], Field(strict=False)] | None = None
-    """Red, green and blue, 0 to 1, of visuals whose colour neither the description nor their mesh gives."""
+    """Red, green and blue from 0 to 1, for visuals that have no colour in the description or in their mesh."""
 
 
 class WheelColliderSpec(FileSpec):
-    """A collider about the axis of a wheel's joint, in place of all colliders of its link."""
+    """A collider centred on the axis of a wheel's joint; it replaces all colliders of the wheel's link."""
 
     shape: Literal["ellipsoid", "cylinder"] = "ellipsoid"
-    """An ellipsoid touches the floor at one point, a cylinder along its width."""
+    """Shape of the collider: an ellipsoid touches the floor at one point, a cylinder along its width."""
     radius: Positive
     """Radius of the wheel, m."""
     width: Positive
     """Width of the wheel, m."""
     offset: float = 0.0
-    """Distance of the wheel's middle from the joint along the joint's axis, m."""
+    """Position of the wheel's middle along the joint's axis, relative to the joint, m."""
 
 
 class MaterialSpec(FileSpec):
-    """A physics material."""
+    """A physics material: the friction of the colliders to which it is bound."""
 
     static_friction: NotNegative = 0.5
     """No effect: MuJoCo has one friction coefficient, which is `dynamic_friction`."""
@@ -129,13 +129,13 @@ class MaterialSpec(FileSpec):
     restitution: float = Field(default=0.0, ge=0, le=1)
     """No effect: MuJoCo's contacts have no restitution."""
     combine: Literal["average", "min", "multiply", "max"] = "average"
-    """How this friction is combined with the floor's, at build and whenever a graph writes the friction."""
+    """Rule that computes the friction of a contact from this friction and that of the floor, as in PhysX."""
     across: NotNegative | None = None
-    """Friction across `direction`, where `dynamic_friction` acts along it; default: the same in all directions."""
+    """Friction coefficient across `direction`; `dynamic_friction` then acts along it. Default: equal in all directions."""
     direction: Direction | None = None
-    """Direction of `dynamic_friction` at the point of contact, in the frame of `expressed_in`."""
+    """Direction along which `dynamic_friction` acts at the point of contact, as a vector in the frame of `expressed_in`."""
     expressed_in: str = ""
-    """Link whose frame `direction` is given in; default: the link that the wheel turns in."""
+    """Link in whose frame `direction` is given; default: the parent link of the wheel's joint."""
     bind: tuple[str, ...] = Field(default=(), strict=False)
     """Links whose colliders have this material."""
 
@@ -144,21 +144,21 @@ class MaterialSpec(FileSpec):
         if (self.across is None) != (self.direction is None):
             raise ValueError("friction in two directions needs both `across` and `direction`")
         if self.expressed_in and self.direction is None:
-            raise ValueError("`expressed_in` is the frame of a `direction`, which is missing")
+            raise ValueError("`expressed_in` needs a `direction`, whose frame it names")
         return self
 
 
 class FrameSpec(FileSpec):
-    """A frame: an Xform prim without geometry."""
+    """A frame that is added to the robot: an Xform prim without geometry."""
 
     parent: str
-    """Path of the parent prim, relative to the robot."""
+    """Path of the parent prim, relative to the robot's prim."""
     position: Vector = (0.0, 0.0, 0.0)
     orientation: Orientation = UPRIGHT
 
 
 class _TypeOfSensor:
-    """A value of `type` in `sensors`: a kind of device, or a rig of several devices."""
+    """Pydantic type of the key `type` of a sensor: a kind of device, or a rig, which consists of several devices."""
 
     @staticmethod
     def __get_pydantic_core_schema__(_: Any, handler: Any) -> Any:
@@ -167,57 +167,57 @@ class _TypeOfSensor:
 
 def _name_or_figures(value: Any) -> Any:
     if not isinstance(value, str | dict):
-        raise ValueError(f"expected the name of a profile, or the figures of one, got {shown(value)}")
+        raise ValueError(f"expected the name of a profile, or a mapping with its values, got {shown(value)}")
     return value
 
 
 class SensorSpec(FrameSpec, defer_build=True):
-    """A sensor on a link."""
+    """A sensor that is mounted on a prim of the robot."""
 
     type: Annotated[str, _TypeOfSensor]
     profile: Annotated[str | dict[str, Any], BeforeValidator(_name_or_figures)] = ""
-    """Name of a sensor profile, such as microscan3_9m_20hz, or its figures, such as {rate: 10.0, …} of an imu."""
+    """Name of a sensor profile, such as microscan3_9m_20hz, or a mapping with its values, such as {rate: 10.0, …}."""
     noise_std: NotNegative | None = None
-    """Standard deviation of measured distances, m; default: that of the profile."""
+    """Standard deviation of the measured distances, m; default: the value of the profile."""
 
 
 class RobotSpec(FileSpec, defer_build=True):
-    """A robot file: a description, changes to it, mounted sensors, and graphs."""
+    """A robot file: a robot description, changes to it, mounted sensors, and graphs."""
 
     format: Format = 1
     robot: Name
     doc: str = ""
     extends: str = ""
-    """Robot file that this file extends."""
+    """Robot file whose keys this file takes over and overrides."""
     urdf: str = ""
-    """URDF file, or a .xacro or .sdf file that becomes one."""
+    """Robot description: a URDF file, or a .xacro or .sdf file, which is converted to URDF."""
     mjcf: str = ""
-    """MuJoCo model of the robot, in place of `urdf`: attached as it is, with its actuators as drives."""
+    """MuJoCo model (MJCF) of the robot, instead of `urdf`. It is used unchanged; its actuators are the robot's drives."""
     start: str = ""
     """Keyframe of the MuJoCo model in which the robot starts."""
     xacro_arguments: dict[str, str | bool | int | float] = {}
-    """Values of the xacro file's arguments, as in `xacro file name:=value`."""
+    """Values of the xacro file's arguments by name, as in `xacro file name:=value`."""
     package_paths: tuple[str, ...] = Field(default=(), strict=False)
-    """ROS packages, or folders that contain them, for package:// and $(find …)."""
+    """Folders of ROS packages, or folders that contain packages, for references with package:// and $(find …)."""
     base_link: str = "base_link"
-    """Root link; the free joint moves it."""
+    """Root link of the robot, which moves freely in the world unless `fixed_base` is true."""
     fixed_base: bool = False
-    """Fix the root link to the world, as for an arm; a root link named `world` is always fixed."""
+    """If true, the root link is fixed to the world, as for an arm; a root link named `world` is always fixed."""
     articulation_root: str = ""
-    """Link that graphs can use for the robot, besides its prim and base link; empty: the freely moving link."""
+    """Link whose prim stands for the robot in graphs, as do the robot's prim and base link; default: the freely moving link."""
     self_collision: bool = False
-    """Let the robot's links collide with each other, except those connected by a joint."""
+    """If true, the robot's links collide with each other, except links that a joint connects."""
     links: dict[str, LinkSpec] = {}
     joints: dict[str, JointSpec] = {}
     keep_only_joints: tuple[str, ...] = Field(default=(), strict=False)
-    """Joints to keep; every other joint of the description is disabled."""
+    """Joints to keep; if the list is not empty, every other joint of the description is disabled."""
     wheel_colliders: dict[str, Literal["as_urdf", "ellipsoid"] | WheelColliderSpec] = {}
-    """Colliders of wheels, by link name: `ellipsoid` in place of a cylinder, or {radius: …, width: …} in place of any other."""
+    """Colliders of wheels, by link: `ellipsoid` replaces a cylinder, {radius: …, width: …} all colliders; `as_urdf` keeps all."""
     materials: dict[Name, MaterialSpec] = {}
     frames: dict[Name, FrameSpec] = {}
     sensors: dict[Name, SensorSpec] = {}
     namespaces: dict[str, Namespace] = {}
-    """`isaac:namespace` of prims, by path relative to the robot."""
+    """ROS 2 namespaces (`isaac:namespace`) of prims, by prim path relative to the robot's prim."""
     name_overrides: dict[str, str] = {}
-    """`isaac:nameOverride` of prims, by path relative to the robot."""
+    """Frame names in TF (`isaac:nameOverride`) of prims, by prim path relative to the robot's prim."""
     graphs: dict[Name, GraphUse] = {}

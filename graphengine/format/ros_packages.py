@@ -1,4 +1,4 @@
-"""ROS packages on disk: folders with a manifest, `package.xml`, that contains the package's name."""
+"""Finds ROS packages on disk: folders with a manifest, `package.xml`, which contains the name of the package."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ MANIFEST = "package.xml"
 MAX_FOLDERS = 20_000
 
 _MAX_BYTES = 256 * 1024
-"""Number of bytes of a manifest that are searched for the package name."""
+"""Number of bytes at the beginning of a manifest in which the package name is searched."""
 _NAME = re.compile(rb"<name>\s*([\w.-]+)\s*</name>")
 
 
 def manifest_name(folder: Path) -> str | None:
-    """Return the package name in a folder's manifest; None without a manifest, or without a name in it."""
+    """Return the package name in the manifest of a folder; None if the folder has no manifest, or the manifest has no name."""
     manifest = folder / MANIFEST
     if not manifest.is_file():
         return None
@@ -26,7 +26,7 @@ def manifest_name(folder: Path) -> str | None:
 
 
 def package_folder(path: Path) -> Path:
-    """Return the folder of the package that a file lies in; outside of packages, the file's own folder."""
+    """Return the folder of the ROS package that contains a file; for a file outside of packages, the folder of the file."""
     resolved = path.resolve()
     return next((folder for folder in resolved.parents if (folder / MANIFEST).is_file()), resolved.parent)
 
@@ -39,7 +39,7 @@ def walk(top: Path, depth: int, closes: Callable[[Sequence[str]], bool]) -> Iter
     Args:
         top: folder to start from.
         depth: maximum number of levels below `top`.
-        closes: called with the names of a folder's files; if true, the subfolders of this folder are skipped.
+        closes: called with the names of the files in a folder below `top`; if it returns true, the subfolders are skipped.
     """
     for count, (place, folders, names) in enumerate(os.walk(top)):
         yield Path(place), names

@@ -1,6 +1,6 @@
-"""The specs of graph and scene files, and the base of all specs. They are frozen, picklable, and validated by pydantic once.
+"""The pydantic models of graph and scene files, and the base class of all such models (specs).
 
-`graphrun schema` prints their JSON Schema, so editors show the descriptions of this module.
+Specs are frozen and picklable. `graphrun schema` prints their JSON Schema, so editors show the docstrings of the keys.
 """
 
 from __future__ import annotations
@@ -10,6 +10,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, model_validator
 
+from graphengine.format.key_docs import key_docs
 from graphengine.format.legal_names import Name, Namespace, NamespacePattern, PrimPath, RobotPath
 from graphengine.format.wording import shown
 
@@ -19,7 +20,7 @@ MAX_HZ = 10_000
 
 
 def _name_keys(schema: dict[str, Any]) -> None:
-    """Add the pattern of names to the keys in a schema, which pydantic leaves out."""
+    """Convert `patternProperties` of a JSON Schema to `propertyNames`, so that editors report keys that are illegal names."""
     for value in schema.get("properties", {}).values():
         for pattern, item in value.pop("patternProperties", {}).items():
             value["propertyNames"] = {**value.get("propertyNames", {}), "pattern": pattern}
@@ -27,7 +28,7 @@ def _name_keys(schema: dict[str, Any]) -> None:
 
 
 class Spec(BaseModel):
-    """Base of all specs: frozen; unknown keys and values of another type are errors."""
+    """Base class of all specs: immutable models, for which unknown keys and values of a wrong type are errors."""
 
     model_config = ConfigDict(
         extra="forbid", frozen=True, strict=True, allow_inf_nan=False, json_schema_extra=_name_keys, defer_build=True
@@ -51,7 +52,7 @@ def _evaluator(value: Any) -> Any:
 
 def _not_zero(vector: tuple[float, float, float]) -> tuple[float, float, float]:
     if not any(vector):
-        raise ValueError("a direction is a vector of a length above 0, such as [1, 0, 0]")
+        raise ValueError("a direction cannot be the zero vector; write one such as [1, 0, 0]")
     return vector
 
 
@@ -64,25 +65,36 @@ NotNegative = Annotated[float, Field(ge=0)]
 Gain = Annotated[float, Field(ge=0, le=1e12)]
 Speed = Annotated[float, Field(ge=-1e10, le=1e10)]
 Format = Annotated[
-    Literal[1], BeforeValidator(_whole_number), Field(description="Version of the file format; missing means 1.")
+    Literal[1],
+    BeforeValidator(_whole_number),
+    Field(description="Version of the file format; 1 if the key is missing."),
 ]
 
 
-class FileSpec(Spec, use_attribute_docstrings=True):
-    """Base of the specs of files: the docstring of a key is its description in messages and in the schema."""
+def _describe_keys(schema: dict[str, Any], model: type[BaseModel]) -> None:
+    """Add the descriptions of the keys to the JSON Schema of a spec."""
+    docs = key_docs(model)
+    for key, value in schema.get("properties", {}).items():
+        if key in docs:
+            value["description"] = docs[key]
+    _name_keys(schema)
+
+
+class FileSpec(Spec, json_schema_extra=_describe_keys):
+    """Base class of the specs of files; messages and the JSON Schema show the docstring of a key as its description."""
 
 
 class ParameterSpec(FileSpec):
-    """A parameter of a graph: `$(name)` in the file is replaced by its value, which the user of the graph gives."""
+    """A parameter of a graph. Its value, which the scene, robot or graph that uses the file sets, replaces `$(name)`."""
 
     type: str
-    """A port type such as double, string or target."""
+    """Type of the parameter: a port type such as double, string or target."""
     default: Any = None
     doc: str = ""
 
 
 class VariableSpec(FileSpec):
-    """A typed variable of the graph, written and read by its nodes."""
+    """A typed variable of the graph, which its nodes can read and write."""
 
     type: str
     default: Any = None
@@ -90,14 +102,14 @@ class VariableSpec(FileSpec):
 
 
 class EverySpec(FileSpec):
-    """How often a node is executed or an event fires: `once`, every n-th time, or at a rate."""
+    """How often a node is executed, or an event fires: once, at every n-th execution, or at a rate."""
 
     once: bool = False
-    """Run the node once, at its first execution since play."""
+    """If true, the node runs only once, at its first execution since play."""
     ticks: int | None = Field(default=None, ge=1, le=MAX_TICKS)
-    """Run the node at every n-th execution, first at the n-th."""
+    """The node runs at every n-th execution, first at the n-th."""
     hz: Positive | None = Field(default=None, le=MAX_HZ)
-    """Run the node at this rate: at the first execution at or after each multiple of 1 / hz s of simulation time."""
+    """The node runs at this rate: at the first execution at or after each multiple of 1 / hz s of simulation time."""
 
     @model_validator(mode="before")
     @classmethod
@@ -109,23 +121,23 @@ class EverySpec(FileSpec):
     @model_validator(mode="after")
     def _one_form(self) -> EverySpec:
         if self.once + (self.ticks is not None) + (self.hz is not None) != 1:
-            raise ValueError("give one of once, {ticks: 3} or {hz: 10}")
+            raise ValueError("give exactly one of once, {ticks: 3} and {hz: 10}")
         return self
 
 
 class NodeSpec(FileSpec):
-    """A node: a type or a subgraph, and values of its inputs."""
+    """A node of a graph: a node type or a subgraph, and values of its inputs."""
 
     type: str = ""
-    """Registered OmniGraph name of the node type; for included types, its last part suffices."""
+    """Registered OmniGraph name of the node type; for types that graphengine includes, the last part of the name suffices."""
     subgraph: str = ""
-    """Graph file to use as a subgraph, in place of a type; the file declares inputs and outputs."""
+    """Graph file to use as a subgraph, instead of a type; the ports of the subgraph are the file's `inputs` and `outputs`."""
     parameters: dict[Name, Any] = {}
-    """Values for the parameters of the subgraph, by name."""
+    """Values of the parameters of the subgraph, by name."""
     inputs: dict[str, Any] = {}
     """Values of inputs, by port name."""
     every: EverySpec | None = None
-    """How often the node is executed: once, {ticks: 3} or {hz: 10}."""
+    """How often the node runs: once, {ticks: 3} or {hz: 10}; default: at every execution."""
     doc: str = ""
 
     @model_validator(mode="before")
@@ -136,51 +148,49 @@ class NodeSpec(FileSpec):
     @model_validator(mode="after")
     def _type_or_subgraph(self) -> NodeSpec:
         if not self.type and not self.subgraph:
-            raise ValueError("a node needs a type, or a subgraph in its place")
+            raise ValueError("a node needs a `type` or a `subgraph`")
         if self.type and self.subgraph:
-            raise ValueError("a node has a type or a subgraph, not both")
+            raise ValueError("a node has a `type` or a `subgraph`, not both")
         if self.type and self.parameters:
-            raise ValueError(
-                "a subgraph has parameters, a node of a type has none; values of its ports stand below `inputs:`"
-            )
+            raise ValueError("only a node with a `subgraph` has `parameters`; write values of ports below `inputs:`")
         if self.subgraph and self.every:
-            raise ValueError("a subgraph has no `every`; give it to nodes in the subgraph's own file")
+            raise ValueError("a subgraph has no `every`; write `every` at nodes in the subgraph's own file")
         return self
 
 
 class GraphSpec(FileSpec):
-    """A graph file: nodes, wires, and the graph's place in the prim tree."""
+    """A graph file: nodes, wires, and the path of the graph's prim."""
 
     format: Format = 1
     graph: Name
     """Name of the graph."""
     doc: str = ""
     at: PrimPath = ""
-    """Path of the graph's prim; namespaces of topics are collected from this prim and its ancestors."""
+    """Path of the graph's prim. The namespaces of this prim and its ancestors form the namespace of the graph's topics."""
     parameters: dict[Name, ParameterSpec] = {}
     """Parameters of the graph, as name: {type: …, default: …}."""
     runs: Literal["tick", "physics_step"] = "tick"
     """How often the graph runs: once per tick, or once per physics step."""
     evaluator: Annotated[Literal["execution", "push"], BeforeValidator(_evaluator)] = "execution"
-    """`execution` runs the nodes that execution reaches, `push` runs all nodes in each pass."""
+    """`execution` runs the nodes that execution wires reach from an event; `push` runs all nodes in each pass."""
     variables: dict[Name, VariableSpec] = {}
     """Variables of the graph, as name: {type: …, default: …}."""
     nodes: dict[Name, NodeSpec] = {}
     """Nodes of the graph, as name: type, or name: {type: …, inputs: {…}}."""
     connections: tuple[Connection, ...] = Field(default=(), strict=False)
-    """Wires of the graph, one per line: Node.port -> Node.port"""
+    """Wires of the graph, as a list of entries Node.port -> Node.port"""
     inputs: dict[str, str] = {}
-    """Inputs that the graph has when it is used as a subgraph, as name: Node.port."""
+    """Inputs of the graph when another graph uses it as a subgraph, as name: Node.port."""
     outputs: dict[str, str] = {}
-    """Outputs that the graph has when it is used as a subgraph, as name: Node.port."""
+    """Outputs of the graph when another graph uses it as a subgraph, as name: Node.port."""
     layout: dict[Name, Pair] = {}
-    """Positions of nodes in drawings, as name: [x, y]."""
+    """Positions of nodes in drawings of the graph, as name: [x, y]."""
     scene: str = ""
-    """Scene file that `graphrun run` loads for this graph."""
+    """Scene file that `graphrun run` loads when it is given only this graph."""
 
 
 class Orientation(FileSpec):
-    """A rotation: about the fixed x, then y, then z axis as in URDF, or a unit quaternion with the scalar last."""
+    """A rotation: degrees about the fixed x, then y, then z axis as in URDF, or a unit quaternion with the scalar last."""
 
     rpy_deg: Vector | None = None
     quaternion_xyzw: Annotated[tuple[float, float, float, float], Field(strict=False)] | None = None
@@ -188,9 +198,9 @@ class Orientation(FileSpec):
     @model_validator(mode="after")
     def _one_form(self) -> Orientation:
         if (self.rpy_deg is None) == (self.quaternion_xyzw is None):
-            raise ValueError("give one of rpy_deg: [roll, pitch, yaw] and quaternion_xyzw: [x, y, z, w]")
+            raise ValueError("give either rpy_deg: [roll, pitch, yaw] or quaternion_xyzw: [x, y, z, w]")
         if self.quaternion_xyzw is not None and abs(math.hypot(*self.quaternion_xyzw) - 1.0) > 0.01:
-            raise ValueError("a rotation quaternion has length 1")
+            raise ValueError("the quaternion of a rotation must have length 1")
         return self
 
 
@@ -198,11 +208,11 @@ UPRIGHT = Orientation(rpy_deg=(0.0, 0.0, 0.0))
 
 
 class GraphUse(FileSpec):
-    """The use of a graph file at a prim, with values for its parameters."""
+    """An entry of `graphs` in a scene or robot file: a graph file, the path of its prim, and values of its parameters."""
 
     use: str
     at: PrimPath = ""
-    """Path of the graph's prim, instead of `at` in the graph file."""
+    """Path of the graph's prim; overrides `at` in the graph file."""
     parameters: dict[Name, Any] = {}
 
 
@@ -210,16 +220,16 @@ MAX_ROBOTS = 1000
 
 
 class PhysicsSpec(FileSpec):
-    """The rate of ticks, and the number of physics steps in a tick."""
+    """The tick rate, and the number of physics steps in a tick."""
 
     tick_rate: Positive = Field(default=60.0, le=10_000)
-    """Ticks of graphs and physics per second."""
+    """Number of ticks per second of simulation time."""
     substeps: int = Field(default=4, ge=1, le=1000)
-    """MuJoCo steps per tick."""
+    """Number of MuJoCo steps per tick."""
 
 
 class PlaceSpec(FileSpec):
-    """The pose of one robot of a fleet."""
+    """The pose of one robot of a fleet, relative to the pose of the fleet."""
 
     position: Vector = (0.0, 0.0, 0.0)
     orientation: Orientation = UPRIGHT
@@ -229,43 +239,43 @@ class JointStartSpec(FileSpec):
     """The start position of one joint of one robot."""
 
     start: Speed
-    """Position at the start, rad or m, instead of the robot file's."""
+    """Position of the joint at the start, rad or m; overrides the robot file."""
 
 
 class RobotUse(FileSpec):
-    """The use of a robot file in a scene, once or as a fleet: `NAME_0000`, `NAME_0001` and so on."""
+    """An entry of `robots` in a scene: one robot, or a fleet of equal robots with the names NAME_0000, NAME_0001 and so on."""
 
     use: str
-    """Robot file, or a robot description alone: a URDF, xacro, SDF or MJCF file, or the text of a URDF, SDF or MJCF."""
+    """Robot file, or a robot description without a robot file: a URDF, xacro, SDF or MJCF file, or URDF, SDF or MJCF text."""
     at: RobotPath | None = None
-    """Path of the robot's prim, such as /World/robot; default /NAME. In a fleet, the robot's number is appended."""
+    """Path of the robot's prim, such as /World/robot; default: /NAME. In a fleet, the number of the robot is appended."""
     position: Vector = (0.0, 0.0, 0.0)
     orientation: Orientation = UPRIGHT
     count: int | None = Field(default=None, ge=1, le=MAX_ROBOTS)
-    """Number of robots, in rows along the x axis."""
+    """Number of robots in the fleet; they stand in rows along the x axis."""
     spacing: Annotated[tuple[Positive, Positive], Field(strict=False)] | None = None
-    """Distances between robots in a row, and between rows along the y axis, m."""
+    """Distance between the robots of a row (x), and between rows (y), m."""
     per_row: int | None = Field(default=None, ge=1)
-    """Robots per row; default all."""
+    """Number of robots per row; default: all robots stand in one row."""
     places: Annotated[tuple[PlaceSpec, ...], Field(strict=False, max_length=MAX_ROBOTS)] | None = None
-    """Pose of each robot relative to `position` and `orientation`, instead of `count`."""
+    """Pose of each robot of the fleet, relative to `position` and `orientation`; instead of `count`."""
     namespace: NamespacePattern | None = None
-    """Namespace of the base link, instead of the robot file's; {name} is the robot's name, {index:04} its number."""
+    """Namespace of the base link; overrides the robot file. {name} is the robot's name, {index:04} its number with 4 digits."""
     start: str = ""
-    """Keyframe of a MuJoCo model in which the robot starts, instead of the robot file's."""
+    """Keyframe of the MuJoCo model in which the robot starts; overrides the robot file."""
     joints: dict[str, JointStartSpec] = {}
-    """Positions of joints at the start, as name: {start: …}."""
+    """Start positions of joints, as name: {start: …}."""
     robot_state: bool = False
-    """Publish the topics of robot_state_publisher."""
+    """If true, the simulation publishes the topics of robot_state_publisher for the robot."""
 
     @model_validator(mode="after")
     def _one_fleet(self) -> RobotUse:
         if self.count is not None and self.places is not None:
-            raise ValueError("a fleet has a count or places, not both")
+            raise ValueError("a fleet has a `count` or `places`, not both")
         if (self.count or 1) > 1 and self.spacing is None:
-            raise ValueError("a fleet with a count needs a spacing: [x, y], in m")
+            raise ValueError("a fleet with a `count` needs a `spacing`: [x, y], in m")
         if self.count is None and (self.spacing or self.per_row):
-            raise ValueError("spacing and per_row belong to a count")
+            raise ValueError("`spacing` and `per_row` need a `count`")
         return self
 
 
@@ -276,14 +286,13 @@ class SceneSpec(FileSpec):
     scene: Name
     doc: str = ""
     world: str
-    """MJCF or SDF file of everything except the robots."""
+    """MJCF or SDF file with the world: everything except the robots."""
     physics: PhysicsSpec = PhysicsSpec()
     settle: bool = False
-    """Simulate until the robots are at rest before t = 0."""
+    """If true, physics runs until all bodies are at rest before the simulation starts at t = 0."""
     robots: dict[Name, RobotUse] = {}
     graphs: dict[Name, GraphUse] = {}
     namespaces: dict[PrimPath, Namespace] = {}
-    """`isaac:namespace` of prims, by path: the world, robots, graphs or nodes."""
+    """ROS 2 namespaces (`isaac:namespace`) of prims of the world, robots, graphs or nodes, by prim path."""
     tf: Literal["namespaced", "global"] = "namespaced"
-    """`namespaced`: each robot has its own TF topics, in its namespace. `global`: all robots publish on /tf and /tf_static, and
-    the names of a robot's frames begin with its namespace."""
+    """`namespaced`: each robot has TF topics in its namespace; `global`: robots share /tf, with the namespace in frame names."""

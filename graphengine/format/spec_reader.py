@@ -1,4 +1,4 @@
-"""Reads files as specs; findings about errors point to their positions in the file."""
+"""Reads graph, scene and robot files as specs; each error becomes a finding with its position in the file."""
 
 from __future__ import annotations
 
@@ -16,6 +16,7 @@ from pydantic import BaseModel, ValidationError
 from graphengine.format import document as documents
 from graphengine.format.diagnostics import MAX_ERRORS, Findings
 from graphengine.format.document import Document, Location
+from graphengine.format.key_docs import key_docs
 from graphengine.format.robot_spec import RobotSpec
 from graphengine.format.spec import FORMAT, GraphSpec, NodeSpec, SceneSpec, Spec
 from graphengine.format.wording import listing, shown
@@ -23,7 +24,7 @@ from graphengine.format.wording import listing, shown
 S = TypeVar("S", bound=Spec)
 
 KINDS: dict[str, type[Spec]] = {"graph": GraphSpec, "scene": SceneSpec, "robot": RobotSpec}
-"""Specs by kind of file, whose name is a key of all files of the kind."""
+"""Spec class of each kind of file; every file has a key with the name of its kind, such as `graph: drive`."""
 
 _PLAIN: Mapping[str, tuple[str, str]] = {
     "missing": ("G107", "missing key {name!r}"),
@@ -39,7 +40,7 @@ _PLAIN: Mapping[str, tuple[str, str]] = {
     ),
     "string_type": ("G108", "{name}: expected text, got {input}"),
     "string_too_short": ("G109", "{name}: expected text, got {input}"),
-    "string_too_long": ("G109", "{name}: text of more than {max_length} characters"),
+    "string_too_long": ("G109", "{name}: expected at most {max_length} characters"),
     "float_type": ("G108", "{name}: expected a number, got {input}"),
     "int_type": ("G108", "{name}: expected a whole number, got {input}"),
     "bool_type": ("G108", "{name}: expected true or false, got {input}"),
@@ -54,7 +55,14 @@ _PLAIN: Mapping[str, tuple[str, str]] = {
 
 
 def validate(model: type[S], document: Document, data: Any, findings: Findings) -> S | None:
-    """Validate plain data as a spec; return None after errors, which are added to `findings` with their places."""
+    """Validate plain data as a spec; return None after errors, which are added to `findings` with their positions.
+
+    Args:
+        model: class of the spec.
+        document: file that contains the data, for positions.
+        data: data to validate; it can differ from the file by the values of parameters.
+        findings: receives the errors.
+    """
     if isinstance(data, dict) and type(data.get("format")) is int and data["format"] != FORMAT:
         message = f"format {data['format']} is not supported"
         remedy = f"this version reads format {FORMAT}; a file with a higher number needs a newer graphengine"
@@ -71,7 +79,7 @@ def validate(model: type[S], document: Document, data: Any, findings: Findings) 
 
 
 def _is_of_another_kind(model: type[Spec], document: Document, data: Any, findings: Findings) -> bool:
-    """Return whether a file is of another kind than expected; if so, add one finding for the whole file."""
+    """Return whether a file is of another kind than `model`, such as a scene instead of a graph; if so, add one finding."""
     wanted = next((kind for kind, known in KINDS.items() if known is model), None)
     other = kind_of(document)
     if wanted is None or other is None or wanted in data or other in model.model_fields:
@@ -120,20 +128,25 @@ def _report(model: type[Spec], document: Document, error: dict[str, Any], findin
         findings.add(code, message, document.key_span(*location) if whole else document.span(*location))
     else:
         legal = [key for found in _models_at(model, location) for key in found.model_fields]
-        empty = "write what belongs below it, or remove the key" if error["input"] is None else ""
+        empty = "write the value of the key, or remove the key" if error["input"] is None else ""
         meaning = _description(model, location) or (listing(legal, "keys") if legal else "")
         findings.add(code, message, document.span(*location), meaning, empty)
 
 
 def _name(location: Location) -> str:
-    """Return the name of a location for messages: `nodes`, `position[1]`, or `file` for the whole file."""
+    """Return the name of a location for messages: its last key with indices, such as `position[1]`; `file` for the whole file."""
     names = [part for part in location if isinstance(part, str)]
     numbers = location[location.index(names[-1]) + 1 :] if names else location
     return (names[-1] if names else "file") + "".join(f"[{number}]" for number in numbers)
 
 
 def _annotations_at(annotation: Any, location: Location) -> list[Any]:
-    """Return the legal types of the value at a location below `annotation`: spec classes, tuples or scalars."""
+    """Return the types that the value at a location may have: spec classes, tuple types or scalar types.
+
+    Args:
+        annotation: spec class or type annotation at which the location starts.
+        location: keys and indices that lead to the value.
+    """
     origin, arguments = typing.get_origin(annotation), typing.get_args(annotation)
     if origin is Annotated:
         return _annotations_at(arguments[0], location)
@@ -155,31 +168,33 @@ def _models_at(model: type[Spec], location: Location) -> list[type[BaseModel]]:
 
 
 def _description(model: type[Spec], location: Location) -> str:
-    """Return the description of a key from the spec; empty for the whole file."""
-    for found in _models_at(model, location[:-1]):
-        known = found.model_fields.get(str(location[-1])) if location else None
-        if known and known.description:
-            return known.description
-    return ""
+    """Return the description of the key at a location, from the spec; empty for the whole file or a key without description."""
+    if not location:
+        return ""
+    described = (key_docs(found).get(str(location[-1])) for found in _models_at(model, location[:-1]))
+    return next(filter(None, described), "")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Loaded(typing.Generic[S]):
-    """A spec, and the document that it was read from, which gives later findings their positions."""
+    """A spec, and the document from which it was read; the document has the positions for later findings."""
 
     spec: S
     document: Document
 
     @property
     def folder(self) -> Path:
-        """Folder against which relative paths in the file are resolved."""
+        """Folder of the file; relative paths in the file start from here."""
         return self.document.path.parent
 
 
 def read(
     model: type[S], path: str | os.PathLike[str], findings: Findings, shown_as: str | None = None
 ) -> Loaded[S] | None:
-    """Read a file and validate it as a spec; return None after errors, which are added to `findings`."""
+    """Read a file and validate it as a spec; return None after errors, which are added to `findings`.
+
+    `shown_as` is the path to show in messages, if it differs from `path`.
+    """
     document = documents.load(path, findings, shown_as)
     if document is None:
         return None
@@ -188,7 +203,7 @@ def read(
 
 
 def kind_of(document: Document) -> str | None:
-    """Return the kind of a file: the first of its keys among `graph`, `scene` and `robot`; None without one."""
+    """Return the first of `graph`, `scene` and `robot` that is a key of the file; None if the file has none of these keys."""
     if not isinstance(document.data, dict):
         return None
     return next((kind for kind in KINDS if kind in document.data), None)

@@ -1,4 +1,4 @@
-"""Base classes of objects whose state is saved in checkpoints, and of objects that all checkpoints share."""
+"""Base classes for checkpoints: `Stateful` objects save and restore their state, `Shared` objects are never copied."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import Any, ClassVar, Self
 
 
 class Shared:
-    """Base of objects that `copy.deepcopy` does not copy: all copies of a state refer to the same object."""
+    """Base class of objects that `copy.deepcopy` does not copy, so that a copied state refers to the same object."""
 
     __slots__ = ()
 
@@ -16,21 +16,18 @@ class Shared:
 
 
 class Stateful(Shared):
-    """An object with a state that can be saved and restored; a subclass lists the attributes of the state in `kept`.
-
-    A checkpoint is a copy of the state, so it can be restored any number of times.
-    """
+    """Base class of objects whose state can be saved and restored; a subclass lists the attributes to save in `kept`."""
 
     __slots__ = ()
 
     kept: ClassVar[tuple[str, ...]] = ()
-    """Names of the attributes that a checkpoint contains; all others are derived from these or constant."""
+    """Names of the attributes that `save` copies; all other attributes are constant or can be derived from these."""
 
     def save(self) -> Any:
-        """Return a copy of the current state."""
+        """Return a deep copy of the attributes in `kept`."""
         return copy.deepcopy([getattr(self, name) for name in self.kept])
 
     def restore(self, saved: Any) -> None:
-        """Return to a saved state."""
+        """Set the attributes in `kept` to copies of saved values; the same saved state can be restored any number of times."""
         for name, value in zip(self.kept, copy.deepcopy(saved), strict=True):
             setattr(self, name, value)

@@ -1,4 +1,4 @@
-"""Shared wording of messages: suggestions, listings, and safe printing of text from files."""
+"""Helpers for the text of messages: suggestions of similar names, lists of names, and safe printing of text from files."""
 
 from __future__ import annotations
 
@@ -11,18 +11,18 @@ _LONGEST = 2000
 
 
 def printable(text: str) -> str:
-    """Return the text on one line, without control characters."""
+    """Return the text with each control character and line end replaced by U+FFFD; a very long text is cut."""
     text = text if len(text) <= _LONGEST else f"{text[:_LONGEST]}…"
     return "".join(c if c.isprintable() else "\N{REPLACEMENT CHARACTER}" for c in text)
 
 
 _MANY = 1000
-"""Number of names above which only some are compared."""
+"""Number of names above which `did_you_mean` compares only the names that are close in first letter and length."""
 _BESIDE = 150
 
 
 def _worth_comparing(name: str, legal: Iterable[str]) -> list[str]:
-    """Return the candidates for a suggestion; of many names, only those close in first letter, length and order."""
+    """Return the names to compare with `name`: all, or of more than `_MANY` names only those close in spelling and length."""
     names = set(legal)
     if len(names) <= _MANY:
         return sorted(names)
@@ -32,7 +32,7 @@ def _worth_comparing(name: str, legal: Iterable[str]) -> list[str]:
 
 
 def did_you_mean(name: str, legal: Iterable[str]) -> str:
-    """Return a suggestion, such as `did you mean 'dd100'?`; empty if no legal name is similar."""
+    """Return a suggestion of the most similar legal names, such as `did you mean 'dd100'?`; empty if no name is similar."""
     return _did_you_mean(name[:200], tuple(_worth_comparing(name[:200], legal)))
 
 
@@ -50,13 +50,13 @@ def _did_you_mean(name: str, names: Sequence[str]) -> str:
 
 
 def unknown(what: str, name: str, legal: Iterable[str]) -> str:
-    """Return a message such as `no robot 'doog'`, with a suggestion, or with the legal names if none is similar."""
+    """Return the message `no WHAT NAME`, as in `no robot 'doog'`, with a second line: a suggestion, or the legal names."""
     names = list(dict.fromkeys(legal))
     return f"no {what} {name!r}\n  {did_you_mean(name, names) or listing(names, f'{what}s')}"
 
 
 def listing(names: Iterable[str], what: str = "legal") -> str:
-    """Return a list such as `legal: a, b, c`, cut after 20 names."""
+    """Return names as a text such as `legal: a, b, c`. At most 20 names are listed, followed by the number of the others."""
     all_names = list(names)
     if not all_names:
         return f"{what}: none"

@@ -1,4 +1,4 @@
-"""Changes single values in the text of a YAML file and keeps everything else, comments included."""
+"""Changes single values in the text of a YAML file; all other text, including comments, stays as it is."""
 
 from __future__ import annotations
 
@@ -12,26 +12,27 @@ from graphengine.format.yaml_text import comment as comment_line
 from graphengine.format.yaml_text import flow
 
 _END = "\r\n|[\n\r\x85\u2028\u2029]"
-"""Pattern of the end of a line, as in `document`."""
+"""Pattern of a line end, the same as in `document`."""
 
 
 class PatchError(ValueError):
-    """A value that cannot be changed in the text without changing others."""
+    """A value in a YAML text cannot be set: the text has errors, or setting it would change other values too."""
 
 
 def set_value(text: str, location: Location, value: Any, comment: str = "") -> str:
-    """Return the text with a value set; missing mappings on the way to it are added.
+    """Return the text of a YAML file with one value set; missing mappings on the way to the value are added.
 
-    The result is read again: it differs from the original in this value only.
+    The function parses the result and checks that only this value differs from the original.
 
     Args:
-        text: text of a YAML file that `document` reads.
+        text: text of a YAML file that `document` can parse.
         location: keys and indices that lead to the value, such as `("nodes", "Drive", "inputs", "wheelRadius")`.
-        value: plain data; replaces a scalar, or is added to a mapping.
-        comment: put on a line of its own above the value. A comment there with the same first two words is replaced.
+        value: plain data to set: a scalar if a scalar is replaced, any data if the key is new.
+        comment: text of a comment line above the value; it replaces a comment line there that begins with the same two words.
 
     Raises:
-        PatchError: the value is repeated by an alias, spans lines, or its parent is not a mapping.
+        PatchError: the text has errors, the old value is not a scalar on one line, an alias repeats it, or the place of the
+            new key is not in a mapping.
     """
     found = _read(text)
     expected = _with_value(found.data, location, value)
@@ -64,7 +65,7 @@ def _read(text: str) -> document.Document:
 
 
 def _split(text: str) -> list[str]:
-    """Split a text into lines with their line ends, at the same line ends as `document`."""
+    """Split a text into lines that include their line ends, at the same line ends as `document`."""
     parts = re.split(f"({_END})", text)
     return [line + end for line, end in zip(parts[::2], [*parts[1::2], ""], strict=True)]
 
@@ -74,7 +75,7 @@ def _name(location: Location) -> str:
 
 
 def _with_value(data: Any, location: Location, value: Any) -> Any:
-    """Return a copy of plain data with the value at a location set; missing mappings on the way are added."""
+    """Return a copy of plain data with the value at a location set; missing mappings on the way to the location are added."""
     if not location:
         return value
     key, *rest = location
@@ -86,7 +87,7 @@ def _with_value(data: Any, location: Location, value: Any) -> Any:
 
 
 def _with_new_key(text: str, found: document.Document, location: Location, value: Any) -> tuple[list[str], int]:
-    """Return the lines with a new key added, and the index of the key's line."""
+    """Return the lines of the text with a new key and its value added, and the index of the new key's line."""
     depth = next(end for end in range(len(location) - 1, -1, -1) if found.find(*location[:end]) is not None)
     for key in reversed(location[depth + 1 :]):
         value = {key: value}
@@ -105,7 +106,7 @@ def _with_new_key(text: str, found: document.Document, location: Location, value
 
 
 def _flow_end(text: str, value: Value) -> int | None:
-    """Return the index behind a flow-style value in a line; None if it spans lines or contains an alias."""
+    """Return the index of the character after a flow-style value in a line; None if the value spans lines or has an alias."""
     begin = value.span.column - 1
     if not isinstance(value.data, dict | list):
         return begin + value.span.length
@@ -118,7 +119,7 @@ def _flow_end(text: str, value: Value) -> int | None:
 
 
 def _with_new_line(lines: list[str], parent: Value, entry: str) -> tuple[list[str], int]:
-    """Add an entry behind the last one of a block mapping; return the lines and the index of the new one."""
+    """Insert a line with an entry after the last entry of a block mapping; return the lines and the index of the new line."""
     last = max(parent.keys.values(), key=lambda span: span.line)
     indent = " " * (last.column - 1)
     behind = row = last.line
@@ -138,7 +139,7 @@ def _with_new_line(lines: list[str], parent: Value, entry: str) -> tuple[list[st
 
 
 def _put_comment(lines: list[str], line: int, text: str) -> None:
-    """Put a comment above a line, in place of an earlier one with the same first two words."""
+    """Insert a comment line above a line, or replace the comment line there if it begins with the same two words."""
     indent = lines[line][: len(lines[line]) - len(lines[line].lstrip(" "))]
     words = text.split()[:3]
     end = next((one[len(one.rstrip("\r\n")) :] for one in lines if one.endswith(("\n", "\r"))), "\n")

@@ -1,4 +1,4 @@
-"""Writes plain data as YAML text that `document` reads back unchanged."""
+"""Writes plain data as YAML text, which `document` reads back as equal data."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ _ESCAPES = {'"': '\\"', "\\": "\\\\", "\n": "\\n", "\t": "\\t"}
 
 
 def flow(value: Any) -> str:
-    """Return a value as YAML on one line; `$` is doubled, so that it does not start a parameter."""
+    """Return a value as flow-style YAML on one line. `$` in strings is doubled, so that `$(name)` is read as plain text."""
     if isinstance(value, dict):
         return "{" + ", ".join(f"{scalar(key)}: {flow(item)}" for key, item in value.items()) + "}"
     if isinstance(value, list | tuple):
@@ -21,7 +21,10 @@ def flow(value: Any) -> str:
 
 
 def block(value: Any) -> list[str]:
-    """Return the lines of a string as a YAML block scalar, beginning with `|` or `|-`; empty if the string needs quotes."""
+    """Return the lines of a YAML block scalar for a string of several lines, beginning with `|` or `|-`.
+
+    The list is empty for other values, and for a string that only a quoted scalar can represent.
+    """
     if not isinstance(value, str) or "\n" not in value or value.endswith("\n\n"):
         return []
     lines = value.replace("$", "$$").removesuffix("\n").split("\n")
@@ -32,7 +35,7 @@ def block(value: Any) -> list[str]:
 
 
 def scalar(value: Any) -> str:
-    """Return a number, boolean or string as a YAML scalar; a string is quoted if YAML would read another type."""
+    """Return None, a number, boolean or string as a YAML scalar; a string is quoted if its characters need it."""
     if value is None:
         return "null"
     if isinstance(value, bool):
@@ -46,7 +49,7 @@ def scalar(value: Any) -> str:
 
 
 def comment(text: str) -> str:
-    """Return a text as a YAML comment on one line."""
+    """Return a text as a YAML comment on one line; each character that cannot be printed becomes a space."""
     return "# " + "".join(c if c.isprintable() else " " for c in text)
 
 

@@ -1,1 +1,1 @@
-"""ROS 2 messages without a network: definitions, encoding, names, quality of service, text."""
+"""ROS 2 message types, messages, names and QoS, and the interface of nodes to a network; no live network is needed."""

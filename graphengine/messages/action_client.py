@@ -1,4 +1,4 @@
-"""Action clients of nodes, built from service clients and subscriptions."""
+"""The action client of a node, built from service clients and subscriptions."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ from graphengine.messages.endpoints import ServiceClient, Subscription
 from graphengine.messages.goals import ACCEPTED, CANCEL_GOAL, STATUS_NAMES, UNKNOWN
 
 MAX_OPEN = 1000
-"""Maximum number of goals without a result that a client keeps; beyond it, the oldest are dropped."""
+"""Maximum number of goals without a result that a client keeps; if there are more, the client drops the oldest goals."""
 
 
 @dataclass(frozen=True, slots=True)
 class ClientEndpoints:
-    """The services and topics of an action client."""
+    """The service clients and subscriptions of an action client."""
 
     send_goal: ServiceClient
     cancel_goal: ServiceClient
@@ -37,7 +37,7 @@ class ActionEvent(NamedTuple):
     status: int
     """Status of the goal, as in action_msgs/msg/GoalStatus; 0 if the goal was rejected."""
     message: Any = None
-    """Feedback or result of the action."""
+    """Feedback or result message; None for the other kinds of events."""
 
 
 class ActionClient(ActionEndpoint[ClientEndpoints]):
@@ -51,10 +51,10 @@ class ActionClient(ActionEndpoint[ClientEndpoints]):
     Args:
         action: full name, such as `/arm_controller/follow_joint_trajectory`.
         action_type: ROS 2 name, such as `control_msgs/action/FollowJointTrajectory`.
-        endpoints: services and topics of the action.
-        definitions: message types.
+        endpoints: service clients and subscriptions of the action.
+        definitions: definitions of all known message types.
         node: prim path of the node.
-        identity: distinguishes the session on its network; empty if all peers are in the session.
+        identity: bytes that distinguish this session from others on the network; empty if all peers are in this session.
     """
 
     kept = ("_asked", "_count", "_open", "_sent")
@@ -73,22 +73,25 @@ class ActionClient(ActionEndpoint[ClientEndpoints]):
         self._origin = hashlib.blake2b(b"\0".join((identity, node.encode(), action.encode())))
         self._repeats = not identity
         self._count = 0
-        """Number of goals sent since the start of the session; the UUIDs of goals are derived from it."""
+        """Number of goals sent since the start of the session, from which the UUIDs of the goals are derived."""
         self._sent: dict[int, bytes] = {}
-        """UUIDs of goals that the server has not accepted or rejected yet, by the number of the service call."""
+        """UUIDs of goals that the server has not accepted or rejected yet, by the number of the send_goal call."""
         self._asked: dict[int, bytes] = {}
-        """UUIDs of goals without a result, by the number of the service call."""
+        """UUIDs of accepted goals without a result, by the number of the get_result call."""
         self._open: dict[bytes, int] = {}
         """Status of each accepted goal without a result."""
 
     def restore(self, saved: Any) -> None:
-        """Return to a saved state. With peers outside the session, later goals still get UUIDs that were never used."""
+        """Return to a saved state.
+
+        If there are peers outside the session, the count of goals is not restored, so that no UUID is used twice.
+        """
         count = self._count
         super().restore(saved)
         self._count = self._count if self._repeats else count
 
     def send(self, goal: Any) -> bytes:
-        """Send a goal at the end of the tick, or as soon as a server exists; return its UUID.
+        """Send a goal at the end of the tick, or later when a server appears; return the UUID of the goal.
 
         Raises:
             MessageError: the message is not a goal of the action.
@@ -104,16 +107,19 @@ class ActionClient(ActionEndpoint[ClientEndpoints]):
         return identity
 
     def cancel(self, goal: bytes) -> None:
-        """Ask the server to cancel a goal; a request before the server has accepted the goal has no effect."""
+        """Ask the server to cancel the goal with this UUID; this has no effect if the server has not accepted the goal yet."""
         request = self._definitions.initial(f"{CANCEL_GOAL}_Request")
         request.goal_info.goal_id.uuid[:] = list(goal)
         self.endpoints.cancel_goal.call(request)
 
     def events(self) -> Sequence[ActionEvent]:
-        """Return the server's messages since the last call: acceptances and rejections, feedback, statuses, then results."""
+        """Return the server's messages since the last call.
+
+        The order is: acceptances and rejections, feedback, changes of status, results.
+        """
         found: list[ActionEvent] = []
         ends = self.endpoints
-        ends.cancel_goal.take()  # the status tells what came of it
+        ends.cancel_goal.take()  # the responses are not needed: the status shows whether the goal is canceled
         for number, response in ends.send_goal.take():
             goal = self._sent.pop(number, None)
             if goal is None:
@@ -143,7 +149,7 @@ class ActionClient(ActionEndpoint[ClientEndpoints]):
         return found
 
     def restart(self) -> None:
-        """Drop all goals, because the graph restarts at time 0; the server continues with them."""
+        """Forget all goals, because the graph restarts at time 0; the server still executes them."""
         for known in (self._sent, self._asked, self._open):
             known.clear()
 
@@ -154,6 +160,6 @@ class ActionClient(ActionEndpoint[ClientEndpoints]):
 
 
 def _limit(known: dict[Any, Any]) -> None:
-    """Remove the oldest entries beyond the maximum number."""
+    """Remove the oldest entries until at most MAX_OPEN are left."""
     while len(known) > MAX_OPEN:
         del known[next(iter(known))]

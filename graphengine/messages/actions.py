@@ -1,4 +1,4 @@
-"""Action servers of nodes, built from service servers and publishers."""
+"""The action server of a node, built from service servers and publishers, and the base class of action endpoints."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from graphengine.messages.goals import ABORTED, CANCELED, CANCELING, SUCCEEDED, 
 
 @dataclass(frozen=True, slots=True)
 class ServerEndpoints:
-    """The services and topics of an action server."""
+    """The service servers and publishers of an action server."""
 
     send_goal: ServiceServer
     cancel_goal: ServiceServer
@@ -28,12 +28,12 @@ E = TypeVar("E")
 
 
 class ActionEndpoint(Stateful, Generic[E]):
-    """An action server or client of a node; it stays open until every node that holds it has closed it.
+    """An action server or client, which exists until every node that holds it has closed it.
 
     Args:
-        action: full name.
-        action_type: ROS 2 name.
-        endpoints: services and topics of the action.
+        action: full name of the action.
+        action_type: ROS 2 name of the action type.
+        endpoints: service and topic endpoints of the action.
     """
 
     def __init__(self, action: str, action_type: str, endpoints: E) -> None:
@@ -41,10 +41,10 @@ class ActionEndpoint(Stateful, Generic[E]):
         self.action_type = action_type
         self.endpoints = endpoints
         self.holders = 1
-        """Number of nodes that hold the endpoint: two while a changed graph replaces the running one."""
+        """Number of nodes that hold this action server or client: two while a changed graph replaces the running graph."""
 
     def has(self, endpoints: E) -> bool:
-        """Return whether this action uses exactly these service and topic objects."""
+        """Return whether this action server or client consists of exactly these endpoint objects."""
         names = type(endpoints).__slots__  # type: ignore[attr-defined]
         return all(getattr(self.endpoints, name, None) is getattr(endpoints, name) for name in names)
 
@@ -53,7 +53,7 @@ class ActionEndpoint(Stateful, Generic[E]):
         raise NotImplementedError
 
     def close(self) -> bool:
-        """Remove one holder. If it was the last one, end all goals and return True."""
+        """Remove one holder, and end all goals if it was the last one. Return whether no holder is left."""
         self.holders -= 1
         if self.holders == 0:
             self.restart()
@@ -61,7 +61,7 @@ class ActionEndpoint(Stateful, Generic[E]):
 
 
 class Goal(TrackedGoal):
-    """A goal that a client sent; the node accepts or rejects it, and ends an accepted one.
+    """A goal that a client sent to an action server. The node accepts or rejects it, and ends it if it was accepted.
 
     Attributes:
         identity: UUID of the goal, 16 bytes.
@@ -75,7 +75,7 @@ class Goal(TrackedGoal):
         self.message = message
         self.request_id = request_id
         self.pending = True
-        """Whether the goal was neither accepted nor rejected."""
+        """Whether the goal still waits to be accepted or rejected."""
         self._server = server
 
     @property
@@ -84,27 +84,27 @@ class Goal(TrackedGoal):
         return self.status == CANCELING
 
     def accept(self) -> None:
-        """Accept the goal: its status becomes executing. No effect if it was accepted or rejected before."""
+        """Accept the goal, whose status becomes executing; no effect if it was accepted or rejected before."""
         self._server.accept(self)
 
     def reject(self) -> None:
-        """Reject the goal. No effect if it was accepted or rejected before."""
+        """Reject the goal; no effect if it was accepted or rejected before."""
         self._server.reject(self)
 
     def feedback(self, message: Any) -> None:
-        """Publish feedback if it has subscribers.
+        """Publish feedback on the goal, if the feedback topic has subscribers.
 
         Raises:
-            MessageError: the message does not fit the action.
+            MessageError: the message is not feedback of the action.
         """
         self._server.publish_feedback(self, message)
 
     def succeed(self, result: Any = None) -> None:
-        """End the goal as succeeded; without `result`, the result has default values.
+        """End the goal as succeeded and send the result; without `result`, a result with default values is sent.
 
         Raises:
             ValueError: the goal is not active.
-            MessageError: the result does not fit the action.
+            MessageError: the message is not a result of the action.
         """
         self._server.end(self, SUCCEEDED, result)
 
@@ -113,7 +113,10 @@ class Goal(TrackedGoal):
         self._server.end(self, ABORTED, result)
 
     def canceled(self, result: Any = None) -> None:
-        """End the goal as canceled; like `succeed`, but raises ValueError also if no client requested to cancel it."""
+        """End the goal as canceled. Takes the same argument and raises the same errors as `succeed`.
+
+        ValueError is also raised if no client has requested to cancel the goal.
+        """
         self._server.end(self, CANCELED, result)
 
 
@@ -128,9 +131,9 @@ class ActionServer(ActionEndpoint[ServerEndpoints]):
     Args:
         action: full name, such as `/arm_controller/follow_joint_trajectory`.
         action_type: ROS 2 name, such as `control_msgs/action/FollowJointTrajectory`.
-        endpoints: services and topics of the action.
-        now: returns the time of goals and results, s.
-        definitions: message types.
+        endpoints: service servers and publishers of the action.
+        now: function that returns the current time, s.
+        definitions: definitions of all known message types.
     """
 
     def __init__(
@@ -145,19 +148,19 @@ class ActionServer(ActionEndpoint[ServerEndpoints]):
         self.handle = endpoints.send_goal.handle
         """Handle of the server for `Context.action`; never 0."""
         self.current: Goal | None = None
-        """The goal that the graph executes; None between goals."""
+        """The goal that the graph executes, or the last one; None before the first goal and after a restart."""
         self.definitions = definitions
         self._now = now
         self._goals: Goals[Goal] = Goals(action_type, definitions)
         self._changed = False
-        """Whether a status changed since it was published."""
+        """Whether the status of a goal has changed since the statuses were published."""
 
     def save(self) -> Any:
-        """Return a copy of the goals' state."""
+        """Return a copy of the state of all goals, for `restore`."""
         return self.current, self._goals.save()
 
     def restore(self, saved: Any) -> None:
-        """Return to a saved state; the next `update` publishes it."""
+        """Return to a saved state; the next `update` publishes the statuses of its goals."""
         self.current, goals = saved
         self._goals.restore(goals)
         self._changed = True
@@ -168,9 +171,10 @@ class ActionServer(ActionEndpoint[ServerEndpoints]):
         return [goal for goal in self._goals if goal.active]
 
     def goals(self) -> Sequence[Goal]:
-        """Return the goals that arrived since the last call, oldest first; accept or reject each, in this tick or later.
+        """Return the goals that arrived since the last call, oldest first; the node accepts or rejects each, now or later.
 
-        Also handles requests of clients for cancellation and results. Call it once per execution, before all other methods.
+        The method also handles the clients' cancel requests and result requests. Call it once per execution, before all other
+        methods.
         """
         arrived: list[Goal] = []
         for request_id, request in self.endpoints.send_goal.take():
@@ -192,7 +196,7 @@ class ActionServer(ActionEndpoint[ServerEndpoints]):
         return arrived
 
     def update(self) -> None:
-        """Publish the goals' status if it changed, and discard old results. Call it at the end of each execution."""
+        """Discard old results, and publish the statuses of the goals if one changed. Call it at the end of each execution."""
         self._changed |= self._goals.expire(self._now())
         self._publish()
 
@@ -217,7 +221,7 @@ class ActionServer(ActionEndpoint[ServerEndpoints]):
             self.endpoints.send_goal.answer(goal.request_id, self._goals.reject(goal))
 
     def publish_feedback(self, goal: Goal, message: Any) -> None:
-        """Publish feedback on a goal if it has subscribers."""
+        """Publish feedback on a goal, if the feedback topic has subscribers."""
         if self.endpoints.feedback.wanted:
             self.endpoints.feedback.publish(self._goals.feedback(goal, message))
 

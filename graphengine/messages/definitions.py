@@ -1,15 +1,15 @@
 """Message types by their ROS names: fields, Python classes and type hashes.
 
 Known types are those of a distribution of ROS 2 (from rosbags; Jazzy unless another is chosen), those in `share/` beside this
-file, and those in folders that a user gives; a file is read when its type is first used. Folders add types but never change a
-known type, so the messages of a node do not depend on them.
+file, and those in folders that a user gives. A definition file is read when its type is first used. A user's folders add types
+but never change a known type, so the messages of a node do not depend on these folders.
 
-`share/` has the bare fields and constants of ackermann_msgs 2.0.2, vision_msgs 4.1.1, simulation_interfaces 1.5.1, control_msgs
-5.8.0 (trajectories, grippers, single joints), of the services in Isaac Sim's isaac_ros2_messages
-(github.com/isaac-sim/IsaacSim-ros_workspaces, jazzy_ws), and of the types in Jazzy's common interfaces that rosbags lacks:
-nav_msgs/Goals, services, and example_interfaces/Fibonacci. `share_by_distro/` has the files that
-replace those of `share/` from one distribution on: since Kilted (control_msgs 6.3.0), the feedback of FollowJointTrajectory
-has the index of a trajectory point.
+The files in `share/` have only the fields and constants of their types, without comments. They define types of ackermann_msgs
+2.0.2, vision_msgs 4.1.1, simulation_interfaces 1.5.1 and control_msgs 5.8.0 (trajectories, grippers, single joints), the
+services of Isaac Sim's isaac_ros2_messages (github.com/isaac-sim/IsaacSim-ros_workspaces, jazzy_ws), and those types of Jazzy's
+common interfaces that rosbags does not have: nav_msgs/Goals, services, and example_interfaces/Fibonacci. A file in
+`share_by_distro/DISTRO/` replaces the file in `share/` for DISTRO and later distributions: since Kilted (control_msgs 6.3.0),
+the feedback of FollowJointTrajectory has the index of a trajectory point.
 """
 
 from __future__ import annotations
@@ -51,24 +51,24 @@ SHARE_BY_DISTRO = Path(__file__).parent / "share_by_distro"
 MAX_NESTING = 32
 """Maximum depth of messages nested in messages."""
 MAX_VALUES = 1_000_000
-"""Maximum number of values in a message whose variable arrays are empty; a fixed array counts with all its elements."""
+"""Maximum number of values in a message whose variable arrays are empty; each element of a fixed array counts as a value."""
 
 _INITIAL: dict[str, dict[str, Any]] = {
     "geometry_msgs/msg/Quaternion": {"w": 1.0},
     "sensor_msgs/msg/NavSatStatus": {"status": -2},
 }
-"""Nonzero default values of the distributions' types, which rosbags does not store."""
+"""Nonzero default values that ROS 2 defines for fields of these types; rosbags does not store default values."""
 PLACEHOLDER = ("structure_needs_at_least_one_member", (Nodetype.BASE, ("uint8", 0)))
 """Name and type of the field that ROS 2 adds to a message without fields."""
 _CHAR, _UINT8 = (Nodetype.BASE, ("char", 0)), (Nodetype.BASE, ("uint8", 0))
 _CODED = (Nodetype.NAME, wide_strings.NAME)
-"""Type of a wide string in a rosbags store."""
+"""Field type that stands for a wide string in a rosbags store."""
 TIDMAP["wstring"] = 18  # of type_description_interfaces/msg/FieldType, which rosbags leaves out
 _lock = threading.RLock()
 
 
 class _Store(Typestore):
-    """A rosbags store that also finds the types of another store and encodes with its codecs."""
+    """A rosbags store that extends another store: it also finds that store's types and uses that store's codecs for them."""
 
     def __init__(self, below: Typestore) -> None:
         super().__init__()
@@ -76,26 +76,26 @@ class _Store(Typestore):
         self.types = ChainMap({}, below.types)  # type: ignore[assignment]
 
     def get_msgdef(self, typename: str) -> Msgdef[object]:
-        """Return rosbags' codec of a type, also for wide strings and for types of the other store."""
+        """Return the codec of a type, which may also be a wide string or a type of the extended store."""
         if typename == wide_strings.NAME:
             return wide_strings.CODEC
         return super().get_msgdef(typename) if typename in self.fielddefs else self._below.get_msgdef(typename)
 
 
 class Definitions:
-    """Message types by name.
+    """The definitions of all known message, service and action types, by ROS name.
 
     Args:
         folders: folders with definition files.
-        below: known types, which the folders extend; None: the types of `distro` in rosbags.
+        below: definitions that the folders extend; None: the types of `distro` in rosbags.
         distro: distribution of ROS 2; ignored if `below` is given.
     """
 
     def __init__(self, folders: Folders, below: Definitions | None = None, distro: Distro = JAZZY) -> None:
         self.distro: Distro = below.distro if below else distro
-        """Distribution of ROS 2 that defines the types."""
+        """Distribution of ROS 2 whose types are known."""
         self.files: dict[str, Path] = {}
-        """Files that were read from users' folders, by type name, as in `std_srvs/srv/Trigger`."""
+        """Definition files that were read from users' folders, by type name, such as `std_srvs/srv/Trigger`."""
         self._folders = folders
         self._below = below
         self._sizes: dict[str, int] = {}
@@ -119,13 +119,13 @@ class Definitions:
         return kept
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """Pickle only the folders; the process that unpickles reads their files again."""
+        """Pickle only the folders and the distribution; the process that unpickles them reads the files again."""
         if self is shipped(self.distro):
             return shipped, (self.distro,)
         return Definitions, (self._folders, self._below, self.distro)
 
     def for_distro(self, distro: Distro) -> Definitions:
-        """Return the types of another distribution, extended by the same folders."""
+        """Return the definitions of another distribution, extended by the same folders."""
         if distro == self.distro:
             return self
         if self._below is None or self is shipped(self.distro):
@@ -133,7 +133,7 @@ class Definitions:
         return Definitions(self._folders, self._below.for_distro(distro))
 
     def extended(self, given: Sequence[Path] = (), installed: Sequence[Path] = ()) -> Definitions:
-        """Return these types together with those of additional folders; see `Folders`."""
+        """Return these definitions extended by those in additional folders; the arguments are those of `Folders`."""
         return Definitions(Folders(given, installed), self) if given or installed else self
 
     def names(self) -> list[str]:
@@ -157,7 +157,7 @@ class Definitions:
         """Return the dataclass of a message type.
 
         Raises:
-            MessageTypeError: as for `definition`, or the type is a service or an action.
+            MessageTypeError: the same causes as for `definition`, or the type is a service or an action.
         """
         definition = self.definition(message_type)
         if not definition.is_message:
@@ -166,10 +166,10 @@ class Definitions:
         return self.store.types[message_type]
 
     def service_parts(self, service_type: str) -> tuple[str, str]:
-        """Return the request and response types of a service type, as in `std_srvs/srv/Trigger_Request`.
+        """Return the names of the request and response types of a service type, such as `std_srvs/srv/Trigger_Request`.
 
         Raises:
-            MessageTypeError: as for `definition`, or the type is not a service.
+            MessageTypeError: the same causes as for `definition`, or the type is not a service.
         """
         request, response = f"{service_type}_Request", f"{service_type}_Response"
         named = [part for part in _parts(self.definition(service_type).fields) if part in (request, response)]
@@ -178,10 +178,10 @@ class Definitions:
         return request, response
 
     def action_parts(self, action_type: str) -> tuple[str, str, str]:
-        """Return the goal, result and feedback types of an action type, as in `tf2_msgs/action/LookupTransform_Goal`.
+        """Return the names of an action type's goal, result and feedback types, such as `tf2_msgs/action/LookupTransform_Goal`.
 
         Raises:
-            MessageTypeError: as for `definition`, or the type is not an action.
+            MessageTypeError: the same causes as for `definition`, or the type is not an action.
         """
         goal, result, feedback = (f"{action_type}_{part}" for part in ("Goal", "Result", "Feedback"))
         definition = self.definition(action_type)
@@ -190,16 +190,16 @@ class Definitions:
         return goal, result, feedback
 
     def fields(self, message_type: str) -> list[Field]:
-        """Return attribute names and types of a message's fields; names that are Python keywords get a trailing `_`."""
+        """Return the attribute name and the type of each field; a name that is a Python keyword gets a trailing `_`."""
         return [(normalize_fieldname(name), kind) for name, kind in self.definition(message_type).fields]
 
     def initial(self, message_type: str) -> Any:
-        """Return a message with the default values of its definition, else zeros, empty strings and empty arrays."""
+        """Return a new message. Fields without a default value in the definition are zeros, empty strings or empty arrays."""
         fields, given = self.definition(message_type).fields, self.definition(message_type).initial
         return self.message_class(message_type)(*(self._initial(kind, given.get(name)) for name, kind in fields))
 
     def type_hash(self, message_type: str) -> str:
-        """Return the REP 2011 hash of a type, by which peers distinguish versions of a definition.
+        """Return the REP 2011 hash of a type, with which peers compare their definitions of the type.
 
         Raises:
             MessageTypeError: the type is unknown.
@@ -213,11 +213,11 @@ class Definitions:
         return self._hashes[message_type]
 
     def agrees(self, message_type: str, type_hash: str) -> bool:
-        """Return whether a peer's type hash equals ours; true if the peer announces no hash of version RIHS01."""
+        """Return whether a peer's hash of a type equals this definition's; true if the peer's hash is not of version RIHS01."""
         return not type_hash.startswith("RIHS01_") or type_hash == self.type_hash(message_type)
 
     def is_wide(self, message_type: str) -> bool:
-        """Return whether a type contains wide strings."""
+        """Return whether a type or one of its nested types contains wide strings."""
         fields = (field for name in self.closure(message_type) for _, field in self.definition(name).fields)
         return any(element_of(field) == WIDE for field in fields)
 
@@ -239,7 +239,10 @@ class Definitions:
         return names
 
     def _load(self, message_type: str, within: tuple[str, ...]) -> Definition:
-        """Load a type and its nested types; `within` lists the types in which it is nested, outermost first."""
+        """Load a type and its nested types, and return its definition.
+
+        `within` lists the types in which the type is nested, outermost first.
+        """
         if message_type in self._known:
             return self._known[message_type]
         name, file = TypeName.parse(message_type), self._file(message_type)
@@ -264,7 +267,7 @@ class Definitions:
         return found[message_type]
 
     def _add(self, found: dict[str, Definition], file: Path | None) -> None:
-        """Register the types of a file; their nested types must be known already."""
+        """Register the types found in a file; the types nested in them must be known already."""
         self._known |= found
         try:
             for name, definition in found.items():
@@ -290,7 +293,7 @@ class Definitions:
                 raise MessageTypeError(f"{file}: invalid default value: {fault}", name.rpartition("/")[2])
 
     def _size(self, name: str) -> int:
-        """Return the minimum number of values in a message."""
+        """Return the number of values in a message whose variable arrays are empty."""
         if name not in self._sizes:
             self._sizes[name] = sum(self._size_of(kind) for _, kind in self.definition(name).fields) or 1
         return self._sizes[name]
@@ -345,7 +348,7 @@ class Definitions:
         return MessageTypeError(what, message_type.partition("/")[0], did_you_mean(message_type, namesakes), remedy)
 
     def _another(self, message_type: str, known: Definition, other: Definition, file: Path | None) -> MessageTypeError:
-        """Return the error for a type whose definition in a folder differs from that of the distribution."""
+        """Return the error for a type that a user's file defines differently from the distribution."""
         pairs = itertools.zip_longest(known.fields, other.fields)
         ours, theirs = next((pair for pair in pairs if pair[0] != pair[1]), (None, None))
         field = (theirs or ours or ("", ()))[0]
@@ -357,12 +360,20 @@ class Definitions:
 
 
 def _replaced(fields: Sequence[Field], old: Description, new: Description) -> list[Field]:
-    """Return fields with the type `old` replaced by `new`, also as element of arrays."""
+    """Return fields in which the type `old` is replaced by `new`, also as the element type of arrays."""
     return [(name, replace_element(kind, lambda element: new if element == old else element)) for name, kind in fields]
 
 
 def another_definition(name: str, peer: str, message_type: str, own: str, effect: str = "") -> tuple[str, str]:
-    """Return the warning about a peer with a different definition of a message or service type, and the remedy."""
+    """Return a warning about a peer that has another definition of a message or service type, and a remedy.
+
+    Args:
+        name: name of the topic or service.
+        peer: name of the peer.
+        message_type: ROS name of the type.
+        own: name of the endpoint with the definition of this session.
+        effect: consequence; if empty, `no messages are exchanged`.
+    """
     package = message_type.partition("/")[0]
     return (
         f"{name}: {peer} has another definition of {message_type} than {own}: {effect or 'no messages are exchanged'}",
@@ -371,23 +382,23 @@ def another_definition(name: str, peer: str, message_type: str, own: str, effect
 
 
 def dtype_of(number: str) -> np.dtype[Any]:
-    """Return the dtype of arrays of a number type; rosbags represents `byte` as a signed number."""
+    """Return the dtype of arrays of a ROS number type; `byte` is int8, because rosbags represents it as a signed number."""
     return np.dtype({"byte": "int8", "char": "uint8"}.get(number, number))
 
 
 def _parts(fields: Sequence[Field]) -> list[str]:
-    """Return the names of the message types among the types of fields and array elements."""
+    """Return the names of the message types that occur as the type of a field or of an array's elements."""
     elements = [element_of(kind) for _, kind in fields]
     return [detail for kind, detail in elements if kind == Nodetype.NAME]
 
 
 @cache
 def shipped(distro: Distro) -> Definitions:
-    """Return the types of a distribution from rosbags and `share/`, without folders of a user. The result never changes."""
+    """Return the definitions of a distribution from rosbags and `share/`, without a user's folders; the result never changes."""
     since = DISTROS[: DISTROS.index(distro) + 1]
     replaced = [SHARE_BY_DISTRO / name for name in reversed(since)]
     return Definitions(Folders(), distro=distro).extended(installed=[*filter(Path.is_dir, replaced), SHARE])
 
 
 DEFINITIONS = shipped(JAZZY)
-"""Types of Jazzy from rosbags and `share/`; the default."""
+"""Definitions of Jazzy from rosbags and `share/`, which functions use by default."""

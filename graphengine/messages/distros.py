@@ -1,4 +1,4 @@
-"""The ROS 2 distributions whose message types are known: selection by environment, and their types from rosbags."""
+"""Names the ROS 2 distributions whose message types are known, finds the sourced one, and loads types from rosbags."""
 
 from __future__ import annotations
 
@@ -15,16 +15,16 @@ DISTROS: tuple[Distro, ...] = get_args(Distro)
 
 
 def sourced_distro(environ: Mapping[str, str]) -> Distro:
-    """Return the sourced distribution, from ROS_DISTRO; Jazzy if it is unset or not a known distribution."""
+    """Return the distribution that ROS_DISTRO names; Jazzy if the variable is unset or names no known distribution."""
     return next((distro for distro in DISTROS if distro == environ.get("ROS_DISTRO")), JAZZY)
 
 
 @cache
 def base_types(distro: Distro) -> Any:
-    """Return the types of a distribution: their fields as `FIELDDEFS`, and their classes as attributes.
+    """Return an object with the types of a distribution: their fields as `FIELDDEFS`, and their classes as attributes.
 
-    A type with the same definition as in Jazzy gets Jazzy's class, because nodes create messages with Jazzy's classes. The import
-    takes 50 ms, so it happens at the first call; most graphs are checked without it.
+    A type with the same definition as in Jazzy gets Jazzy's class, because nodes create messages with Jazzy's classes. The types
+    are imported at the first call, because the import takes 50 ms and most graphs are checked without it.
     """
     jazzy, chosen = (importlib.import_module(f"rosbags.typesys.stores.ros2_{name}") for name in (JAZZY, distro))
     if chosen is jazzy:

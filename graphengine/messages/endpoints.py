@@ -1,6 +1,6 @@
-"""Interface between nodes and the network: topics and services with their quality of service.
+"""Interface between nodes and the network: publishers, subscriptions, service servers and clients, and their QoS.
 
-The classes here work without a network, as checks need them; the classes for a live network are subclasses.
+The classes of this module work without a network, which is enough for checks; the classes for a live network are subclasses.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class QoS:
-    """Quality of service of an endpoint, with the names of OmniGraph's QoS profiles; times in seconds, 0 for unlimited."""
+    """QoS of an endpoint. Values have the names that OmniGraph's QoS profiles use; times are in seconds, 0 for unlimited."""
 
     history: Literal["keepLast", "keepAll", "systemDefault"] = "keepLast"
     depth: int = 10
@@ -31,7 +31,7 @@ class QoS:
 
 @dataclass(frozen=True, slots=True)
 class EndpointClaim:
-    """An endpoint that a node requested in setup; checks and `graphrun topics` read it."""
+    """Description of an endpoint that a node requested in setup, for the network, for checks and for `graphrun topics`."""
 
     node: str
     """Prim path of the node."""
@@ -39,26 +39,26 @@ class EndpointClaim:
     topic: str
     """Full name of the topic, or of the service."""
     message_type: str
-    """ROS 2 name of the message, or of the service."""
+    """ROS 2 name of the message type, or of the service type."""
     direction: str
     """`publish` or `subscribe`; `serve` or `call` for a service."""
     qos: QoS
     ros_context: int = 0
     rate: float | None = None
-    """Publishing rate, Hz; None if events trigger the messages."""
+    """Publishing rate, Hz; None if messages are published on events."""
     latched: bool = False
     frame_id: str = ""
     """Published name of the frame in the message headers."""
     child_frame_id: str = ""
     """Published name of the child frame in the messages, such as that of odometry."""
     transforms: tuple[tuple[str, str], ...] = ()
-    """Published names of parent and child of each transform."""
+    """Names of the parent and the child frame of each transform, as published."""
     alternatives: tuple[str, ...] = ()
-    """Other message types that a subscription accepts if peers publish one of them instead."""
+    """Message types that a subscription uses instead of `message_type` if peers publish one of them."""
 
     @property
     def is_service(self) -> bool:
-        """Whether the endpoint belongs to a service; a topic may have the same name."""
+        """Whether the endpoint belongs to a service, not to a topic; a topic may have the same name as a service."""
         return self.direction in ("serve", "call")
 
 
@@ -71,51 +71,51 @@ class TopicEndpoint:
         """Full topic name."""
 
     def close(self) -> None:
-        """Close the endpoint; the node's context does this. Safe to call twice."""
+        """Destroy the endpoint, as the node's context does; a second call has no effect."""
 
 
 class Sink(Protocol):
-    """Receives encoded messages, for example to record them."""
+    """Interface of an object that gets copies of the encoded messages, for example to record them."""
 
     def write(self, claim: EndpointClaim, data: bytes) -> None:
-        """Called with each encoded message that a node publishes."""
+        """Process an encoded message that a node has published."""
 
     def deliver(self, claim: EndpointClaim, arrived: Sequence[bytes]) -> None:
-        """Called with the encoded messages that a subscription receives in the tick that begins."""
+        """Process the encoded messages that a subscription gets in the tick that begins."""
 
 
 class Publisher(TopicEndpoint):
-    """A publisher of a node; without a network, it discards messages."""
+    """A publisher of a node; this base class has no network and discards messages."""
 
     latest: Any = None
-    """The newest message, if the claim lists transforms; None before the first message and for all other publishers."""
+    """The newest message, if the claim lists transforms; None before the first message, and always None without transforms."""
 
     @property
     def subscribers(self) -> int:
-        """Number of matched readers, without recorders."""
+        """Number of matched subscriptions; sinks such as recorders do not count."""
         return 0
 
     @property
     def wanted(self) -> bool:
-        """Whether a reader or recorder needs the messages; if not, nodes need not create them."""
+        """Whether a subscription or sink wants messages; if not, the node need not build them."""
         return False
 
     def publish(self, message: Any) -> None:
-        """Send a message to the network and all sinks; it is encoded once."""
+        """Encode a message, and send it to the network and all sinks."""
 
 
 class Subscription(TopicEndpoint):
-    """A subscription of a node; the messages of a tick are fixed when the tick begins."""
+    """A subscription of a node; in a tick, the node gets the messages that arrived before the tick began."""
 
     skipped = 0
-    """Number of messages that `newest` skipped since play."""
+    """Number of messages since play that `newest` skipped because a newer one had arrived in the same tick."""
 
     def newest(self) -> Any | None:
-        """Return the newest message of this tick; None if there is none or it was read before. Older ones count as skipped."""
+        """Return the newest message of this tick; None if no message arrived or it was read before. Older ones are skipped."""
         return None
 
     def take(self) -> Sequence[Any]:
-        """Return the unread messages of this tick, oldest first."""
+        """Return the messages of this tick that were not read before, oldest first."""
         return ()
 
 
@@ -127,112 +127,118 @@ class ServiceEndpoint:
         self.service = claim.topic
         """Full name of the service."""
         self.service_type = claim.message_type
-        """ROS 2 name, as in `std_srvs/srv/SetBool`."""
+        """ROS 2 name of the service type, such as `std_srvs/srv/SetBool`."""
 
     def close(self) -> None:
-        """Close the endpoint; the node's context does this. Safe to call twice."""
+        """Destroy the endpoint, as the node's context does; a second call has no effect."""
 
 
 class ServiceServer(ServiceEndpoint):
-    """A service server of a node; the requests of a tick are fixed when the tick begins."""
+    """A service server of a node; in a tick, the node gets the requests that arrived before the tick began."""
 
     def __init__(self, claim: EndpointClaim, handle: int) -> None:
         super().__init__(claim)
         self.handle = handle
         """Handle of the server for `Context.server`; never 0."""
         self.current: bytes | None = None
-        """Identity of the request that the graph is handling; None if there is none."""
+        """ID of the request to which the graph has yet to respond; None if there is none."""
 
     def take(self) -> Sequence[tuple[bytes, Any]]:
-        """Return id and message of the waiting requests, oldest first, and remove them."""
+        """Remove the waiting requests, and return the ID and the message of each, oldest first."""
         return ()
 
     def answer(self, request_id: bytes, response: Any) -> None:
-        """Send a response at the end of the tick; ignored if the request was answered already, or came before a stop."""
+        """Send the response to a request at the end of the tick.
+
+        The response is ignored if the request was answered already, or arrived before a stop.
+        """
 
 
 class ServiceClient(ServiceEndpoint):
-    """A service client of a node; the responses of a tick are fixed when the tick begins."""
+    """A service client of a node; in a tick, the node gets the responses that arrived before the tick began."""
 
     _calls = 0
 
     def call(self, request: Any) -> int:
-        """Send a request at the end of the tick, or as soon as a server exists; return the number of the call, from 1."""
+        """Send a request at the end of the tick, or later when a server appears; return the number of the call, from 1."""
         self._calls += 1
         return self._calls
 
     def take(self) -> Sequence[tuple[int, Any]]:
-        """Return call number and message of the waiting responses, in order of arrival, and remove them."""
+        """Remove the waiting responses, and return the call number and the message of each, in order of arrival."""
         return ()
 
 
 class Network:
-    """Creates the endpoints that nodes claim."""
+    """Creates the endpoints that nodes request; this base class has no connection to other programs."""
 
     @cached_property
     def definitions(self) -> Definitions:
-        """Message types."""
+        """Definitions of all message types that the session knows."""
         from graphengine.messages.definitions import DEFINITIONS  # heavy, and not needed for `--help`
 
         return DEFINITIONS
 
     identity = b""
-    """Distinguishes the session on its network; empty if all peers are in the session."""
+    """Bytes that distinguish this session from others on the network; empty if all peers are in this session."""
 
     sent = 0
-    """Number of messages sent since the start."""
+    """Number of messages sent since the network was created."""
 
     @property
     def subscribers(self) -> int:
-        """Number of readers of all topics that nodes publish."""
+        """Total number of matched subscriptions of all publishers."""
         return 0
 
     publishers: Sequence[Publisher] = ()
-    """Open publishers."""
+    """All publishers that were created and not destroyed."""
 
     def tap(self, sink: Sink) -> None:
-        """Copy all messages that nodes send or receive to a sink; publishers do not count it as a reader."""
+        """Copy all messages that nodes send or receive to a sink; a sink does not count as a subscription."""
 
     def untap(self, sink: Sink) -> None:
         """Remove a sink that `tap` added."""
 
     def publisher(self, claim: EndpointClaim) -> Publisher:
-        """Create the publisher that a node claims."""
+        """Create the publisher that a claim describes."""
         return Publisher(claim)
 
     def subscription(self, claim: EndpointClaim) -> Subscription:
-        """Create the subscription that a node claims."""
+        """Create the subscription that a claim describes."""
         return Subscription(claim)
 
     def server(self, claim: EndpointClaim, handle: int) -> ServiceServer:
-        """Create the service server that a node claims; `handle` is the number with which nodes refer to it."""
+        """Create the service server that a claim describes; `handle` is the number by which nodes refer to the server."""
         return ServiceServer(claim, handle)
 
     def client(self, claim: EndpointClaim) -> ServiceClient:
-        """Create the service client that a node claims."""
+        """Create the service client that a claim describes."""
         return ServiceClient(claim)
 
     def handing_over(self) -> AbstractContextManager[object]:
-        """Return a context in which a claim gets an endpoint that is already open for an equal claim, else a new one."""
+        """Return a context manager for replacing a graph.
+
+        Inside it, a claim gets the existing endpoint of an equal claim, or a new endpoint if there is none.
+        """
         return nullcontext()
 
     def freeze(self) -> None:
-        """Begin a tick: nodes get messages that arrived before it; later messages wait for the next tick."""
+        """Begin a tick: nodes get the messages that arrived before this call; later messages wait for the next tick."""
 
     def flush(self) -> None:
-        """End a tick: send the messages that were published in it."""
+        """End a tick: send the messages that nodes published in it."""
 
     def save(self) -> Any:
-        """Return a copy of the waiting messages and open calls."""
+        """Return a copy of the waiting messages and unanswered calls, for `restore`."""
 
     def restore(self, saved: Any) -> None:
         """Restore the state that `save` returned; messages that were already sent cannot be recalled."""
 
     def forget_calls(self) -> None:
-        """Discard unanswered requests and calls, because graphs restart."""
+        """Discard unanswered requests and calls; called when graphs restart."""
 
     def log(self, severity: str, message: str) -> None:
         """Publish a log message, for example on `/rosout`."""
 
     def close(self) -> None:
-        """Leave the network; safe to call twice."""
+        """Disconnect from the network; a second call has no effect."""

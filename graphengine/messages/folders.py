@@ -1,7 +1,7 @@
-"""Finds the definition files of messages, services and actions in packages.
+"""Finds the definition files of messages, services and actions in ROS packages.
 
-A package has them as `<package>/msg/Range.msg`, `<package>/srv/Trigger.srv` and `<package>/action/Dock.action`, both in its
-sources and installed below `share/`.
+A package has such files as `<package>/msg/Range.msg`, `<package>/srv/Trigger.srv` and `<package>/action/Dock.action`, both in
+its sources and below `share/` where it is installed.
 """
 
 from __future__ import annotations
@@ -21,11 +21,11 @@ _IGNORED = frozenset(("COLCON_IGNORE", "AMENT_IGNORE"))
 
 @dataclass(slots=True)
 class Folders:
-    """Folders in which definition files are looked up, in this order.
+    """Folders in which definition files are looked up, first those in `given`, then those in `installed`.
 
     Args:
-        given: files, packages, or folders with packages at any depth up to `MAX_DEPTH`.
-        installed: folders with installed packages, as in an ament index, such as `/opt/ros/jazzy/share`.
+        given: definition files, packages, or folders with packages at any depth up to `MAX_DEPTH`.
+        installed: `share` folders with installed packages, such as `/opt/ros/jazzy/share`.
     """
 
     given: Sequence[Path] = ()
@@ -42,7 +42,7 @@ class Folders:
         return next((file for file in files if file.is_file()), None)
 
     def names(self) -> list[str]:
-        """Return the names of all types that have a file."""
+        """Return the names of all types that have a definition file, such as `std_srvs/srv/Trigger`."""
         files = [file for share in self.installed for kind in KINDS for file in share.glob(f"*/{kind}/*.{kind}")]
         return sorted({*self._given(), *(f"{file.parts[-3]}/{file.parts[-2]}/{file.stem}" for file in files)})
 
@@ -69,6 +69,9 @@ def _is_ignored(names: Sequence[str]) -> bool:
 
 
 def _package_of(folder: Path, kind: str) -> str:
-    """Return the package of a folder with definitions: the name in its manifest, else the folder's name."""
+    """Return the name of the package to which a folder with definition files belongs.
+
+    It is the name in the package manifest, or the name of the package's folder if there is no manifest.
+    """
     root = folder.parent if folder.name == kind else folder
     return manifest_name(root) or root.name

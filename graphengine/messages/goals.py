@@ -1,7 +1,7 @@
-"""Goals of an action server: their states, and the responses to clients, by the rules of rcl_action.
+"""Tracks the goals of an action server: their states, and the responses to clients, by the rules of rcl_action.
 
-An action consists of three services and two topics (design.ros2.org/articles/actions.html). This module does not send messages:
-an action server passes requests to it, and sends the messages that it returns.
+An action consists of three services and two topics (design.ros2.org/articles/actions.html). This module sends no messages: an
+action server passes requests to it, and sends the messages that its functions return.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ STATUS_ARRAY = "action_msgs/msg/GoalStatusArray"
 STATUS_QOS = LATCHED
 FEEDBACK_QOS = QoS()
 FEEDBACK_READER_QOS = QoS(depth=100)
-"""QoS of a client's feedback subscription: deep, because it is read once per tick and servers may send faster."""
+"""QoS of a client's feedback subscription. The depth is large, because a server may send many messages per tick."""
 
 MAX_ACTIVE = 100
 """Maximum number of goals of an action server that have not ended."""
@@ -44,7 +44,7 @@ class TrackedGoal(Stateful):
     """A goal and its state in an action server; the status is UNKNOWN until the goal is accepted.
 
     Args:
-        identity: the client's UUID of the goal, 16 bytes.
+        identity: UUID that the client gave the goal, 16 bytes.
     """
 
     kept: ClassVar[tuple[str, ...]] = ("ended_at", "result", "stamp", "status", "waiting")
@@ -53,13 +53,13 @@ class TrackedGoal(Stateful):
         self.identity = identity
         self.status = UNKNOWN
         self.stamp: Any = None
-        """Time of acceptance as a message."""
+        """Time of acceptance, a builtin_interfaces/Time."""
         self.result: Any = None
-        """Response of the service get_result; None until the goal has ended."""
+        """Response of the get_result service; None until the goal has ended."""
         self.ended_at: float | None = None
-        """Time since which the result is kept, s."""
+        """Time from which `RESULT_TIMEOUT` counts, s; None before the first `Goals.expire` after the goal's end."""
         self.waiting: deque[Any] = deque(maxlen=MAX_WAITING)
-        """Requests for the result that arrived before the goal ended, in the action server's representation."""
+        """Requests for the result that arrived before the goal ended, in the form that the action server keeps."""
 
     @property
     def active(self) -> bool:
@@ -68,7 +68,7 @@ class TrackedGoal(Stateful):
 
     @property
     def ended(self) -> bool:
-        """Whether the goal has succeeded, was canceled or was aborted."""
+        """Whether the goal has ended: it succeeded, was canceled or was aborted."""
         return self.status >= SUCCEEDED
 
 
@@ -80,7 +80,7 @@ class Goals(Stateful, Generic[G]):
 
     Args:
         action_type: ROS 2 name, such as `control_msgs/action/FollowJointTrajectory`.
-        definitions: message types.
+        definitions: definitions of all known message types.
     """
 
     kept = ("_goals",)
@@ -91,7 +91,7 @@ class Goals(Stateful, Generic[G]):
         self._goals: dict[bytes, G] = {}
 
     def __iter__(self) -> Iterator[G]:
-        """Iterate over a copy of the goals in order of arrival, including those that wait for acceptance."""
+        """Iterate over a copy of the goals in order of arrival; goals that wait for acceptance are included."""
         return iter(tuple(self._goals.values()))
 
     def save(self) -> Any:
@@ -99,7 +99,7 @@ class Goals(Stateful, Generic[G]):
         return super().save(), [goal.save() for goal in self]
 
     def restore(self, saved: Any) -> None:
-        """Return to a saved state; existing `TrackedGoal` objects are reused, not replaced by copies."""
+        """Return to a saved state. The `TrackedGoal` objects themselves are restored, not copies of them."""
         table, states = saved
         super().restore(table)
         for goal, state in zip(self, states, strict=True):
@@ -111,19 +111,22 @@ class Goals(Stateful, Generic[G]):
         return goal if goal is not None and goal.status != UNKNOWN else None
 
     def admit(self, goal: G) -> bool:
-        """Add a requested goal; return False if its UUID is known or too many goals are active."""
+        """Add a goal that a client requested, and return True.
+
+        If its UUID is known, or `MAX_ACTIVE` goals have not ended, the goal is not added and False is returned.
+        """
         if goal.identity in self._goals or sum(not other.ended for other in self) >= MAX_ACTIVE:
             return False
         self._goals[goal.identity] = goal
         return True
 
     def accept(self, goal: G, stamp: Any, status: int = EXECUTING) -> Any:
-        """Accept a requested goal; return the response of the service send_goal."""
+        """Accept a goal that waits for acceptance; return the response of the send_goal service."""
         goal.stamp, goal.status = stamp, status
         return self._sent(accepted=True, stamp=stamp)
 
     def reject(self, goal: G) -> Any:
-        """Remove a goal that is not accepted; return the response of the service send_goal."""
+        """Remove a goal that waits for acceptance or was not admitted; return the response of the send_goal service."""
         if self._goals.get(goal.identity) is goal:
             del self._goals[goal.identity]
         return self._sent(accepted=False)
@@ -135,16 +138,16 @@ class Goals(Stateful, Generic[G]):
         return response
 
     def end(self, goal: G, status: int, result: Any = None) -> Any:
-        """End an active goal; return the response of the service get_result.
+        """End an active goal; return the response of the get_result service.
 
         Args:
             goal: active goal.
             status: SUCCEEDED, CANCELED or ABORTED.
-            result: result of the action; None: default values.
+            result: result message of the action; None: a result with default values.
 
         Raises:
-            ValueError: the goal is not active, or status is CANCELED and no client has requested to cancel the goal.
-            MessageError: the result does not fit the action.
+            ValueError: the goal is not active, or `status` is CANCELED and no client has requested to cancel the goal.
+            MessageError: the message is not a result of the action.
         """
         if not goal.active or (status == CANCELED and goal.status != CANCELING):
             raise ValueError(f"a goal that is {STATUS_NAMES[goal.status]} cannot become {STATUS_NAMES[status]}")
@@ -157,11 +160,11 @@ class Goals(Stateful, Generic[G]):
         return response
 
     def unknown_result(self) -> Any:
-        """Return the response of the service get_result for an unknown goal."""
+        """Return the response of the get_result service for a goal that the server does not know."""
         return self._definitions.initial(f"{self.action_type}_GetResult_Response")
 
     def cancel(self, request: Any) -> Any:
-        """Set the status of all goals that a CancelGoal request selects to CANCELING; return the response."""
+        """Apply a CancelGoal request: the running goals that it selects become CANCELING. Return the response."""
         response = self._definitions.initial(f"{CANCEL_GOAL}_Response")
         identity, stamp = bytes(request.goal_info.goal_id.uuid), _order(request.goal_info.stamp)
         one, every = any(identity) and not any(stamp), not any(identity) and not any(stamp)
@@ -176,7 +179,10 @@ class Goals(Stateful, Generic[G]):
         return response
 
     def expire(self, now: float) -> bool:
-        """Discard goals that ended more than `RESULT_TIMEOUT` s ago, or exceed `MAX_ENDED`; return whether it discarded any."""
+        """Discard goals that ended more than `RESULT_TIMEOUT` s ago, and the oldest ended goals beyond `MAX_ENDED`.
+
+        Return whether a goal was discarded.
+        """
         ended = [goal for goal in self if goal.ended]
         for goal in ended:
             goal.ended_at = now if goal.ended_at is None else goal.ended_at
@@ -187,19 +193,19 @@ class Goals(Stateful, Generic[G]):
         return bool(old)
 
     def restart(self) -> None:
-        """Keep all results for another `RESULT_TIMEOUT`, because the clock restarts at 0."""
+        """Keep all results for another `RESULT_TIMEOUT`; called when the clock restarts at 0."""
         for goal in self:
             goal.ended_at = None
 
     def feedback(self, goal: G, feedback: Any) -> Any:
-        """Return the feedback message of a goal, with its UUID."""
+        """Return the message for the feedback topic: the feedback with the UUID of the goal."""
         message = self._definitions.initial(f"{self.action_type}_FeedbackMessage")
         message.goal_id.uuid[:] = list(goal.identity)
         message.feedback = feedback
         return message
 
     def status_array(self) -> Any:
-        """Return a GoalStatusArray with all accepted goals that have not been discarded."""
+        """Return a GoalStatusArray with the status of each goal that was accepted and has not been discarded."""
         message = self._definitions.initial(STATUS_ARRAY)
         for goal in self:
             if goal.status != UNKNOWN:
@@ -216,14 +222,14 @@ class Goals(Stateful, Generic[G]):
 
 
 class ActionPart(NamedTuple):
-    """Name and type of a service or topic of an action."""
+    """Name and type of one of the services or topics of an action."""
 
     name: str
     message_type: str
 
 
 def parts(action: str, action_type: str) -> Mapping[str, ActionPart]:
-    """Return the services and topics of an action by their role: send_goal, cancel_goal, get_result, feedback, status."""
+    """Return the services and topics of an action, by role: send_goal, cancel_goal, get_result, feedback, status."""
     types = {
         "send_goal": f"{action_type}_SendGoal",
         "cancel_goal": CANCEL_GOAL,
@@ -235,5 +241,5 @@ def parts(action: str, action_type: str) -> Mapping[str, ActionPart]:
 
 
 def _order(stamp: Any) -> tuple[int, int]:
-    """Return a time message as a tuple for comparisons."""
+    """Return a builtin_interfaces/Time as a tuple that can be compared."""
     return stamp.sec, stamp.nanosec

@@ -1,7 +1,7 @@
 """Parses definition files of messages, services and actions.
 
-A service has a request and a response, separated by `---`; an action has a goal, a result and feedback. This module
-also adds the messages that ROS 2 derives from them.
+The file of a service has a request and a response, separated by `---`; that of an action has a goal, a result and a feedback
+part. This module also defines the messages that ROS 2 derives from these parts.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from graphengine.format.regular_files import open_regular
 from graphengine.format.wording import did_you_mean
 
 KINDS = {"msg": 1, "srv": 2, "action": 3}
-"""Number of parts in a definition file, by its suffix."""
+"""Number of parts in a definition file, by the suffix of the file."""
 MAX_BYTES = 256 * 1024
 """Maximum size of a definition file, bytes; the largest one in ROS 2 Jazzy has 6 kB."""
 
@@ -43,14 +43,14 @@ SCALARS = {
     "float32": "<f",
     "float64": "<d",
 }
-"""Format characters of `struct` for the number types of messages."""
+"""Format character of the module `struct` for each ROS number type; `byte` is signed, as rosbags represents it."""
 
 
 def signed_byte(value: int) -> int:
-    """Return a byte as the signed number that the encoder expects.
+    """Return a byte, from 0 to 255, as the signed number from -128 to 127 that the encoder expects.
 
     Raises:
-        ValueError: the number is not in 0 to 255.
+        ValueError: the number is not from 0 to 255.
     """
     if not 0 <= value <= 0xFF:
         raise ValueError(f"{value} is not a byte (0 to 255)")
@@ -60,10 +60,14 @@ def signed_byte(value: int) -> int:
 _SNAKE = re.compile(r"[a-z][a-z0-9]*(?:_[a-z0-9]+)*\Z")
 _CAMEL = re.compile(r"[A-Z][A-Za-z0-9]*\Z")
 TEXTS = ("string", "wstring")
-"""String types; wide strings are encoded as UTF-16."""
+"""String types of ROS; `wstring` is a wide string of UTF-16 units."""
 
 Description = tuple[Any, Any]
-"""Type of a field in rosbags: a `Nodetype`, and a type name or the element type and length of an array."""
+"""Type of a field as rosbags represents it: a `Nodetype` and its arguments.
+
+The arguments are the name and the maximum length of a number or string type (0: no limit), the name of a message type, or the
+element type and the length of an array.
+"""
 Field = tuple[str, Description]
 """Name and type of a field."""
 
@@ -71,20 +75,20 @@ WIDE: Description = (Nodetype.BASE, ("wstring", 0))
 
 
 class MessageTypeError(ContextError):
-    """A message type that is unknown, or whose definition is invalid."""
+    """A message, service or action type is unknown, or its definition is invalid."""
 
     code = "G308"
 
 
 class Definition(NamedTuple):
-    """Constants, fields and default values of a message type."""
+    """Constants, fields and default values of a type; `str` returns its text in the format of a `.msg` file."""
 
     constants: list[tuple[str, str, Any]]
     fields: list[Field]
     initial: Mapping[str, Any] = MappingProxyType({})
-    """Nonzero default values by field name."""
+    """Default values that the definition sets, by field name."""
     is_message: bool = True
-    """False for a service or an action, whose definitions are needed only for type hashes."""
+    """Whether the type is a message. A service or action has a definition too, which is needed only for its type hash."""
 
     def __str__(self) -> str:
         constants = [f"{kind} {name}={value}\n" for name, kind, value in self.constants]
@@ -92,7 +96,7 @@ class Definition(NamedTuple):
 
 
 class TypeName(NamedTuple):
-    """The parts of a type name; in `std_srvs/srv/Trigger_Request`, `part` is `_Request`."""
+    """The parts of a type name; for `std_srvs/srv/Trigger_Request` these are std_srvs, srv, Trigger and `_Request`."""
 
     package: str
     kind: str
@@ -101,12 +105,12 @@ class TypeName(NamedTuple):
 
     @property
     def source(self) -> str:
-        """Name of the type that the file defines, without `part`, as in `std_srvs/srv/Trigger`."""
+        """Name of the type whose definition file contains this type: the name without `part`, as in `std_srvs/srv/Trigger`."""
         return f"{self.package}/{self.kind}/{self.name}"
 
     @staticmethod
     def parse(message_type: str) -> TypeName | None:
-        """Split a type name; None if it is not legal in ROS 2, such as a name with `..`, which could leave a folder."""
+        """Split a type name into its parts; None if it is not legal in ROS 2, for example because it contains `..`."""
         package, _, rest = message_type.partition("/")
         kind, _, last = rest.partition("/")
         name, underscore, part = last.partition("_")
@@ -115,10 +119,14 @@ class TypeName(NamedTuple):
 
 
 def read(path: Path, name: TypeName) -> dict[str, Definition]:
-    """Return the messages that a file defines, by ROS name, and its service or action, whose type hash needs a definition.
+    """Return the definitions of all types in a file, by ROS name: messages and, if present, the service or action itself.
+
+    Args:
+        path: the definition file.
+        name: name of the type that the file defines.
 
     Raises:
-        MessageTypeError: the file cannot be read, or is not a definition.
+        MessageTypeError: the file cannot be read, or its content is not a valid definition.
     """
     text = _text(path)
     if path.suffix == ".idl":
@@ -148,8 +156,8 @@ def _text(path: Path) -> str:
 
 
 def _parse(path: Path, package: str, text: str, line: int) -> Definition:
-    """Return constants and fields of one part of a file; `line` is its offset in the file."""
-    # What stands alone in a definition is a message of the package, also in those of services and actions.
+    """Return the definition in one part of a file; `line` is the number of lines before this part."""
+    # A type without a package name is a message of the same package, in services and actions too.
     try:
         (message,) = MSGParser(f"MSG: {package}/msg/This\n{text}").specification()
     except (TypesysError, RecursionError, ValueError) as error:
@@ -158,7 +166,7 @@ def _parse(path: Path, package: str, text: str, line: int) -> Definition:
         raise MessageTypeError(f"{place} is not a definition of a field or constant", path.stem) from error
     for parsed in message.fields:
         if not _SNAKE.match(parsed.name):
-            legal = "legal: lower-case letters, digits and single underscores; the first is a letter, the last is none"
+            legal = "legal: lower-case letters, digits and single underscores; begins with a letter, ends with no underscore"
             raise MessageTypeError(f"{path}: the field name {parsed.name!r} is not legal in ROS 2", path.stem, legal)
     (constants, fields), *_ = make_typesdict([message]).values()
     initial = {parsed.name: _unescaped(parsed.value) for parsed in message.fields if parsed.value is not None}
@@ -166,12 +174,12 @@ def _parse(path: Path, package: str, text: str, line: int) -> Definition:
 
 
 def _unescaped(value: Any) -> Any:
-    """Return a default value without the backslashes before quotes that rosbags leaves in strings."""
+    """Return a default value; in a string, the backslashes before quotes, which rosbags keeps, are removed."""
     return value.replace('\\"', '"').replace("\\'", "'") if isinstance(value, str) else value
 
 
 def _first_fault(text: str) -> tuple[int, str]:
-    """Return the number (from 1) and text of the first malformed line; 0 and no text if every line is well-formed."""
+    """Return the number (from 1) and the text of the first malformed line; 0 and an empty text if no line is malformed."""
     for number, line in enumerate(text.split("\n"), 1):
         try:
             MSGParser(f"MSG: a/msg/This\n{line}").specification()
@@ -194,7 +202,7 @@ def _read_idl(path: Path, name: TypeName, text: str) -> dict[str, Definition]:
 
 
 def _sound(path: Path, definition: Definition) -> Definition:
-    """Check that member names are unique and that all types can be encoded; return the definition."""
+    """Return a definition with correct wide string types, after checking that names are unique and types can be encoded."""
     fields = [(name, replace_element(kind, _with_wide)) for name, kind in definition.fields]
     definition = definition._replace(fields=fields)
     names = Counter([field for field, _ in definition.fields] + [constant for constant, _, _ in definition.constants])
@@ -213,13 +221,13 @@ def _sound(path: Path, definition: Definition) -> Definition:
 
 
 def _with_wide(element: Description) -> Description:
-    """Return the wide string type for the message type as which rosbags parses `wstring`; keep any other type."""
+    """Return the type of a wide string for `wstring`, which rosbags parses as the name of a message; keep any other type."""
     kind, detail = element
     return WIDE if kind == Nodetype.NAME and detail.endswith("/msg/wstring") else element
 
 
 def replace_element(description: Description, replace: Callable[[Description], Description]) -> Description:
-    """Return a type with a function applied to it, for an array to its element type."""
+    """Apply a function to a type, or to the element type if the type is an array, and return the resulting type."""
     kind, detail = description
     if kind in (Nodetype.ARRAY, Nodetype.SEQUENCE):
         return kind, (replace_element(detail[0], replace), detail[1])
@@ -239,7 +247,7 @@ def message_of(description: Description) -> str:
 
 
 def written(description: Description) -> str:
-    """Return a type as it is written in definition files."""
+    """Return a type as it is written in definition files, such as `float64[9]`."""
     kind, detail = description
     if kind == Nodetype.NAME:
         return str(detail).replace("/msg/", "/")
@@ -250,12 +258,12 @@ def written(description: Description) -> str:
 
 
 def named(message_type: str) -> Description:
-    """Return the field type for messages of a type, given by its ROS name."""
+    """Return the field type of a nested message with this ROS name."""
     return (Nodetype.NAME, message_type)
 
 
 def _service(name: str, request: Definition, response: Definition) -> dict[str, Definition]:
-    """Return the messages of a service, and the service with its introspection event."""
+    """Return the definitions of a service: its request, response and introspection event, and the service itself."""
     optional = {part: (Nodetype.SEQUENCE, (named(f"{name}_{part.title()}"), 1)) for part in ("request", "response")}
     event = [("info", named("service_msgs/msg/ServiceEventInfo")), *optional.items()]
     parts = [(f"{part}_message", named(f"{name}_{part.title()}")) for part in ("request", "response", "event")]
@@ -268,7 +276,10 @@ def _service(name: str, request: Definition, response: Definition) -> dict[str, 
 
 
 def _action(name: str, goal: Definition, result: Definition, feedback: Definition) -> dict[str, Definition]:
-    """Return the messages and services of an action (design.ros2.org/articles/actions.html), and the action itself."""
+    """Return the definitions of an action: its messages, its services, and the action itself.
+
+    See design.ros2.org/articles/actions.html.
+    """
     identity = ("goal_id", named("unique_identifier_msgs/msg/UUID"))
     stamp = ("stamp", named("builtin_interfaces/msg/Time"))
     accepted, status = ("accepted", (Nodetype.BASE, ("bool", 0))), ("status", (Nodetype.BASE, ("int8", 0)))

@@ -1,6 +1,6 @@
-"""Parses a message from YAML, as `ros2 topic pub` does; missing fields get their default values.
+"""Parses messages from YAML, as `ros2 topic pub` does; missing fields get their default values.
 
-`auto` for a header and `now` for a time are replaced by the time at which the message is sent.
+The word `auto` as the value of a header, and `now` as that of a time, stand for the time at which the message is sent.
 """
 
 from __future__ import annotations
@@ -21,33 +21,33 @@ HEADER = "std_msgs/msg/Header"
 TIME = "builtin_interfaces/msg/Time"
 
 _YES, _NO = ("yes", "Yes", "YES", "on", "On", "ON"), ("no", "No", "NO", "off", "Off", "OFF")
-"""Texts that mean true or false in YAML 1.1, which ros2cli reads."""
+"""Words that mean true or false in YAML 1.1, the version that ros2cli reads."""
 
 
 class _InvalidValueError(Exception):
-    """A value that does not fit its field; the error is already among the findings."""
+    """A value does not fit its field; the error was already added to the findings."""
 
 
 @dataclass(frozen=True, slots=True)
 class Draft:
-    """A parsed message, whose time stamps are set when it is sent."""
+    """A parsed message, with a list of the times in it that are set when the message is sent."""
 
     message: Any
     stamps: list[Any]
-    """Time messages within `message` that are set to the time of sending."""
+    """The builtin_interfaces/Time objects within `message` that are set to the time of sending."""
 
     def stamp(self, nanoseconds: int) -> Any:
-        """Set the time stamps, in nanoseconds since 1970 or since the simulation began; return the message."""
+        """Set the times in `stamps` to a time in ns, since 1970 or since the simulation began; return the message."""
         for stamp in self.stamps:
             stamp.sec, stamp.nanosec = divmod(nanoseconds, 1_000_000_000)
         return self.message
 
 
 def parse(text: str, message_type: str, definitions: Definitions = DEFINITIONS) -> Draft:
-    """Parse a message from YAML.
+    """Parse a message of a type from YAML.
 
     Raises:
-        CheckError: the text is not a message of the type; the findings have positions in the text.
+        CheckError: the text is not a message of the type; the findings give positions in the text.
         MessageTypeError: the type is unknown.
     """
     definitions.message_class(message_type)
@@ -69,7 +69,7 @@ def full_type(name: str, folder: str = "msg") -> str:
 
 
 class _MessageReader(Maker):
-    """Makes messages from YAML values."""
+    """Builds messages from YAML values."""
 
     shorthands = MappingProxyType({HEADER: "auto", TIME: "now"})
 
@@ -79,7 +79,7 @@ class _MessageReader(Maker):
         self._findings = findings
 
     def message(self, given: Value, message_type: str, place: str) -> Any:
-        """Return the message for a YAML mapping, or for the word `auto` (Header) or `now` (Time)."""
+        """Return the message for a YAML mapping, or for the word `auto` (for a Header) or `now` (for a Time)."""
         if isinstance(given.data, str) and given.data == self.shorthands.get(message_type):
             message = self.definitions.initial(message_type)
             self.stamps.append(message.stamp if message_type == HEADER else message)
@@ -95,7 +95,7 @@ class _MessageReader(Maker):
         return name
 
     def scalar(self, given: Value, name: str) -> Any:
-        """Convert a YAML value to the type of its field."""
+        """Convert a YAML scalar to the field type `name`, with the rules of YAML 1.1; a value that does not fit is kept."""
         data = given.data
         if name in TEXTS and isinstance(data, bool | int | float):
             return _as_written(given)
@@ -116,13 +116,13 @@ class _MessageReader(Maker):
 
 
 def _as_written(given: Value) -> str:
-    """Return a scalar as it is written in the text, where YAML reads it as a number or boolean."""
+    """Return the text of a scalar that YAML reads as a number or boolean, for a field that is a string."""
     span = given.span
     return span.source.lines[span.line - 1][span.column - 1 : span.column - 1 + span.length]
 
 
 def _number(data: Any) -> Any:
-    """Convert numbers, and strings such as `nan`, to a floating-point number; other values are returned unchanged."""
+    """Convert a number, or a string such as `nan`, to a float; return any other value unchanged."""
     try:
         return data if isinstance(data, bool) else float(data)
     except (TypeError, ValueError, OverflowError):

@@ -1,6 +1,6 @@
-"""Summaries of messages with many values: laser scans, images and point clouds, a few lines each.
+"""Summarizes messages with many values (laser scans, images and point clouds) in a few lines of text.
 
-Messages come from the network, so their sizes and lengths need not agree.
+Messages come from the network, so sizes and lengths in a message may contradict each other.
 """
 
 from __future__ import annotations
@@ -15,10 +15,10 @@ from numpy.typing import NDArray
 
 BARS, SHADES = "▁▂▃▄▅▆▇█", " ░▒▓█"
 PICTURE_WIDTH = 64
-"""Maximum number of columns of a picture in characters."""
+"""Maximum width of an image drawn with block characters, in characters."""
 _KINDS = {"S": "i", "U": "u", "F": "f"}
 _POINT_TYPES = {1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", 7: "f4", 8: "f8"}
-"""NumPy's names of the datatypes of sensor_msgs/PointField."""
+"""NumPy's type codes for the values of `datatype` in sensor_msgs/PointField."""
 
 _UNREADABLE = "values not shown: an unknown encoding, or data of another size"
 
@@ -30,8 +30,8 @@ def summarize(message: Any, width: int, *, picture: bool = True) -> str | None:
 
     Args:
         message: decoded message.
-        width: maximum number of characters of a line with a sparkline or a picture.
-        picture: whether to draw an image with block characters.
+        width: maximum number of characters in a line of a sparkline or a drawn image.
+        picture: whether to draw an image message with block characters.
     """
     summary = _SUMMARIES.get(message.__msgtype__)
     if summary is None:
@@ -61,9 +61,10 @@ def _scan(scan: Any, width: int, picture: bool) -> list[str]:
 
 
 def sparkline(values: Values, width: int) -> str:
-    """Return a line of bars. Each bar stands for an equal part of the values and shows its smallest finite value.
+    """Return a line of bars that shows the values.
 
-    The tallest bar is the largest of these values; a part without finite values is a space.
+    The values are divided into equal parts, one per bar; a bar shows the smallest finite value of its part. The tallest bar
+    stands for the largest of these smallest values. A part without finite values is a space.
     """
     count = min(width, len(values))
     if count < 1:
@@ -86,14 +87,17 @@ def _image(image: Any, width: int, picture: bool) -> list[str]:
 
 
 def _channels(encoding: str) -> list[str]:
-    """Return the channel names of a colour encoding such as `rgb8`; empty for other encodings."""
+    """Return the names of the channels of a colour encoding such as `rgb8`, in order; empty for other encodings."""
     match = re.fullmatch(r"(rgb|bgr)(a?)(8|16)", encoding)
     colours = {"r": "red", "g": "green", "b": "blue", "a": "alpha"}
     return [colours[letter] for letter in match[1] + match[2]] if match else []
 
 
 def _pixels(image: Any) -> Values | None:
-    """Return the image as an array (height, width, channels); None if the encoding is unknown or the data has another size."""
+    """Return an Image message as an array of shape (height, width, channels).
+
+    Return None if the encoding is unknown, or the size of the data does not match the encoding and the image size.
+    """
     match = re.fullmatch(r"(8|16|32|64)([USF])C([1-4]?)", image.encoding)
     if match and (match[1], match[2]) != ("8", "F"):
         kind, channels = f"{_KINDS[match[2]]}{int(match[1]) // 8}", int(match[3] or 1)
@@ -111,7 +115,12 @@ def _pixels(image: Any) -> Values | None:
 
 
 def _shaded(brightness: Values, width: int) -> list[str]:
-    """Draw an image with block characters, which are twice as high as wide."""
+    """Return the lines of an image drawn with block characters, each twice as high as wide.
+
+    Args:
+        brightness: brightness of each pixel, shape (height, width); the range of values is scaled to the shades.
+        width: maximum number of characters in a line.
+    """
     height, wide = brightness.shape
     columns = min(width, PICTURE_WIDTH, wide)
     rows = max(round(columns * height / wide / 2.0), 1)
@@ -125,7 +134,7 @@ def _shaded(brightness: Values, width: int) -> list[str]:
 
 
 def _middles(count: int, parts: int) -> NDArray[np.intp]:
-    """Divide `count` indices into equal parts; return the middle index of each part."""
+    """Divide the indices from 0 to `count` - 1 into equal parts, and return the middle index of each part."""
     return ((np.arange(parts) + 0.5) * count / parts).astype(np.intp)
 
 
@@ -146,7 +155,10 @@ def _cloud(cloud: Any, width: int, picture: bool) -> list[str]:
 
 
 def _points(cloud: Any, fields: list[Any]) -> Values | None:
-    """Return the points as a structured array with fields f0, f1, …; None if the data has another size."""
+    """Return the points of a cloud as a structured array with a field f0, f1, … for each of `fields`.
+
+    Return None if there are no fields, or the size of the data does not match the cloud's layout.
+    """
     order = ">" if cloud.is_bigendian else "<"
     kinds = [order + _POINT_TYPES[field.datatype] for field in fields]
     ends = [field.offset + np.dtype(kind).itemsize for field, kind in zip(fields, kinds, strict=True)]
@@ -161,7 +173,10 @@ def _points(cloud: Any, fields: list[Any]) -> Values | None:
 
 
 def _extent(values: Values, *, mean: bool = False) -> str:
-    """Return the range of values as text, such as `0.5 to 12`; with `mean`, also the mean and the number of non-finite values."""
+    """Return the range of the finite values as text, such as `0.5 to 12`.
+
+    With `mean`, the text also has the mean and the number of values that are not finite.
+    """
     array = np.asarray(values, np.float64)
     finite = array[np.isfinite(array)]
     if not finite.size:

@@ -1,8 +1,8 @@
 """Encodes messages of constant size by patching numbers into the bytes of an earlier message.
 
-Most messages of a topic differ only in numbers: frame ids, the number of transforms and the size of images stay the same. For
-such messages it is enough to pack the numbers into the earlier bytes, without the encoder. Large arrays are copied only once,
-because the bytes before and after an array are kept as separate pieces.
+Most messages of a topic differ only in numbers: frame IDs, the number of transforms and the size of images stay the same. For
+such messages it is enough to pack the numbers into the bytes of the earlier message; the encoder is not needed. A large array
+is copied only once: the bytes before and after it are kept as separate pieces, and all pieces and arrays are joined at the end.
 """
 
 from __future__ import annotations
@@ -22,39 +22,43 @@ from graphengine.messages.interfaces import SCALARS
 _CODES = {kind: code.removeprefix("<") for kind, code in SCALARS.items()}
 
 MAX_PATCHED = 1024
-"""Maximum size of an array that is patched, bytes; larger ones are joined with the pieces around them, which copies less."""
+"""Maximum size of an array that is patched, bytes; a larger array is joined with the pieces around it, which copies less."""
 
 _HEADER = 4
-"""Size of the CDR encapsulation header, bytes; alignment counts from its end."""
+"""Size of the CDR encapsulation header, bytes; alignment is relative to the end of this header."""
 
 
 class _NoTemplateError(Exception):
-    """The message has parts of variable size."""
+    """A message type has a part for which templates are not supported, such as a wide string."""
 
 
 class Template:
-    """The bytes of a message, into which the numbers of similar messages are patched.
+    """The bytes of a message, with the place of each number in them.
+
+    Another message with the same strings and lengths is encoded by writing its numbers into these places.
 
     Args:
-        message: message with the same strings and lengths.
-        definitions: message types.
+        message: message from which the template is made.
+        definitions: definitions of all known message types.
     """
 
     def __init__(self, message: Any, definitions: Definitions = DEFINITIONS) -> None:
         self._definitions = definitions
         self._offset = _HEADER
         self._numbers: list[tuple[int, str, str]] = []
-        """Offset, `struct` format character and Python expression of each number."""
+        """Offset in the bytes, `struct` format character, and Python expression in the message `m` of each number."""
         self._constants: list[tuple[str, Any]] = []
         self._arrays: list[tuple[int, int, str]] = []
-        """Begin and end offset and Python expression of each large array."""
+        """Begin and end offset in the bytes, and Python expression in the message `m` of each array."""
         self._walk(message, messages.message_type(message), "m")
         self.encode = self._compile(messages.encode(message, definitions))
-        """Returns the bytes of a message, None if it differs in more than numbers; raises an error for a wrong field type."""
+        """Function that returns the bytes of a message, or None if the message differs from the template in more than numbers.
+
+        It raises an error if a field has the wrong type."""
 
     @staticmethod
     def of(message: Any, definitions: Definitions = DEFINITIONS) -> Template | None:
-        """Return a template of a message; None if it has parts of variable size."""
+        """Return a template made from a message; None if templates do not support the message's type."""
         try:
             template = Template(message, definitions)
         except _NoTemplateError:
@@ -99,7 +103,7 @@ class Template:
         self._offset += size
 
     def _sequence(self, value: Any, kind: str, place: str) -> None:
-        """Add a sequence: strings are constants of the template, numbers are patched."""
+        """Add a sequence; its strings become constants of the template, its numbers are patched."""
         self._align(4)
         self._offset += 4
         if kind == "string":
@@ -111,7 +115,7 @@ class Template:
             self._array(value, kind, place)
 
     def _array(self, value: Any, kind: str, place: str) -> None:
-        """Add an array of numbers; its type and length are constants of the template."""
+        """Add an array of numbers, which are patched; its type and length become constants of the template."""
         if not isinstance(value, np.ndarray) or kind not in _CODES:
             raise _NoTemplateError(place)
         self._constants += [(f"{place}.shape", value.shape), (f"{place}.dtype", value.dtype)]
@@ -121,10 +125,13 @@ class Template:
             self._offset += value.nbytes
 
     def _compile(self, data: bytes) -> Callable[[Any], bytes | None]:
-        """Generate the encode function: one comparison per constant, one pack per gapless run of numbers, one copy per array.
+        """Return the generated `encode` function.
+
+        The function compares each constant, packs each run of numbers without gaps, and copies each array.
 
         Args:
-            data: bytes of the message; the pieces around large arrays are kept.
+            data: bytes of the message from which the template is made; the function patches copies of the pieces around large
+                arrays.
         """
         runs = self._runs()
         large = [(begin, end) for begin, end, _ in self._arrays if end - begin > MAX_PATCHED]
@@ -154,13 +161,16 @@ class Template:
         return encode
 
     def _comparison(self) -> str:
-        """Return the generated line that returns None if a constant differs; dtypes are compared by identity."""
+        """Return the line of the generated function that returns None if a constant differs; dtypes are compared by identity."""
         operators = ["is not" if isinstance(value, np.dtype) else "!=" for _, value in self._constants]
         different = [f"{place} {operators[i]} c{i}" for i, (place, _) in enumerate(self._constants)]
         return f"if {' or '.join(different)}: return None" if different else ""
 
     def _runs(self) -> list[tuple[int, str, list[str]]]:
-        """Group adjacent numbers for one `struct.pack_into` call each; return offset, format and expressions of each group."""
+        """Group adjacent numbers, so that one `struct.pack_into` call packs a group.
+
+        Return the offset, the `struct` format and the Python expressions of each group.
+        """
         runs: list[tuple[int, str, list[str]]] = []
         end = -1
         for offset, code, place in self._numbers:
@@ -174,10 +184,10 @@ class Template:
 
 
 class Encoder:
-    """Encodes the messages of one topic: with a template if they are similar, else with the general encoder."""
+    """Encodes the messages of one topic: with a template while the messages are similar, otherwise with the general encoder."""
 
     PATIENCE = 8
-    """Maximum number of templates; after that, messages of the topic always go to the general encoder."""
+    """Maximum number of templates for a topic; messages that do not fit the last template go to the general encoder."""
 
     def __init__(self, definitions: Definitions = DEFINITIONS) -> None:
         self._definitions = definitions
@@ -194,7 +204,7 @@ class Encoder:
             try:
                 data = self._template.encode(message)
             except (AttributeError, IndexError, OverflowError, TypeError, ValueError, struct.error):
-                data = None  # the general way tells what is wrong
+                data = None  # the general encoder reports the fault
             if data is not None:
                 return data
         data = messages.encode(message, self._definitions)

@@ -1,4 +1,4 @@
-"""Formats messages as text like ros2cli: YAML, comma-separated values, and constructor expressions."""
+"""Formats messages as text, in the same forms as ros2cli: YAML, comma-separated values, and Python expressions."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from graphengine.messages.definitions import DEFINITIONS, Definitions
 from graphengine.messages.interfaces import SCALARS, TEXTS, Description, element_of, named
 
 _IDL_NAMES = {"bool": "boolean", "byte": "octet", "char": "uint8", "float32": "float", "float64": "double"}
-"""IDL names of types, which ros2cli prints for array elements."""
+"""IDL names of number types, by ROS name; ros2cli prints them as element types of arrays."""
 _WIDTH = 2**31 - 1
 _CUT = "..."
 
@@ -27,12 +27,12 @@ _MAP = "tag:yaml.org,2002:map"
 
 @dataclass(frozen=True, slots=True)
 class TypedValue:
-    """A message or the value of a field, with its type.
+    """A message, or the value of a message field, together with its type.
 
     Args:
-        value: message object, array, list or scalar, as in rosbags.
+        value: message object, array, list or scalar, as rosbags represents it.
         kind: type of the value.
-        definitions: message types.
+        definitions: definitions of all known message types.
     """
 
     value: Any
@@ -41,7 +41,7 @@ class TypedValue:
 
     @staticmethod
     def of(message: Any, definitions: Definitions = DEFINITIONS) -> TypedValue:
-        """Return a whole message with its type."""
+        """Return a message together with its type."""
         return TypedValue(message, named(message.__msgtype__), definitions)
 
     @property
@@ -51,12 +51,12 @@ class TypedValue:
 
     @property
     def is_array(self) -> bool:
-        """Whether the value is an array or a sequence."""
+        """Whether the value is an array of fixed or variable length."""
         return self.kind[0] in (Nodetype.ARRAY, Nodetype.SEQUENCE)
 
     @property
     def scalar(self) -> str:
-        """Type of the scalar or of the array's elements, such as `float64`; empty for messages."""
+        """ROS type of a scalar or of an array's elements, such as `float64`; empty for a message or an array of messages."""
         kind, detail = element_of(self.kind)
         return str(detail[0]) if kind == Nodetype.BASE else ""
 
@@ -76,7 +76,7 @@ class TypedValue:
         """Return the value at a path of field names, such as `pose.pose.position`.
 
         Raises:
-            TransportError: there is no such field.
+            TransportError: a name in the path is not the name of a field.
         """
         part = self
         for name in filter(None, path.split(".")):
@@ -93,11 +93,11 @@ class Style:
     """Options for printing messages.
 
     Args:
-        longest: maximum length of arrays and strings, above which they are cut; None: no limit.
-        arrays: false prints only type and length of arrays.
-        texts: false prints only the length of strings.
-        flow: print YAML lists in brackets.
-        octets: print bytes as characters, as rclpy does, instead of numbers.
+        longest: maximum length of arrays and strings; longer ones are cut; None: no limit.
+        arrays: whether to print arrays; if false, only their types and lengths are printed.
+        texts: whether to print strings; if false, only their lengths are printed.
+        flow: whether to print YAML lists in brackets.
+        octets: whether to print fields of type `byte` as characters, as rclpy does; if false, as numbers.
     """
 
     longest: int | None = None
@@ -108,13 +108,16 @@ class Style:
 
 
 def to_plain(message: Any, definitions: Definitions = DEFINITIONS) -> dict[str, Any]:
-    """Return a message as dicts, lists and scalars, in the order of its definition; bytes are numbers from 0 to 255."""
+    """Return a message as dicts, lists and scalars, with the fields in the order of the definition.
+
+    Values of type `byte` are numbers from 0 to 255.
+    """
     plain: dict[str, Any] = _plain(TypedValue.of(message, definitions), Style(octets=False))
     return plain
 
 
 def to_yaml(part: TypedValue, style: Style = Style()) -> str:
-    """Return a message as `ros2 topic echo` prints it, without the line of dashes."""
+    """Return a message or value as `ros2 topic echo` prints it, without the line of dashes that separates messages."""
     import yaml  # not for the nodes that need `to_plain`
 
     plain = _plain(part, style)
@@ -123,7 +126,7 @@ def to_yaml(part: TypedValue, style: Style = Style()) -> str:
 
 @functools.cache
 def _dumper() -> Any:
-    """Return a YAML dumper that keeps the order of mappings and prints them in block style."""
+    """Return the class of a YAML dumper that keeps the order of mappings and prints mappings in block style."""
     import yaml
 
     class Dumper(getattr(yaml, "CSafeDumper", yaml.SafeDumper)):  # type: ignore[misc]
@@ -135,12 +138,12 @@ def _dumper() -> Any:
 
 
 def to_csv(part: TypedValue, style: Style = Style()) -> str:
-    """Return all values of a message on one line; a cut array ends with `...`."""
+    """Return all values of a message on one line, separated by commas; an array that is cut ends with `...`."""
     return ",".join(_cells(_plain(part, style)))
 
 
 def to_expression(part: TypedValue) -> str:
-    """Return a message as `ros2 topic pub` prints it: `std_msgs.msg.Bool(data=True)`."""
+    """Return a message or value as the Python expression that `ros2 topic pub` prints, such as `std_msgs.msg.Bool(data=True)`."""
     if part.is_message:
         inside = ", ".join(f"{name}={to_expression(value)}" for name, value in part.fields())
         return f"{part.kind[1].replace('/', '.')}({inside})"
@@ -152,7 +155,10 @@ def to_expression(part: TypedValue) -> str:
 
 
 def to_plain_text(part: TypedValue) -> str:
-    """Return a field as `ros2 topic echo --field` prints it: messages as expressions, other values in Python's notation."""
+    """Return the value of a field as `ros2 topic echo --field` prints it.
+
+    A message is a Python expression such as `std_msgs.msg.Bool(data=True)`, another value is in Python's notation.
+    """
     sequence = part.kind[0] == Nodetype.SEQUENCE
     if part.scalar in ("", "byte") or (sequence and part.scalar in ("bool", *TEXTS)):
         return to_expression(part)
@@ -162,7 +168,7 @@ def to_plain_text(part: TypedValue) -> str:
 
 
 def _plain(part: TypedValue, style: Style) -> Any:
-    """Return a value as dicts, lists and scalars."""
+    """Return a value as dicts, lists and scalars, cut and reduced as the style demands."""
     if part.is_message:
         return {name: _plain(value, style) for name, value in part.fields()}
     if not part.is_array:
@@ -177,7 +183,7 @@ def _plain(part: TypedValue, style: Style) -> Any:
 
 
 def _cells(plain: Any) -> Iterator[str]:
-    """Yield all values as strings; an empty array is one empty string."""
+    """Yield all values in dicts and lists as strings; an empty list yields one empty string."""
     if isinstance(plain, dict | list):
         values = plain.values() if isinstance(plain, dict) else plain or [""]
         yield from (cell for value in values for cell in _cells(value))
@@ -186,7 +192,7 @@ def _cells(plain: Any) -> Iterator[str]:
 
 
 def _scalar(part: TypedValue, style: Style) -> Any:
-    """Return a scalar as rclpy represents it."""
+    """Return a scalar as rclpy represents it, or as the style demands."""
     if part.scalar == "byte":
         return _octet(part.value) if style.octets else part.value & 0xFF
     return _text(part.value, style) if part.scalar in TEXTS else part.value
@@ -199,7 +205,7 @@ def _text(text: str, style: Style) -> str:
 
 
 def _summary(part: TypedValue) -> str:
-    """Return type and length of an array as text."""
+    """Return the type and length of an array as the text that ros2cli prints with `--no-arr`."""
     kind, ((element, detail), count) = part.kind
     name = detail if element == Nodetype.NAME else _IDL_NAMES.get(detail[0], detail[0])
     if kind == Nodetype.ARRAY:
@@ -208,5 +214,5 @@ def _summary(part: TypedValue) -> str:
 
 
 def _octet(value: int) -> bytes:
-    """Convert a byte from the signed number in rosbags to a `bytes` object."""
+    """Return a value of type `byte`, which rosbags represents as a signed number, as a `bytes` object."""
     return bytes([value & 0xFF])

@@ -1,4 +1,4 @@
-"""Checks the values of a message against its type."""
+"""Checks whether the values of a message fit its type."""
 
 from __future__ import annotations
 
@@ -14,17 +14,17 @@ from graphengine.messages.interfaces import SCALARS, TEXTS, Description
 _DTYPES: dict[str, tuple[str, ...]] = {"byte": ("uint8", "int8"), "char": ("uint8",)}
 
 Fields = Callable[[str], Sequence[tuple[str, Description]]]
-"""Returns the attribute names and types of a message type's fields."""
+"""A function that takes the name of a message type, and returns the attribute name and the type of each field."""
 
 
 def find_fault(value: Any, description: Description, place: str, fields: Fields) -> str:
-    """Describe the first part of a value that does not fit its type; empty if all parts fit.
+    """Return a message about the first part of a value that does not fit its type; empty if all parts fit.
 
     Args:
-        value: message or value of a field.
+        value: a ROS message, or the value of a field.
         description: type of the value.
-        place: name of the value in the description.
-        fields: returns the fields of a message type.
+        place: name of the value in the message.
+        fields: function that returns the fields of a message type.
     """
     kind, detail = description
     if kind == Nodetype.NAME:

@@ -1,8 +1,8 @@
-"""ROS 2 messages with rosbags' definitions for Jazzy, and their CDR encoding.
+"""Creates, checks, encodes and decodes ROS 2 messages.
 
 A message is a plain dataclass; its array fields are numpy arrays with the exact dtype. Encoded messages are CDR: a header of four
-bytes, then the fields in little endian, padded to a multiple of four bytes. Common messages such as `Twist` are attributes of
-this module, imported from rosbags at first use, which takes 50 ms.
+bytes, then the fields in little endian, padded to a multiple of four bytes. The classes of Jazzy's messages, such as `Twist`, are
+attributes of this module; their import from rosbags at the first use takes 50 ms.
 """
 
 from __future__ import annotations
@@ -49,13 +49,13 @@ if TYPE_CHECKING:
     TFMessage = ros2_jazzy.tf2_msgs__msg__TFMessage
 
 _EARLIEST, _LATEST = -(2.0**31), 2.0**31
-"""Range of the seconds in a stamp, a signed 32-bit number; the upper end is excluded."""
+"""Range of times that a stamp can hold, s: its seconds are a signed 32-bit number. `_LATEST` is out of range."""
 _ENCAPSULATIONS = (b"\0\0", b"\0\1")
 """First two bytes of a CDR message in big endian and in little endian."""
 
 
 class MessageError(TransportError):
-    """A message that does not fit its type, or bytes that cannot be decoded as its type."""
+    """A message does not fit its type, or bytes cannot be decoded as a message of a type."""
 
 
 def __getattr__(name: str) -> Any:
@@ -77,7 +77,7 @@ def stamp(seconds: float) -> Time:
     The result is shared between messages and must not be changed.
 
     Raises:
-        MessageError: the time is outside the range of the message.
+        MessageError: the time is out of the range of builtin_interfaces/Time.
     """
     if not _EARLIEST <= seconds < _LATEST:
         raise MessageError(f"a stamp cannot be {seconds} s: ROS 2 stores seconds in 32 bits")
@@ -86,18 +86,18 @@ def stamp(seconds: float) -> Time:
 
 
 def seconds(time: Time) -> float:
-    """Convert a ROS time to seconds."""
+    """Convert a ROS time or duration to seconds."""
     return time.sec + time.nanosec / 1e9
 
 
 def header(seconds: float, frame_id: str) -> Header:
-    """Return a header with a time (s) and a frame."""
+    """Return a std_msgs/Header with a time in seconds and a frame."""
     made: Header = message_class("std_msgs/msg/Header")(stamp(seconds), frame_id)
     return made
 
 
 def message_type(message: Any) -> str:
-    """Return the ROS name of a message's type, as in `nav_msgs/msg/Odometry`.
+    """Return the ROS name of a message's type, such as `nav_msgs/msg/Odometry`.
 
     Raises:
         MessageError: the object is not a message.
@@ -110,7 +110,7 @@ def message_type(message: Any) -> str:
 
 @functools.cache
 def message_class(message_type: str) -> type[Any]:
-    """Return the dataclass of a message type that is known without additional folders.
+    """Return the dataclass of a message type of Jazzy or `share/`; types in a user's folders are not found.
 
     Raises:
         MessageTypeError: the type is unknown.
@@ -121,7 +121,8 @@ def message_class(message_type: str) -> type[Any]:
 def encode(message: Any, definitions: Definitions = DEFINITIONS) -> bytes:
     """Return a message as CDR bytes.
 
-    Arrays are copied without conversion: an array with the wrong dtype of the same size is not detected; `check` detects it.
+    Arrays are copied without conversion, so an array whose dtype is wrong but has the right size is not detected; `check`
+    detects it.
 
     Raises:
         MessageError: a field has the wrong type.
@@ -144,9 +145,10 @@ def encode(message: Any, definitions: Definitions = DEFINITIONS) -> bytes:
 
 
 def decode(data: bytes, message_type: str, definitions: Definitions = DEFINITIONS) -> Any:
-    """Return the message in CDR bytes of either byte order; its arrays are read-only views of the bytes.
+    """Decode a message from CDR bytes in either byte order; its arrays are read-only views of the bytes.
 
-    Additional bytes at the end are ignored, as in ROS 2: rmw_fastrtps_cpp encodes some messages into more bytes than they need.
+    Additional bytes at the end are ignored, as in ROS 2, because rmw_fastrtps_cpp encodes some messages into more bytes than
+    they need.
 
     Raises:
         MessageError: the bytes cannot be decoded as this type.
@@ -168,7 +170,7 @@ def check(message: Any, definitions: Definitions = DEFINITIONS) -> None:
     """Check all fields of a message against its definition, including dtype and length of arrays.
 
     Raises:
-        MessageError: a field does not fit; the error names the first one and what is expected.
+        MessageError: a value does not fit its field; the error names the first such field and the expected type or length.
         MessageTypeError: the type is unknown.
     """
     name = message_type(message)

@@ -1,4 +1,4 @@
-"""Names in ROS 2: topics, namespaces and node names, and rcl's rules for them."""
+"""Builds and checks ROS 2 names of topics, services, actions, namespaces and nodes, by the rules of rcl."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ from graphengine.format.errors import TopicError
 MAX_TOPIC = 247
 """Maximum length of a topic name: DDS allows 255 characters, of which ROS 2 reserves 8 for its prefixes."""
 MAX_NAMESPACE = MAX_TOPIC - 2
-"""Maximum length of a namespace, which leaves room for a slash and one character of a topic."""
+"""Maximum length of a namespace; it leaves room for a slash and a topic name of one character."""
 MAX_NODE = 255
 ACTION_PART = "/_action/"
-"""Separates the name of an action from the last part of its services' and topics' names."""
+"""Text between the name of an action and the role of a service or topic, as in `/dock/_action/feedback`."""
 
 _PARTS_HELP = "legal: letters A-Z a-z, digits and _, in parts separated by /; no part is empty or starts with a digit"
-_NODE_HELP = "legal: letters A-Z a-z, digits and _; the first is no digit"
+_NODE_HELP = "legal: letters A-Z a-z, digits and _; the first is not a digit"
 
 _ENDS = re.compile(r"\A[^A-Za-z0-9]+|[^A-Za-z0-9]+\Z")
 _ILLEGAL_IN_TOPIC = re.compile(r"[^A-Za-z0-9_/]")
@@ -24,21 +24,26 @@ _ILLEGAL_IN_NODE = re.compile(r"[^A-Za-z0-9_]")
 
 
 def strip(name: str) -> str:
-    """Return a name without the non-alphanumeric characters at both ends: slashes, underscores, tildes, blanks."""
+    """Return a name without the non-alphanumeric characters, such as slashes, underscores and blanks, at both ends."""
     return _ENDS.sub("", name)
 
 
 def full_namespace(namespace: str) -> str:
-    """Return the absolute form of a namespace; empty for the root, so that a topic can be appended with a slash."""
+    """Return the absolute form of a namespace, such as `/arm`; empty for the root, so that `/TOPIC` can be appended."""
     stripped = strip(namespace)
     return f"/{stripped}" if stripped else ""
 
 
 def full_topic(namespace: str, topic: str, what: str = "topic name") -> str:
-    """Return the absolute name of a topic or service in a namespace; a leading slash of the topic is ignored.
+    """Return the absolute name of a topic or service in a namespace; a leading slash of `topic` is ignored.
+
+    Args:
+        namespace: namespace; empty for the root.
+        topic: name of the topic or service in the namespace.
+        what: kind of the name, for the error message.
 
     Raises:
-        TopicError: the namespace or the name is not legal in ROS 2; the message begins with `what`.
+        TopicError: the namespace or the name is not legal in ROS 2.
     """
     above = full_namespace(namespace)
     if above:
@@ -52,11 +57,11 @@ def full_topic(namespace: str, topic: str, what: str = "topic name") -> str:
 
 
 def join_namespaces(values: Iterable[str], outermost: bool = False) -> str:
-    """Join the namespaces on the path from the root of the stage to a prim.
+    """Return the namespaces of a prim and its ancestors, joined with slashes.
 
     Args:
-        values: namespaces, outermost first; empty ones are ignored.
-        outermost: return only the outermost one, as nodes for TF do.
+        values: namespaces from the root of the stage to the prim; empty ones are ignored.
+        outermost: whether to return only the outermost namespace, which TF nodes use.
     """
     authored = [value for value in values if value]
     return "/".join(authored[:1] if outermost else authored)
@@ -68,18 +73,18 @@ def node_name(prim_path: str) -> str:
 
 
 def service_topics(service: str) -> tuple[str, str]:
-    """Return the DDS topics of a service's requests and responses."""
+    """Return the names of the DDS topics for the requests and the responses of a service."""
     return f"rq{service}Request", f"rr{service}Reply"
 
 
 def action_of(name: str) -> str:
-    """Return the action that a service or topic belongs to; empty if it belongs to none."""
+    """Return the name of the action to which a service or topic with this name belongs; empty if it belongs to no action."""
     action, separator, part = name.rpartition(ACTION_PART)
     return action if separator and part in ("send_goal", "cancel_goal", "get_result", "feedback", "status") else ""
 
 
 def ros_name(dds_topic: str) -> str:
-    """Return the ROS name of the topic or service that a DDS topic belongs to."""
+    """Return the ROS name of the topic or service to which a DDS topic belongs; other DDS topics keep their names."""
     prefix, slash, rest = dds_topic.partition("/")
     suffix = {"rt": "", "rq": "Request", "rr": "Reply"}.get(prefix)
     return f"/{rest.removesuffix(suffix)}" if slash and suffix is not None else dds_topic
@@ -90,23 +95,23 @@ def check_topic(name: str, given: str | None = None, what: str = "topic name") -
 
     Args:
         name: absolute name.
-        given: name as the user wrote it, if different.
-        what: kind of the name in messages.
+        given: name as the user wrote it, if it differs from `name`.
+        what: kind of the name, for the error message.
 
     Raises:
-        TopicError: the name is not legal; the message has the position and the rule.
+        TopicError: the name is not legal; the message gives the position of the fault and the rule.
     """
     _refuse(what, name, given, _fault_in_parts(name, MAX_TOPIC), _PARTS_HELP)
 
 
 def check_namespace(name: str, given: str | None = None) -> None:
-    """Check an absolute namespace by rcl's rules; `/` alone is legal. Arguments and errors as for `check_topic`."""
+    """Check an absolute namespace by rcl's rules; `/` alone is legal. Arguments and errors are those of `check_topic`."""
     fault = "" if name == "/" else _fault_in_parts(name, MAX_NAMESPACE)
     _refuse("namespace", name, given, fault, _PARTS_HELP)
 
 
 def check_node_name(name: str, given: str | None = None) -> None:
-    """Check a node name by rcl's rules. Arguments and errors as for `check_topic`."""
+    """Check a node name by rcl's rules. Arguments and errors are those of `check_topic`."""
     fault = _empty_or_illegal(name, _ILLEGAL_IN_NODE)
     if not fault and name[0].isdigit():
         fault = f"starts with the digit {name[0]!r}"

@@ -1,4 +1,4 @@
-"""Values of ROS parameters as messages of rcl_interfaces, and as Python values."""
+"""Converts the values of ROS parameters between Python values and messages of rcl_interfaces."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from graphengine.messages.definitions import DEFINITIONS
 
 
 class ParameterType(IntEnum):
-    """Types of parameters, as in rcl_interfaces/msg/ParameterType."""
+    """Types of ROS parameters, with the numbers of rcl_interfaces/msg/ParameterType."""
 
     NOT_SET = 0
     BOOL = 1
@@ -39,17 +39,17 @@ SERVICES = {
     "set_parameters": "rcl_interfaces/srv/SetParameters",
     "set_parameters_atomically": "rcl_interfaces/srv/SetParametersAtomically",
 }
-"""Types of the parameter services, by the last part of the service name: `NODE/get_parameters`."""
+"""Types of the parameter services of a node, by the last part of the service name, as in `NODE/get_parameters`."""
 
 EVENTS, EVENT = "/parameter_events", "rcl_interfaces/msg/ParameterEvent"
-"""Topic on which all nodes publish changes of their parameters, and its type."""
+"""Topic on which all nodes publish changes of their parameters, and its message type."""
 
 _DTYPES = {ParameterType.BOOL_ARRAY: np.bool_, ParameterType.INTEGER_ARRAY: np.int64}
 _DTYPES |= {ParameterType.DOUBLE_ARRAY: np.float64, ParameterType.BYTE_ARRAY: np.int8}
 
 
 def value_message(kind: ParameterType, value: Any) -> Any:
-    """Return a ParameterValue; its type is `NOT_SET` for an integer that does not fit into 64 bits with sign.
+    """Return a ParameterValue; its type is `NOT_SET` if an integer does not fit into a signed 64-bit number.
 
     Args:
         kind: type of the parameter.
@@ -70,14 +70,14 @@ def value_message(kind: ParameterType, value: Any) -> Any:
 
 
 def parameter_message(name: str, kind: ParameterType, value: Any) -> Any:
-    """Return a Parameter with a name and a value."""
+    """Return an rcl_interfaces/Parameter with a name and a value of the given type."""
     message = DEFINITIONS.initial("rcl_interfaces/msg/Parameter")
     message.name, message.value = name, value_message(kind, value)
     return message
 
 
 def python_value(message: Any) -> Value | None:
-    """Return the value of a ParameterValue; None if it is not set, or of an unknown type."""
+    """Return the value in a ParameterValue; None if the parameter is not set or has an unknown type."""
     kind = type_of(message)
     if kind is ParameterType.NOT_SET:
         return None
@@ -96,7 +96,7 @@ def type_of(message: Any) -> ParameterType:
 
 
 def fitting_type(value: object) -> ParameterType:
-    """Return the type of a Python value; `NOT_SET` for a value that parameters cannot have."""
+    """Return the parameter type for a Python value; `NOT_SET` if no parameter type fits the value."""
     scalars = {bool: ParameterType.BOOL, int: ParameterType.INTEGER}
     scalars |= {float: ParameterType.DOUBLE, str: ParameterType.STRING}
     if not isinstance(value, Sequence) or isinstance(value, str):

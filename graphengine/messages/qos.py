@@ -1,4 +1,4 @@
-"""Quality of service: profiles as JSON, presets, resolution of "system default", and compatibility."""
+"""QoS profiles: presets, conversion from and to JSON, actual values of "system default", and compatibility."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from graphengine.format.wording import did_you_mean, listing
 from graphengine.messages.endpoints import QoS
 
 LATCHED = QoS(depth=1, durability="transientLocal")
-"""Profile for the input `staticPublisher`: late joiners get the last message."""
+"""Profile of latched topics, such as those of nodes with `staticPublisher`: a late subscriber gets the last message."""
 ROSOUT = QoS(depth=1000, durability="transientLocal", lifespan=10.0)
 """Profile of the log topic `/rosout`."""
 PARAMETER_EVENTS = QoS(depth=1000)
@@ -26,24 +26,24 @@ PRESETS: Mapping[str, QoS] = {
     "Sensor Data": QoS(depth=5, reliability="bestEffort"),
     "System Default": QoS("systemDefault", 0, "systemDefault", "systemDefault"),
 }
-"""Profiles that `ROS2QoSProfile` offers by name; its name `Custom` selects the values of its other inputs."""
+"""Profiles by the names that ROS2QoSProfile accepts; the name `Custom` is missing, because it stands for no fixed profile."""
 
 _SYSTEM_DEFAULT = QoS(liveliness="automatic")
-"""Actual values of system defaults, as in `rmw_cyclonedds_cpp`."""
+"""Values that replace the policy `systemDefault`; `rmw_cyclonedds_cpp` uses the same."""
 _MAX_DEPTH = 2**31 - 1
 _KEYS = {"lease_duration": "leaseDuration"}
 _FIELDS: dict[str, str] = {_KEYS.get(field.name, field.name): field.name for field in fields(QoS)}
 _CHOICES = {name: legal for name, kind in get_type_hints(QoS).items() if (legal := get_args(kind))}
-"""Legal values of the policies that are not numbers."""
+"""Legal values of the policies that are not numbers, by policy."""
 
 
 def parse_qos(qos_profile: str, queue_size: int = 10, latched: bool = False) -> QoS:
-    """Return the quality of service that the inputs of a node specify.
+    """Return the QoS that the inputs of a node specify.
 
     Args:
-        qos_profile: JSON text from `ROS2QoSProfile`; if empty, `queue_size` counts.
-        queue_size: history depth.
-        latched: overrides the other arguments: transient local with depth 1.
+        qos_profile: JSON text from a ROS2QoSProfile.
+        queue_size: history depth if `qos_profile` is empty; the other policies then have their defaults.
+        latched: whether to return LATCHED, whatever the other arguments are.
 
     Raises:
         TopicError: the text is not a legal profile.
@@ -68,18 +68,18 @@ def parse_qos(qos_profile: str, queue_size: int = 10, latched: bool = False) -> 
 
 
 def qos_json(qos: QoS) -> str:
-    """Return the profile as JSON text that `parse_qos` reads."""
+    """Return a profile as the JSON text that `parse_qos` reads."""
     return json.dumps({_KEYS.get(name, name): value for name, value in asdict(qos).items()})
 
 
 def settled(qos: QoS) -> QoS:
-    """Return the profile with system defaults replaced by actual values."""
+    """Return a profile in which actual values replace the policies that are `systemDefault`, and a depth of 0."""
     chosen = {name: getattr(_SYSTEM_DEFAULT, name) for name in _CHOICES if getattr(qos, name) == "systemDefault"}
     return replace(qos, depth=qos.depth or 1, **chosen)
 
 
 def short_of(offered: QoS, requested: QoS) -> tuple[str, ...]:
-    """Return the policies in which a writer offers less than a reader requests; any of them prevents a connection."""
+    """Return the policies in which a publisher offers less than a subscription requests; each prevents a connection."""
     offered, requested = settled(offered), settled(requested)
     less = {
         "reliability": (offered.reliability, requested.reliability) == ("bestEffort", "reliable"),
@@ -91,9 +91,16 @@ def short_of(offered: QoS, requested: QoS) -> tuple[str, ...]:
     return tuple(policy for policy, is_less in less.items() if is_less)
 
 
-@functools.lru_cache(maxsize=1024)  # a network has few pairs of them, and asks for each message
+@functools.lru_cache(maxsize=1024)  # a network has few pairs of profiles, but compares them for each message
 def mismatch(offered: QoS, requested: QoS, writer: str = "the writer", reader: str = "the reader") -> str:
-    """Return why a writer's profile is incompatible with a reader's; empty if they are compatible."""
+    """Return the reason why two profiles are incompatible; empty if they are compatible.
+
+    Args:
+        offered: profile of the publisher.
+        requested: profile of the subscription.
+        writer: name of the publisher in the text.
+        reader: name of the subscription in the text.
+    """
     policies = short_of(offered, requested)
     if not policies:
         return ""
@@ -102,7 +109,7 @@ def mismatch(offered: QoS, requested: QoS, writer: str = "the writer", reader: s
 
 
 def policy_json(qos: QoS, policy: str) -> str:
-    """Return one policy as in a profile: `"reliability": "reliable"`."""
+    """Return one policy of a profile as JSON text, such as `"reliability": "reliable"`."""
     return f"{json.dumps(policy)}: {json.dumps(getattr(settled(qos), _FIELDS[policy]))}"
 
 

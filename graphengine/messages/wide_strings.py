@@ -1,7 +1,7 @@
-"""Wide strings in CDR: the number of UTF-16 units, then each unit in 4 bytes, as all RMWs of ROS 2 write and read them.
+"""Encodes and decodes wide strings in CDR: the number of UTF-16 units, then each unit in 4 bytes, as all RMWs of ROS 2 do.
 
-rosidl_typesupport_fastrtps does this in `serialization_helpers.hpp`, and rmw_cyclonedds_cpp in `Serialization.cpp`. The `wchar_t`
-of Fast CDR 2 has 2 bytes, but ROS 2 does not use it.
+The code of ROS 2 is in `serialization_helpers.hpp` of rosidl_typesupport_fastrtps, and in `Serialization.cpp` of
+rmw_cyclonedds_cpp. Fast CDR 2 itself encodes a `wchar_t` in 2 bytes, but ROS 2 does not use that encoding.
 """
 
 from __future__ import annotations
@@ -14,9 +14,9 @@ import numpy as np
 from rosbags.interfaces import Msgdef, Nodetype
 
 NAME = "graphengine/msg/WideString"
-"""Name of the type that stands for wide strings in rosbags stores, which have no codec for them."""
+"""Name of the type that stands for wide strings in rosbags stores, because rosbags has no codec for wide strings."""
 UNIT = 4
-"""Encoded size of a UTF-16 unit, bytes."""
+"""Size of a UTF-16 unit in CDR, bytes."""
 
 
 def _units(text: str) -> bytes:
@@ -47,9 +47,9 @@ def _read(order: str, data: memoryview, position: int, cls: Any, store: Any) -> 
 
 
 _ROS1: Any = _size
-"""Placeholder for the ROS 1 functions of the codec; ROS 1 has no wide strings."""
+"""Placeholder for the functions of the codec that are for ROS 1, which has no wide strings."""
 
 _CODECS: list[Any] = [partial(function, order) for function in (_write, _read) for order in "<>"]
 _FIELDS: list[Any] = [("text", (Nodetype.BASE, ("string", 0)))]
-"""Fields of the type, from which rosbags derives the alignment of neighbouring fields."""
+"""Fields of the type NAME, from which rosbags derives the alignment of the fields next to a wide string."""
 CODEC: Msgdef[Any] = Msgdef(NAME, _FIELDS, str, 0, _size, *[*_CODECS, 0, *[_ROS1] * 7])

@@ -1,4 +1,4 @@
-"""The interface for authors of nodes: the Node class, ports, port types, the context and errors."""
+"""The API for authors of nodes: the Node class, ports, port types, the context and exceptions."""
 
 from __future__ import annotations
 

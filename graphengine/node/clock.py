@@ -1,4 +1,4 @@
-"""Simulation time in ticks."""
+"""The simulation clock that nodes read."""
 
 from __future__ import annotations
 
@@ -6,16 +6,17 @@ from graphengine.format.stateful import Stateful
 
 
 class Clock(Stateful):
-    """Simulation time as the nodes of a graph read it; constant within one pass of the graph.
+    """The simulation time that the nodes of a graph read. It changes only between two executions of the graph.
 
-    Time is `tick * numerator / denominator`, so rounding errors do not accumulate.
+    A graph is executed once per tick or once per physics step; this interval is the period of its clock. The time is computed as
+    `frame * numerator / denominator` from the period's fraction, so rounding errors do not accumulate.
 
     Attributes:
-        time: simulation time since play, s; one tick period in the first tick.
-        monotonic_time: simulation time since the session began, s; it continues over stop and play.
-        delta: simulation time between two passes of the graph, s.
-        period: `delta` as a fraction: numerator and denominator, s.
-        frame: number of this tick since play; the first is 1.
+        time: simulation time since the start of play, s; one period at the first execution.
+        monotonic_time: simulation time since the session began, s. A stop does not reset it.
+        delta: period of the clock, s.
+        period: period of the clock as an exact fraction: numerator and denominator, s.
+        frame: number of this tick or physics step since the start of play; the first is 1.
         wall_time_was_read: whether a node read `wall_time` in this tick.
     """
 
@@ -40,12 +41,12 @@ class Clock(Stateful):
         self.wall_time_was_read = False
 
     def set_frame(self, frame: int) -> None:
-        """Set the number of the tick since play."""
+        """Set `frame`, and compute `time` and `monotonic_time` from it."""
         self.frame = frame
         self.time: float = frame * self._numerator / self._denominator
         self.monotonic_time: float = (self._past + frame) * self._numerator / self._denominator
 
     def stop(self) -> None:
-        """Reset the time to 0; `monotonic_time` keeps its value."""
+        """Reset `frame` and `time` to 0; `monotonic_time` keeps its value."""
         self._past += self.frame
         self.set_frame(0)

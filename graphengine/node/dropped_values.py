@@ -1,4 +1,4 @@
-"""Values from wires that nodes could not use, counted by node."""
+"""Counts the values from wires that nodes could not use and therefore dropped."""
 
 from __future__ import annotations
 
@@ -8,15 +8,15 @@ from typing import Literal
 from graphengine.format.stateful import Stateful
 
 BadValues = Literal["drop", "stop"]
-"""Policy for values from wires that a node cannot use: drop them, or end the run."""
+"""What happens when a wire carries a value that a node cannot use: `drop` ignores the value, `stop` ends the run."""
 
 
 @dataclass(slots=True)
 class DroppedValues(Stateful):
-    """Counts the ticks in which each node dropped a value.
+    """Counts, for each node, the ticks in which the node dropped a value.
 
     Attributes:
-        ticks: number of such ticks, by prim path of the node.
+        ticks: number of ticks with a dropped value, by prim path of the node.
     """
 
     kept = ("ticks", "_latest")
@@ -25,10 +25,9 @@ class DroppedValues(Stateful):
     _latest: dict[str, int] = field(default_factory=dict)
 
     def add(self, node: str, tick: int) -> bool:
-        """Count a value that a node dropped in a tick.
+        """Count a tick in which a node dropped a value, and return whether to warn about it.
 
-        Returns:
-            Whether to warn: true in the node's first, second, fourth, eighth, … tick with a dropped value.
+        Several values in the same tick count once. A warning is due in a node's first, second, fourth, eighth, … counted tick.
         """
         if self._latest.get(node) == tick:
             return False

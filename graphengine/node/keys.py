@@ -1,4 +1,4 @@
-"""Keys held down during a tick, by OmniGraph's names."""
+"""The keyboard that nodes read, with OmniGraph's names of the keys."""
 
 from __future__ import annotations
 
@@ -28,16 +28,16 @@ Period PrintScreen Right RightAlt RightBracket RightControl RightShift RightSupe
 Tab Up
 """
 KEYS = (*string.ascii_uppercase, *_NAMED_KEYS.split())
-"""All keys, in OmniGraph's order."""
+"""Names of all keys, in OmniGraph's order."""
 
 
 class Keyboard(Stateful):
-    """The keys held down, by OmniGraph's names; constant within a tick.
+    """The keys that are held down, by their OmniGraph names. `held` and `before` change only at the beginning of a tick.
 
     Attributes:
         held: keys that are held down in this tick.
         before: keys that were held down in the previous tick.
-        asked: whether a node uses the keyboard.
+        asked: whether a node of the session uses the keyboard.
     """
 
     kept = ("_down", "_tapped", "before", "held")
@@ -50,35 +50,35 @@ class Keyboard(Stateful):
         self._tapped: set[str] = set()
 
     def press(self, keys: Collection[str]) -> None:
-        """Hold keys down from the next tick until `release`.
+        """Hold keys down from the next tick on, until `release` is called.
 
         Raises:
-            UsageError: no key has the name.
+            UsageError: a name is not the name of a key.
         """
         _expect(keys)
         self._down.update(keys)
 
     def release(self, keys: Collection[str]) -> None:
-        """Release keys; a key that was pressed since the last tick began is still held for one tick.
+        """Release keys from the next tick on. A key that was pressed after the last tick began is first held for one tick.
 
         Raises:
-            UsageError: no key has the name.
+            UsageError: a name is not the name of a key.
         """
         _expect(keys)
         self._tapped.update(set(keys) & (self._down - self.held))
         self._down.difference_update(keys)
 
     def freeze(self) -> None:
-        """Begin a tick: update `held` and `before`."""
+        """Begin a tick: set `before` to the keys of the previous tick and `held` to those of this tick."""
         self.before, self.held = self.held, frozenset(self._down | self._tapped)
         self._tapped.clear()
 
     def clear(self) -> None:
-        """Empty `held` and `before`; keys that are still down are held again from the next tick."""
+        """Empty `held` and `before`. Keys that are still down appear in `held` again at the next tick."""
         self.before = self.held = frozenset()
 
     def any_of(self, modifier: str) -> bool:
-        """Whether a key of the modifier `shift`, `alt` or `ctrl` is held down."""
+        """Return whether the left or right key of a modifier is held down; the modifier is `shift`, `alt` or `ctrl`."""
         return any(key in self.held for key in MODIFIERS[modifier])
 
 
@@ -89,9 +89,9 @@ def _expect(keys: Collection[str]) -> None:
 
 
 def keys_of(character: str) -> tuple[str, ...]:
-    """Return the keys that type a character on a terminal, or the arrow key named `up`, `down`, `left` or `right`.
+    """Return the names of the keys that a user presses to type a character on a terminal; empty if no keys are known for it.
 
-    Empty if no key types the character.
+    Instead of a character, the argument can be `up`, `down`, `left` or `right` for an arrow key.
     """
     if character in _ARROWS:
         return (_ARROWS[character],)

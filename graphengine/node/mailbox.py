@@ -10,11 +10,11 @@ from graphengine.format.stateful import Stateful
 from graphengine.format.wording import did_you_mean, listing
 
 IMPULSE = "impulse:"
-"""Prefix of a node's prim path in the name of its impulse queue."""
+"""Prefix of the names of impulse queues; the name is this prefix, followed by the prim path of the node."""
 
 
 class EventQueue(Stateful):
-    """A queue of items that are posted in one tick and visible in the next; more than 1000 in a tick are an error."""
+    """A queue of events. An event that is posted in one tick is visible in the next; at most 1000 can be posted in a tick."""
 
     LIMIT = 1000
     kept = ("_posted", "ticks", "visible")
@@ -22,7 +22,7 @@ class EventQueue(Stateful):
     def __init__(self, name: str) -> None:
         self.name = name
         self.visible: Sequence[Any] = ()
-        """Items posted during the previous tick; they are discarded at the end of this tick."""
+        """Items that were posted during the previous tick; they are discarded at the end of this tick."""
         self.ticks = 0
         self._posted: list[Any] = []
 
@@ -34,13 +34,15 @@ class EventQueue(Stateful):
         """
         if len(self._posted) >= self.LIMIT:
             raise ContextError(
-                f"more than {self.LIMIT} events {self.name!r} in one tick", self.name, "an event may raise itself"
+                f"more than {self.LIMIT} events {self.name!r} in one tick",
+                self.name,
+                "the event may be triggering itself",
             )
         self._posted.append(item)
 
     @property
     def waiting(self) -> bool:
-        """Whether items wait for the next tick."""
+        """Whether items are waiting for the next tick."""
         return bool(self._posted)
 
     def freeze(self) -> None:
@@ -49,14 +51,14 @@ class EventQueue(Stateful):
         self.ticks += 1
 
     def clear(self) -> None:
-        """Discard all items."""
+        """Discard the visible items and those that are waiting for the next tick."""
         self.visible, self._posted = (), []
 
 
 class Mailbox(Stateful):
-    """One node's view of a queue of impulses or custom events: items posted in one tick can be taken in the next.
+    """The access of one node to an event queue. An item that is posted in one tick can be taken in the next.
 
-    Every node that takes from the queue gets each item once.
+    Each mailbox of a queue gets all items of the queue, each item once.
     """
 
     kept = ("_taken",)
@@ -74,7 +76,7 @@ class Mailbox(Stateful):
         self._queue.post(item)
 
     def take(self) -> Sequence[Any]:
-        """Return the items posted in the previous tick, oldest first; a second call in the same tick returns none."""
+        """Return the items that were posted in the previous tick, oldest first; a second call in the same tick returns none."""
         if self._taken == self._queue.ticks:
             return ()
         self._taken = self._queue.ticks
@@ -86,16 +88,16 @@ def find_impulses(queues: Mapping[str, EventQueue], node: str) -> tuple[str, Eve
 
     Args:
         queues: queues of the session, by name.
-        node: prim path of the node, or a unique suffix of it: `graph/Node`, `Node`.
+        node: prim path of the node, or the last elements of the path if these are unique, such as `graph/Node` or `Node`.
 
     Raises:
-        UsageError: no node or several nodes match the path.
+        UsageError: no OnImpulseEvent node matches the path, or several do.
     """
     known = {name.removeprefix(IMPULSE): queue for name, queue in queues.items() if name.startswith(IMPULSE)}
     wanted = node.strip("/")
     meant = [path for path in known if f"/{path.strip('/')}".endswith(f"/{wanted}")] if wanted else []
     if len(meant) != 1:
-        near = did_you_mean(node, known) or listing(known, "nodes that wait for an impulse")
-        what = "no OnImpulseEvent" if not meant else f"{len(meant)} nodes"
+        near = did_you_mean(node, known) or listing(known, "OnImpulseEvent nodes")
+        what = "no OnImpulseEvent node" if not meant else f"{len(meant)} OnImpulseEvent nodes match"
         raise UsageError(f"{what} {node!r}\n  {listing(meant, 'write one of') if meant else near}")
     return meant[0], known[meant[0]]

@@ -1,7 +1,7 @@
-"""A node is one class: ports as typed fields on top, a short `compute` below.
+"""The base class of nodes. A node type is one class with its ports as typed fields on top and a short `compute` below.
 
     class DifferentialController(Node, type="isaacsim.robot.wheeled_robots.DifferentialController"):
-        \"\"\"Wheel speeds of a two-wheeled base that follows a body twist.\"\"\"
+        \"\"\"Computes the wheel speeds of a differential-drive robot from the twist of its body.\"\"\"
 
         exec_in = ExecIn()
         linear_velocity: float = In(default=0.0, unit="m/s")
@@ -9,22 +9,22 @@
 
         def compute(self) -> None: ...
 
-The class is slotted: every port is one attribute of the instance, and the generated tick copies values between them. A test
-sets inputs in the constructor and reads outputs after `compute`. The kind of a node follows from its ports
-and methods:
+Every port is one attribute (a slot) of the instance; the code that the compiler generates for a graph copies values between these
+attributes. A test sets inputs in the constructor and reads outputs after `compute`. The kind of a node follows from its ports and
+methods:
 
-| kind   | shape                                                                                              |
-|--------|----------------------------------------------------------------------------------------------------|
-| data   | no execution ports; `volatile=True` when its outputs depend on more than its inputs                 |
-| action | `compute` returns None and its one ExecOut fires; if `gated`, or with several, it returns the ports to fire |
-| event  | an action or pusher without ExecIn, computed at the start of each pass                              |
-| pusher | `compute` is a generator of ports to fire; each yield runs all nodes downstream of that port        |
-| latent | has `update`, called once a tick while `active`; it returns the ports to fire in the next pass      |
+| kind   | ports and methods                                                                                      |
+|--------|--------------------------------------------------------------------------------------------------------|
+| data   | The node has no execution ports. It is `volatile` if its outputs depend on more than its inputs.       |
+| action | After `compute`, its ExecOut fires. If `gated` or with several ExecOut, `compute` returns those to fire. |
+| event  | The node is an action or pusher without ExecIn; it is computed at the start of each pass.              |
+| pusher | `compute` is a generator of ports to fire; each yield executes all nodes downstream of the port.       |
+| latent | `update` is called once per tick while `active` is true; it returns the ports to fire in the next pass. |
 
-A graph is executed in passes, one each tick or one each physics step. An event node can also define `at_stop`, called
-when a play ends, or `at_close`, called before its graph is closed. The ports that these methods return fire in a
-separate pass between ticks, in which no other event node is computed. A node that publishes the time can define `announce_time`,
-which is called with current inputs after a jump of the time, such as a reset.
+A graph is executed in passes, one for each tick or one for each physics step. An event node can also define `at_stop`, which is
+called when the simulation stops, and `at_close`, which is called before the graph is closed. The ports that these methods return
+fire in a separate pass between ticks, in which no other event node is computed. A node that publishes the time can define
+`announce_time`, which is called with current inputs after the time has jumped, for example by a reset.
 """
 
 from __future__ import annotations
@@ -50,26 +50,26 @@ if TYPE_CHECKING:
 
 Kind = Literal["data", "action", "event", "pusher", "latent"]
 Numbered = Mapping[str, Callable[[], Any]]
-"""Functions that create numbered ports, by name prefix."""
+"""Type of `Node.numbered`: for each name prefix, a function that creates one port with this prefix and a number."""
 Fire = int | None
-"""Return type of a gated node's `compute`: the ExecOut ports to fire, joined by `|`, or None for no port."""
+"""Return type of `compute` in a gated node: the ExecOut ports to fire, joined by `|`, or None to fire no port."""
 
 UNKNOWN_PRIM = "prim:*"
-"""Resource key for a prim whose path is unknown because it comes from a wire."""
+"""Resource key of a prim whose path is not known before the run because it comes from a wire."""
 
 Ending = Literal["at_stop", "at_close"]
 ENDINGS: tuple[Ending, ...] = typing.get_args(Ending)
-"""Methods of event nodes that the engine calls between ticks."""
+"""Names of the methods of event nodes that the engine calls between ticks."""
 
 _RESERVED = re.compile(
     r"_|(type|tuple|input|id|hash|min|max|range|object|close|update|active|at_stop|at_close|announce_time)\Z"
 )
-"""Names reserved for class bodies and the engine."""
+"""Names that a port field cannot have, because the engine or code in class bodies uses them."""
 
 
 @dataclass_transform(kw_only_default=True, field_specifiers=(Bound, In, Out, State))
 class NodeMeta(type):
-    """Turns the fields of a class body into slots and a table of ports."""
+    """The metaclass of nodes. It turns the port fields of a class body into slots and a table of ports."""
 
     def __new__(
         mcs,
@@ -83,14 +83,15 @@ class NodeMeta(type):
         volatile: bool = False,
         aliases: Sequence[str] = (),
     ) -> NodeMeta:
-        """Create a node class; the docstring of `Node` lists the keywords."""
+        """Create a node class. The docstring of `Node` describes the keywords."""
         fields = {k: v for k, v in namespace.items() if isinstance(v, Field | ExecIn | ExecOut)}
         inherited = [base for base in bases if isinstance(base, NodeMeta)]
         taken = {member for base in inherited for member in dir(base)}
         for field_name in fields:
             if field_name in taken or _RESERVED.match(field_name):
                 raise TypeError(
-                    f"{name}.{field_name}: the name is taken; call it {field_name}_in or {field_name}_out with name="
+                    f"{name}.{field_name}: the name is taken; call it {field_name}_in or {field_name}_out, and set the port's "
+                    f"name with name="
                 )
         for field_name in fields:
             del namespace[field_name]
@@ -111,15 +112,20 @@ class NodeMeta(type):
 
 
 class Node(metaclass=NodeMeta):
-    """Base of every node type.
+    """Base class of all node types.
 
-    Class keywords: `type` is the registered OmniGraph name (a class without one is a base class); `gated` marks an
-    action whose single ExecOut fires only when `compute` returns it; `counts` marks a node that is computed for every
-    firing of its execution inputs, even several in one pass; `volatile` marks a data node whose outputs depend on more
-    than its inputs; `aliases` are older registered names.
+    A node class takes these class keywords:
+
+    - `type`: registered OmniGraph name of the node type; a class without it is only a base class.
+    - `gated`: the single ExecOut of this action fires only if `compute` returns it.
+    - `counts`: the node is computed for every firing of its execution inputs, even if several fire in one pass.
+    - `volatile`: the outputs of this data node depend on more than its inputs.
+    - `aliases`: older registered names.
+
+    The constructor takes the values of inputs as keyword arguments.
 
     Raises:
-        TypeError: an argument of the constructor is not an input, or a value has the wrong type.
+        TypeError: an argument is not an input of the node, or a value has the wrong type.
         ValueError: a value is out of range.
     """
 
@@ -131,22 +137,22 @@ class Node(metaclass=NodeMeta):
     counts: ClassVar[bool]
     volatile: ClassVar[bool]
     numbered: ClassVar[Numbered] = {}
-    """Functions that create the ports a graph file can add, by name prefix: `output` allows `output0`, `output1`, …"""
+    """Functions that create the ports a graph file can add, by name prefix. The prefix `output` allows `output0`, `output1`, …"""
     series: ClassVar[Mapping[str, tuple[str, ...]]] = {}
     """Python names of the numbered ports, by name prefix, in numerical order."""
     max_pushes: ClassVar[int] = 100_000
-    """Maximum number of yields of a pusher in one activation; the limit ends infinite loops."""
+    """Maximum number of yields in one call of a pusher's `compute`; the limit ends infinite loops."""
     rereads: ClassVar[bool] = False
-    """Whether a pusher's inputs are updated after each yield; otherwise they keep the values from the start of `compute`."""
+    """Whether a pusher's inputs are updated after each yield; if not, they keep the values from the start of `compute`."""
     fields: ClassVar[dict[str, Port]] = {}
-    """Ports by Python name, base classes first."""
+    """All ports by Python name; the ports of base classes come first."""
     ports: ClassVar[dict[str, Port]] = {}
-    """Ports by `side:name`, as in `inputs:wheelRadius`."""
+    """All ports by side and OmniGraph name, such as `inputs:wheelRadius`."""
     _factories: ClassVar[dict[str, Callable[[], Any]]] = {}
 
     def __init__(self, **values: Any) -> None:
         cls = type(self)
-        # What its graph settled ports of several types to, by Python name; a node of no graph goes by its values.
+        # The types to which the compiler resolved union and `any` ports, by Python name; empty for a node outside a graph.
         self.settled: Mapping[str, PortType] = {}
         for port in cls.fields.values():
             if port.side == "inputs":
@@ -165,11 +171,11 @@ class Node(metaclass=NodeMeta):
             except (TypeError, ValueError) as error:
                 raise type(error)(f"{cls.__name__}.{name}: {error}, got {value!r}") from None
 
-    if TYPE_CHECKING:  # a slot of latent nodes, and to checkers no argument of the constructor
+    if TYPE_CHECKING:  # latent nodes have a slot `active`; as a property, it is not an argument of the constructor
 
         @property
         def active(self) -> bool:
-            """Whether the engine calls `update` of this latent node."""
+            """Whether the engine calls `update` in each tick; only latent nodes have this attribute, and set it themselves."""
             ...
 
         @active.setter
@@ -177,7 +183,7 @@ class Node(metaclass=NodeMeta):
 
     @classmethod
     def kind(cls) -> Kind:
-        """The kind of node, derived from its ports and methods."""
+        """Return the kind of this node type, which follows from its ports and methods; see the module's docstring."""
         exec_ports = [port for port in cls.fields.values() if port.is_exec]
         if not exec_ports:
             return "data"
@@ -188,18 +194,18 @@ class Node(metaclass=NodeMeta):
         return "action" if any(port.side == "inputs" for port in exec_ports) else "event"
 
     def setup(self, context: Context) -> None:
-        """Get handles and endpoints from the context; inputs declared with `setup=True` already have their values."""
+        """Get handles and endpoints from the context. Inputs that are declared with `setup=True` already have their values."""
 
     def compute(self) -> Any:
-        """Read inputs and write outputs. The module's docstring lists what each kind of node returns."""
+        """Read the inputs and write the outputs. The return value depends on the kind of node; see the module's docstring."""
 
     def reset(self) -> None:
-        """Reset state that is not in Out or State fields (the engine resets those); called on stop."""
+        """Reset state outside Out and State fields, which the engine resets itself; called when the simulation stops."""
 
     def save(self) -> Any:
         """Return the node's state for a checkpoint: inputs, outputs and State fields, without Bound fields.
 
-        A node class with other state overrides `save` and `restore`.
+        A node class that keeps state elsewhere overrides `save` and `restore`.
         """
         names = [port.field for port in type(self).fields.values() if not (port.bound_in_setup or port.mask)]
         if hasattr(type(self), "update"):
@@ -207,27 +213,28 @@ class Node(metaclass=NodeMeta):
         return copy.deepcopy({name: getattr(self, name) for name in names})
 
     def restore(self, saved: Any) -> None:
-        """Return to the state that `save` returned."""
+        """Restore a state that `save` returned."""
         for name, value in copy.deepcopy(saved).items():
             setattr(self, name, value)
 
     def reads(self) -> Iterable[str]:
-        """Return the keys of resources that the node reads besides its inputs and the clock, such as `variable:speed`."""
+        """Return the keys of the resources that the node reads, such as `variable:speed`; inputs and the clock do not count."""
         return ()
 
     def writes(self) -> Iterable[str]:
-        """Return the keys of resources that the node changes besides its outputs."""
+        """Return the keys of the resources that the node changes, such as `variable:speed`; outputs do not count."""
         return ()
 
     def resolve_types(self, known: Mapping[str, PortType], variables: Mapping[str, PortType]) -> Mapping[str, PortType]:
-        """Return port types that follow from known ones, besides those of coupled ports; called until it returns no new type.
+        """Return the types of union and `any` ports that follow from the types of other ports, by Python name.
 
-        Inputs already have the values of their literals. A returned type that the port does not allow, or that contradicts
-        a known type, is reported as an error of the graph.
+        The compiler calls this method until it returns no new type. It resolves coupled ports itself. Inputs already have the
+        values of their literals. If a port does not allow a returned type, or has a different type already, the compiler reports
+        an error.
 
         Args:
-            known: known port types, by Python name.
-            variables: types of the graph's variables.
+            known: the port types that are known so far, by Python name.
+            variables: types of the graph's variables, by name.
 
         Raises:
             ValueError: the known types are incompatible; the message says why.
@@ -236,23 +243,24 @@ class Node(metaclass=NodeMeta):
 
     @classmethod
     def dynamic_ports(cls, literals: Mapping[str, Any], definitions: Definitions) -> Mapping[str, Any]:
-        """Return additional ports by Python name, depending on the node's literals; called once, before wires are read.
+        """Return the ports that a node has in addition to those of its class, such as one for each field of its message type.
 
-        Entries of the mapping that are not ports must be hashable; they become attributes of the class with the ports.
+        The keys are the Python names of the ports. Entries that are not ports become attributes of the node's class; they must be
+        hashable. The compiler calls this method once per node, before it reads the wires.
 
         Args:
-            literals: values of inputs in the graph file, by OmniGraph name.
-            definitions: message types.
+            literals: values of the node's inputs in the graph file, by OmniGraph name.
+            definitions: definitions of message types.
         """
         return {}
 
     @classmethod
     def grows(cls) -> bool:
-        """Return whether a graph file can add ports: the class has `numbered` ports or overrides `dynamic_ports`."""
+        """Return whether nodes of this type can have additional ports: by `numbered` or because it overrides `dynamic_ports`."""
         return bool(cls.numbered) or cls.dynamic_ports.__func__ is not Node.dynamic_ports.__func__  # type: ignore[attr-defined]
 
     def clear(self) -> None:
-        """Reset outputs and State fields to their defaults; an output of union type is set to the zero of its resolved type."""
+        """Reset outputs and State fields to their defaults. An output of union type is set to the zero of its resolved type."""
         for port in type(self).fields.values():
             if port.side == "outputs" and not port.is_exec:
                 settled = self.settled.get(port.field)
@@ -296,17 +304,19 @@ _grown: weakref.WeakValueDictionary[tuple[Any, ...], type[Node]] = weakref.WeakV
 def grown(
     cls: type[Node], literals: Mapping[str, Any], definitions: Definitions, wired: Iterable[str] = ()
 ) -> type[Node]:
-    """Return the node type with its numbered and dynamic ports as slots; equal arguments give the same class.
+    """Return the class for one node of a graph: the node type, or a subclass of it with the node's additional ports.
+
+    Nodes with the same type and the same additional ports share a class.
 
     Args:
         cls: node type.
-        literals: values of inputs in the graph file, by OmniGraph name.
-        definitions: message types.
-        wired: OmniGraph names of the wired ports.
+        literals: values of the node's inputs in the graph file, by OmniGraph name.
+        definitions: definitions of message types.
+        wired: OmniGraph names of the node's wired ports; with the literals, they select the numbered ports.
 
     Raises:
-        ContextError: the literals name an unknown message type.
-        ValueError: the literals are invalid.
+        ContextError: a literal names an unknown message type.
+        ValueError: a literal is invalid.
     """
     values = {name.removeprefix("inputs:"): value for name, value in literals.items()}
     ports = _numbered_ports(cls, [*values, *wired]) | dict(cls.dynamic_ports(values, definitions))
@@ -322,13 +332,13 @@ def grown(
 
 
 def _number(name: str, stem: str) -> int | None:
-    """The number after the stem of a port name, such as 0 in Isaac's branch00; None if there is no number."""
+    """Return the number that follows the stem in a port name, such as 0 for Isaac's `branch00`; None if there is no number."""
     match = re.fullmatch(rf"{stem}(0?[0-9]|[1-9][0-9]{{1,3}})", name)
     return int(match[1]) if match else None
 
 
 def _numbered_ports(cls: type[Node], names: Collection[str]) -> dict[str, Any]:
-    """Fields for the numbered ports to add to a class: those in `names` that the class lacks."""
+    """Return a new field for each of `names` that is the name of a numbered port and not yet a port of the class."""
     known = {port.name for port in cls.fields.values()}
     return {
         name: make()
@@ -351,11 +361,13 @@ def _identity(member: Any) -> Any:
 def node(
     type: str, *, volatile: bool = False, aliases: Sequence[str] = ()
 ) -> Callable[[Callable[..., Any]], builtins.type[Node]]:
-    """Make a data node from a function: arguments become inputs, the return value becomes the output `value`.
+    """Return a decorator that makes a data node from a function.
+
+    The arguments of the function become inputs, and its return value becomes the output `value`.
 
     Args:
-        type: registered name.
-        volatile: whether the result depends on more than the arguments.
+        type: registered OmniGraph name of the node type.
+        volatile: whether the return value depends on more than the arguments.
         aliases: older registered names.
     """
 
@@ -368,7 +380,7 @@ def node(
             default = MISSING if parameter.default is parameter.empty else parameter.default
             namespace[name] = Field("inputs", default)
         if "value" in namespace:
-            raise TypeError(f"{function.__name__}.value: the output has this name; rename the argument")
+            raise TypeError(f"{function.__name__}.value: the name is reserved for the output; rename the argument")
         namespace["value"] = Field("outputs")
         annotations["value"] = annotations.pop("return", None)
 
@@ -382,7 +394,7 @@ def node(
 
 
 Pushes = Generator[int, None, None]
-"""Return type of a pusher's `compute`."""
+"""Return type of a pusher's `compute`, which yields the ExecOut ports to fire."""
 
 
 class NodeClassError(GraphError):

@@ -1,4 +1,4 @@
-"""Ports of a node class: the field specifiers for the class body, and the description of a port."""
+"""The field specifiers with which a node class declares its ports, and the descriptions of ports that result from them."""
 
 from __future__ import annotations
 
@@ -13,15 +13,15 @@ T = TypeVar("T")
 Side = Literal["inputs", "outputs", "state"]
 
 MISSING: Any = object()
-"""Marks a missing default."""
+"""Default of a field without a default."""
 
 _TOLD = 20
-"""Maximum number of legal strings in a message."""
+"""Maximum number of legal strings that a message lists."""
 
 
 @dataclass(frozen=True, slots=True)
 class Port:
-    """One port of a node type, with its OmniGraph name and its Python field."""
+    """Description of one port of a node type."""
 
     field: str
     name: str
@@ -36,9 +36,9 @@ class Port:
     lt: float | None = None
     tokens: tuple[str, ...] = ()
     required: bool | str = False
-    """True: the port needs a literal or a wire. A string: one of the ports with this string needs a literal or a wire."""
+    """True if the port needs a literal or a wire. A string names a group of ports, of which one needs a literal or a wire."""
     default_counts: bool = False
-    """Whether a literal that equals the default is one that a required port needs."""
+    """Whether a literal that equals the default satisfies `required`; normally it does not."""
     setup: bool = False
     control: bool = False
     extension: bool = False
@@ -50,23 +50,23 @@ class Port:
 
     @property
     def is_exec(self) -> bool:
-        """Whether the port carries execution rather than a value."""
+        """Whether this is an execution port, not a value port."""
         return isinstance(self.type, PortType) and self.type.base == EXECUTION.base
 
     @property
     def constraint(self) -> str:
-        """The legal values in words; empty if every value of the type is legal."""
+        """The legal values as text, such as `≥ 0 and ≤ 1` or `one of a, b`; empty if every value of the type is legal."""
         if self.tokens:
             return "one of " + ", ".join(self.tokens)
         signs = (("≥", self.ge), (">", self.gt), ("≤", self.le), ("<", self.lt))
         return " and ".join(f"{sign} {bound:g}" for sign, bound in signs if bound is not None)
 
     def check(self, value: Any) -> Any:
-        """Convert a literal to the port's representation.
+        """Return a literal, converted to the Python representation of the port's type.
 
         Raises:
-            TypeError: the literal has another type.
-            ValueError: the literal is out of range.
+            TypeError: the literal has the wrong type.
+            ValueError: the literal is out of range, or is not one of the legal strings.
         """
         if isinstance(self.type, UnionType):
             return value
@@ -84,7 +84,7 @@ class Port:
 
 @dataclass(eq=False)
 class Field:
-    """A field specifier in a class body, replaced by a port when the class is created."""
+    """A field in the body of a node class. When the class is created, a port replaces the field."""
 
     side: Side
     default: Any = MISSING
@@ -93,7 +93,7 @@ class Field:
 
 
 class ExecIn:
-    """An execution input. On a node, its value is the number of times that the input fired in this activation."""
+    """An execution input. During `compute`, the attribute is the number of firings that led to this call."""
 
     def __init__(self, *, name: str = "", doc: str = "", control: bool = False) -> None:
         self.name, self.doc, self.control = name, doc, control
@@ -106,7 +106,7 @@ class ExecIn:
 
 
 class ExecOut:
-    """An execution output. `compute` returns or yields it to fire it."""
+    """An execution output. To fire it, `compute` returns or yields it."""
 
     def __init__(self, *, name: str = "", doc: str = "") -> None:
         self.name, self.doc, self.control = name, doc, False
@@ -121,34 +121,51 @@ def In(*, default: T, **facts: Any) -> T: ...
 @overload
 def In(**facts: Any) -> Any: ...
 def In(*, default: Any = MISSING, **facts: Any) -> Any:
-    """An input, set by a literal or a wire.
+    """Return the declaration of an input, to be assigned to a field in the body of a node class.
 
     Args:
-        default: value without a literal or a wire. If left out, it is the zero of the port's type, and type checkers
-            require the input in the constructor.
-        facts: `doc`, `unit`, `ge`, `gt`, `le`, `lt`, `tokens` (the legal strings), `name` (OmniGraph's name, if it is
-            not the field's name in camel case), `type` (OmniGraph's type, if the annotation does not give it, as for a
-            union), `required` (True: the port needs a literal or a wire; a string: one of the ports with this string
-            needs it), `default_counts` (a literal that equals the default will do), `setup` (the node reads the port in
-            `setup` and is set up again when it changes), `extension` (Isaac Sim's node does not have the port), `couple`
-            (ports of union type with the same couple resolve together), `component` (the port holds one number of the
-            couple's tuple), `element` (the port holds one element of the couple's array).
+        default: value of the input if it has neither a literal nor a wire. Without a default, this value is the zero of the
+            port's type, and type checkers require the input in the constructor.
+        facts: any of these keywords:
+
+            - `doc`: description of the port for users.
+            - `unit`: unit of the value, such as `m/s`.
+            - `ge`, `gt`, `le`, `lt`: bounds of a number.
+            - `tokens`: legal strings.
+            - `name`: OmniGraph name of the port; by default, the field's name in camel case.
+            - `type`: OmniGraph type of the port; by default, the annotation gives the type.
+            - `required`: True if the port needs a literal or a wire. A string names a group of ports, of which one needs a
+              literal or a wire.
+            - `default_counts`: whether a literal that equals the default satisfies `required`.
+            - `setup`: whether the node reads the port in `setup`; when the value changes, the node is set up again.
+            - `extension`: whether the port is missing from the node in Isaac Sim.
+            - `couple`: union ports with the same string resolve to the same type.
+            - `component`: whether the port has the type of one component, if the other ports of its couple have a tuple type.
+            - `element`: whether the port has the element type, if the other ports of its couple have an array type.
     """
     return Field("inputs", default, facts=facts)
 
 
 def Out(*, default: Any = MISSING, init: Literal[False] = False, **facts: Any) -> Any:
-    """An output, reset to its default on stop. It accepts the same `facts` as `In`."""
+    """Return the declaration of an output. A stop resets the output to its default.
+
+    Args:
+        default: initial value; without a default, the zero of the port's type.
+        init: for type checkers: outputs are not arguments of the node's constructor.
+        facts: the keywords of `In`.
+    """
     return Field("outputs", default, facts=facts)
 
 
 def State(*, default: Any = MISSING, factory: Callable[[], Any] | None = None, init: Literal[False] = False) -> Any:
-    """A value kept between calls of `compute`, reset to its default on stop and saved in checkpoints.
+    """Return the declaration of a state field, which keeps its value between calls of `compute`.
+
+    A stop resets the field to its initial value; checkpoints contain its value.
 
     Args:
-        default: immutable value before the first compute.
-        factory: returns a new mutable value for each node and each play.
-        init: for type checkers; not an argument of the node's constructor.
+        default: initial value, which must be immutable.
+        factory: function that returns a new initial value; for mutable values such as lists.
+        init: for type checkers: state fields are not arguments of the node's constructor.
 
     Raises:
         TypeError: neither `default` nor `factory` is given.
@@ -159,10 +176,12 @@ def State(*, default: Any = MISSING, factory: Callable[[], Any] | None = None, i
 
 
 def Bound(*, init: Literal[False] = False) -> Any:
-    """A field that `setup` assigns, such as a handle from the context. Stop and `restore` do not change it.
+    """Return the declaration of a field that `setup` assigns, such as a handle from the context.
+
+    A stop does not reset the field, and checkpoints do not contain it.
 
     Args:
-        init: for type checkers; not an argument of the node's constructor.
+        init: for type checkers: bound fields are not arguments of the node's constructor.
     """
     return Field("state")
 
@@ -178,13 +197,24 @@ def camel_case(field: str) -> str:
 
 
 def exec_port(name: str, field: ExecIn | ExecOut) -> Port:
-    """Make the port of an execution field."""
+    """Return the port for an ExecIn or ExecOut field."""
     side: Side = "inputs" if isinstance(field, ExecIn) else "outputs"
     return Port(name, field.name or camel_case(name), side, EXECUTION, doc=field.doc, control=field.control)
 
 
 def value_port(owner: str, name: str, field: Field, hint: Any) -> Port:
-    """Make the port of a value field; the field's keyword `type` gives the port's type, or else its annotation does."""
+    """Return the port for an In, Out, State or Bound field.
+
+    Args:
+        owner: name of the node class, for messages.
+        name: Python name of the field.
+        field: the field.
+        hint: annotation of the field; it gives the port's type unless the field has the keyword `type`.
+
+    Raises:
+        TypeError: the port's type is unknown, or the default is not legal.
+        ValueError: the keyword `type` is not the name of a port type.
+    """
     facts = dict(field.facts)
     explicit = facts.pop("type", None)
     port_type: PortType | UnionType | None = ANY if field.side == "state" else None
@@ -197,7 +227,7 @@ def value_port(owner: str, name: str, field: Field, hint: Any) -> Port:
             port_type = _ANNOTATIONS.get(hint)
     if port_type is None:
         raise TypeError(
-            f"{owner}.{name}: no port type is known for {hint!r}; annotate it with one of graphengine.node.types"
+            f"{owner}.{name}: no port type is known for {hint!r}; annotate the field with a type of graphengine.node.types"
         )
     ogn_name = facts.pop("name", "") or camel_case(name)
     facts["tokens"] = tuple(facts.get("tokens", ()))
@@ -208,7 +238,7 @@ def value_port(owner: str, name: str, field: Field, hint: Any) -> Port:
     if field.side == "state":
         if getattr(field.default, "__hash__", None) is None:
             kind = type(field.default).__name__
-            raise TypeError(f"{owner}.{name}: default {field.default!r} is mutable; give factory={kind}")
+            raise TypeError(f"{owner}.{name}: default {field.default!r} is mutable; write factory={kind} instead")
         return replace(port, default=field.default)
     try:
         if isinstance(port_type, UnionType):

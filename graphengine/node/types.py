@@ -1,17 +1,19 @@
-"""OmniGraph's port types: their names, the Python representation of each, and the legal wires between them.
+"""OmniGraph's port types: their names, the Python type that represents each, and the conversions that wires make.
+
+In this table, T is any scalar type:
 
 | OmniGraph                            | Python                            |
 |--------------------------------------|-----------------------------------|
 | bool; int, uint, int64, uint64, uchar | bool; int                        |
 | half, float, double, timecode        | float                             |
 | token, string, path, objectId        | str                               |
-| T[2..4], roles such as vectord[3]    | tuple of the above                |
+| T[2], T[3], T[4]; vectord[3] and other roles | tuple of the scalars      |
 | quatd[4]                             | tuple (x, y, z, w)                |
 | T[], T[n][] of numbers               | numpy array of the exact dtype    |
 | token[], string[]                    | tuple of str                      |
 | target                               | tuple of prim paths               |
-| uint64 of a pointer, such as dataPtr | the buffer itself; 0 for none     |
-| any, unions                          | that of the resolved type         |
+| uint64 as pointer, such as dataPtr   | the buffer itself; 0 for none     |
+| any, unions                          | as for the resolved type          |
 """
 
 from __future__ import annotations
@@ -31,11 +33,11 @@ __all__ = [
     "UInt", "UInts", "UInt64", "Float", "Floats", "Float2", "Float3", "Double", "Doubles", "Double2", "Double3", "Double3s",
     "Double4s", "Matrix4d", "Point3fs", "Quaterniond", "Vector3d",
 ]  # fmt: skip
-"""Names for authors of nodes."""
+"""The names that `graphengine.node` exports to authors of nodes."""
 
 INTEGERS = {"uchar": (0, 2**8 - 1), "int": (-(2**31), 2**31 - 1), "uint": (0, 2**32 - 1)}
 INTEGERS |= {"int64": (-(2**63), 2**63 - 1), "uint64": (0, 2**64 - 1)}
-"""Smallest and largest number of each integer type."""
+"""Smallest and largest value of each integer type."""
 _REALS = ("half", "float", "double", "timecode")
 _TEXTS = ("token", "string", "path", "objectId")
 _OTHERS = ("target", "execution", "any", "bundle")
@@ -43,7 +45,7 @@ _DTYPES = {"bool": np.bool_, "uchar": np.uint8, "int": np.int32, "uint": np.uint
 _DTYPES |= {"uint64": np.uint64, "half": np.float16, "float": np.float32, "double": np.float64, "timecode": np.float64}
 _PRECISION = {"d": "double", "f": "float", "h": "half"}
 ROLES = {"vector": (3,), "point": (3,), "normal": (3,), "color": (3, 4), "quat": (4,), "texcoord": (2, 3)}
-"""Numbers of components that tuples with a role can have."""
+"""Legal numbers of components for each role of a tuple, such as 3 or 4 for a colour."""
 _MATRICES = {"matrixd": (2, 3, 4), "frame": (4,), "transform": (4,)}
 _POINTER = "pointer"
 
@@ -52,13 +54,14 @@ _PATTERN = re.compile(r"(?P<name>[A-Za-z0-9]+?)(?P<tuple>\[[2-9]\])?(?P<array>\[
 
 @dataclass(frozen=True, slots=True)
 class PortType:
-    """A concrete port type.
+    """A concrete port type, not a union.
 
     Attributes:
         base: scalar type, such as `double`.
-        count: components of a tuple; 1 for a scalar. A `matrixd[4]` has 16.
-        array: whether it is an array of such scalars or tuples.
-        role: `vector`, `quat`, …; storage and wiring do not depend on it. A value of role `pointer` is a Python buffer.
+        count: number of components of a tuple, such as 16 for a `matrixd[4]`; 1 for a scalar.
+        array: whether the type is an array of such scalars or tuples.
+        role: meaning of a tuple, such as `vector` or `quat`, which does not affect storage or wiring. A value with the role
+            `pointer` is a Python buffer.
     """
 
     base: str
@@ -77,17 +80,17 @@ class PortType:
 
     @property
     def is_number(self) -> bool:
-        """Whether the components are numbers or booleans."""
+        """Whether the scalar type is a number or bool, so that arrays of this type are numpy arrays."""
         return self.base in _DTYPES
 
     @property
     def dtype(self) -> Any:
-        """The numpy dtype of arrays with such components."""
+        """The numpy dtype of arrays of this type; only for numbers and bool."""
         return _DTYPES[self.base]
 
     @property
     def zero(self) -> Any:
-        """OmniGraph's initial value of an attribute of this type."""
+        """The initial value of an attribute of this type, as in OmniGraph: zero, empty, or the identity."""
         if self.array and self.is_number:
             return read_only(np.zeros((0,) if self.count == 1 else (0, self.count), self.dtype))
         if self.array or self.base == "target":
@@ -105,7 +108,7 @@ _SCALAR_ZERO |= dict.fromkeys(_TEXTS, "") | {"bool": False, "any": None, "bundle
 
 @dataclass(frozen=True, slots=True)
 class UnionType:
-    """A union of port types; a wire or an explicit type in the graph file selects one."""
+    """A union of port types. Wires, or a type in the graph file, resolve it to one of its types."""
 
     alternatives: tuple[PortType, ...]
 
@@ -114,7 +117,7 @@ class UnionType:
 
 
 def brief(port_type: PortType | UnionType) -> str:
-    """Return the name of a type; for a long union, the first eight names and the number of the others."""
+    """Return the name of a type for messages. For a union of more than 24 types, list eight and say how many follow."""
     if isinstance(port_type, UnionType) and len(port_type.alternatives) > 24:
         first = port_type.alternatives[:8]
         return (
@@ -146,7 +149,7 @@ def parse(name: str) -> PortType | UnionType:
     array = match["array"] is not None
     if word == "path" or word in _OTHERS:
         if count > 1:
-            raise ValueError(f"{name!r} is not a port type: {word} has no tuples")
+            raise ValueError(f"{name!r} is not a port type: there are no tuples of {word}")
         return PortType(word, 1, array)
     if word == "bool" or word in INTEGERS or word in _REALS or word in _TEXTS:
         return PortType(word, count, array)
@@ -159,11 +162,11 @@ def parse(name: str) -> PortType | UnionType:
 
 
 def coerce(value: Any, port_type: PortType) -> Any:
-    """Convert a literal to the Python representation of a type.
+    """Return a literal, converted to the Python representation of a port type.
 
     Raises:
-        TypeError: the value has another type; the message names the legal values.
-        ValueError: a number is out of range, or a tuple has another length.
+        TypeError: the literal has the wrong type; the message names the expected type.
+        ValueError: a number is out of range, or a tuple has the wrong length.
     """
     if port_type.base in ("any", "bundle"):
         return value
@@ -187,7 +190,7 @@ def coerce(value: Any, port_type: PortType) -> Any:
         with np.errstate(over="raise"):
             return read_only(np.array(elements, port_type.dtype).reshape(shape))
     except FloatingPointError:
-        raise ValueError(f"expected numbers that a {port_type.base} can hold") from None
+        raise ValueError(f"expected numbers within the range of a {port_type.base}") from None
 
 
 def first_that_takes(value: Any, alternatives: Iterable[PortType]) -> tuple[PortType, Any]:
@@ -210,12 +213,12 @@ def _buffer(value: Any) -> Any:
     try:
         memoryview(value)
     except TypeError:
-        raise TypeError("expected a wire or 0: a buffer cannot be written in a file") from None
+        raise TypeError("expected 0: only a wire can provide a buffer") from None
     return value
 
 
 def read_only(array: NDArray[Any]) -> NDArray[Any]:
-    """Make an array read-only, so that wires and defaults can share it, and return it."""
+    """Make an array read-only in place and return it, so that several ports can share it."""
     array.setflags(write=False)
     return array
 
@@ -233,9 +236,9 @@ def _element(value: Any, port_type: PortType) -> Any:
 
 
 def _joined_rows(rows: Sequence[Any] | NDArray[Any]) -> list[Any]:
-    """The numbers of a matrix that is written row by row."""
+    """Return the numbers of a matrix, given as a list of its rows, in one list."""
     if not all(isinstance(row, Sequence | np.ndarray) and not isinstance(row, str) for row in rows):
-        raise TypeError("expected the rows of a matrix, or all its numbers in one list")
+        raise TypeError("expected a matrix: a list of its rows, or one list of all its numbers")
     return [number for row in rows for number in row]
 
 
@@ -257,19 +260,20 @@ def _scalar(value: Any, base: str) -> Any:
         if isinstance(value, float):
             raise TypeError("expected a whole number")
         if not low <= value <= high:
-            raise ValueError(f"expected {low} to {high}")
+            raise ValueError(f"expected a value from {low} to {high}")
         return value
     try:
         return float(value)
     except OverflowError:
-        raise ValueError("expected a number that a double can hold") from None
+        raise ValueError("expected a number within the range of a double") from None
 
 
 def conversion(source: PortType, target: PortType) -> str | None:
-    """Return the conversion that a wire needs: `""` for none, the name of a function, or None if the wire is not allowed.
+    """Return the name of the function in `CONVERTERS` that a wire from a source to a target type needs.
 
-    Roles do not matter. Booleans and integers widen to int64 and double, float to double; other types need a converter
-    node. An `any` accepts every type.
+    The name is empty if no conversion is needed. Return None if the types cannot be wired. Wires convert bool and integers to
+    int64 and double, and half and float to double; for other types, users insert a converter node. A target of type `any`
+    accepts every type. Roles are ignored.
     """
     if target.base == "any" and not target.array:
         return ""
@@ -303,11 +307,11 @@ CONVERTERS: dict[str, Any] = {
     "double_array": lambda value: value.astype(np.float64),
     "int64_array": lambda value: value.astype(np.int64),
 }
-"""Conversion functions, by the names that `conversion` returns."""
+"""The functions that convert values on wires, by the names that `conversion` returns."""
 
 
 def plain(element: Any) -> Any:
-    """Convert an element of an array to the value of a port without `[]`: a scalar or a tuple of scalars."""
+    """Return an element of an array as a port value: a Python scalar, or a tuple of scalars if the elements are tuples."""
     value = element.tolist() if isinstance(element, np.generic | np.ndarray) else element
     return tuple(value) if isinstance(value, list) else value
 
@@ -334,7 +338,7 @@ ELEMENTS = "|".join(
         "matrixd[2]|matrixd[3]|matrixd[4]|frame[4]|transform[4]",
     )
 )
-"""All element types of arrays; a literal without a type gets the first one that accepts it."""
+"""All types that the elements of an array can have, as one union. A literal without a type gets the first that accepts it."""
 ARRAYS = "|".join(f"{element}[]" for element in ELEMENTS.split("|"))
 
 Double = Annotated[float, parse("double")]
@@ -365,4 +369,4 @@ Double4s = Annotated[NDArray[np.float64], parse("double[4][]")]
 Quaterniond = Annotated[tuple[float, float, float, float], parse("quatd[4]")]
 Matrix4d = Annotated[tuple[float, ...], parse("matrixd[4]")]
 Buffer = Annotated[Any, POINTER]
-"""Type of pointer ports: an object with Python's buffer protocol, such as an array; 0 for none."""
+"""Type of pointer ports. The value is an object with Python's buffer protocol, such as a numpy array, or 0 for no buffer."""

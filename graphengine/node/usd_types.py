@@ -1,4 +1,4 @@
-"""USD type names of prims and attributes, and OmniGraph's types of the attributes."""
+"""The USD types of prims and attributes, and the OmniGraph types that correspond to attribute types."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ PORT_TYPES = {
     "token": PortType("token"),
     "vector3f": PortType("float", 3, role="vector"),
 }
-"""OmniGraph type for each USD type that an attribute can have."""
+"""OmniGraph type of an attribute, by the USD type of the attribute."""
 
 ATTRIBUTE_TYPES = {"xformOp:translate": "double3", "xformOp:orient": "quatd", "physics:mass": "float"}
 ATTRIBUTE_TYPES |= {"clippingRange": "float2", "inputs:intensity": "float", "inputs:color": "color3f"}
@@ -42,11 +42,11 @@ def type_of_attribute(name: str) -> PortType:
     """Return the OmniGraph type of the attribute with this name.
 
     Raises:
-        ContextError: no prim has an attribute with this name.
+        ContextError: no kind of prim has an attribute with this name.
     """
     if name not in ATTRIBUTE_TYPES:
         near = did_you_mean(name, ATTRIBUTE_TYPES) or listing(ATTRIBUTE_TYPES, "attributes")
-        raise ContextError(f"no prim has an attribute {name!r}", name, near)
+        raise ContextError(f"no prim can have an attribute {name!r}", name, near)
     return PORT_TYPES[ATTRIBUTE_TYPES[name]]
 
 
@@ -62,5 +62,5 @@ def usd_type(prim: Prim) -> str:
 
 
 def is_physics_scene(prim: Prim) -> bool:
-    """Whether the prim is the USD physics scene, `/physicsScene`."""
+    """Return whether the prim is the USD physics scene, `/physicsScene`."""
     return prim.path == PHYSICS_SCENE and prim.kind == "scope"

@@ -1,4 +1,4 @@
-"""Variables of graphs."""
+"""Graph variables, which nodes of a graph read and write by name."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ T = TypeVar("T")
 
 
 class Variable(Stateful):
-    """A variable of a graph: its value and its default.
+    """A variable of a graph.
 
     Attributes:
-        value: the last written value, or the default.
-        default: the value before the first tick and after a stop.
+        value: value that was written last; the default if none was written since the start of play.
+        default: value before the first tick and after a stop.
     """
 
     __slots__ = ("_before", "_now", "default", "value")
@@ -30,11 +30,11 @@ class Variable(Stateful):
 
     @property
     def changed(self) -> bool:
-        """Whether the value at the start of this tick differs from that at the start of the previous tick."""
+        """Whether the value at the start of this tick differs from the value at the start of the previous tick."""
         return not types.equal(self._before, self._now)
 
     def freeze(self) -> None:
-        """Begin a tick: store the value that `changed` compares with that of the previous tick."""
+        """Begin a tick: store the current value, which `changed` compares with the value stored one tick earlier."""
         self._before, self._now = self._now, self.value
 
     def clear(self) -> None:

@@ -55,7 +55,7 @@ class Watch:
         self._clock = clock
         self._worker = ThreadPoolExecutor(1, "watch")
         self._look: Future[tuple[list[str], float]] | None = None
-        """The search in progress; its result contains the texts of the faults and the time (s) at which the next search is due."""
+        """The search in progress; its result is the texts of the faults, and the time at which the next search is due, s."""
         self._due = 0.0
         self._found: deque[str] = deque()
 

@@ -280,7 +280,7 @@ class LiveClient(_Endpoint, ServiceClient):
         self._patience = self._patience + 1 if self._waiting else 0
         if self._patience == PATIENCE:
             self._tell(
-                f"no server offers this service with the type {self.service_type}; the last {self._keeps} calls wait for it"
+                f"no server offers this service with the type {self.service_type}; the last {self._keeps} calls wait for a server"
             )
 
     def forget_calls(self) -> None:

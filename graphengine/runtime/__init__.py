@@ -1,1 +1,1 @@
-"""Sessions: the tick and its pace, graph execution, the contexts of nodes, checks, and the command queue."""
+"""Runs and checks compiled graphs: sessions with their ticks and commands, execution of graphs, and setup without physics."""

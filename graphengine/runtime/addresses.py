@@ -1,4 +1,7 @@
-"""Finds ports of a session's nodes by address: `[robot/][graph/][subgraph/…]Node.[inputs:|outputs:|state:]port`."""
+"""Finds ports and variables of running graphs by address.
+
+The address of a port is `[robot/][graph/][subgraph/…]Node.[inputs:|outputs:|state:]port`.
+"""
 
 from __future__ import annotations
 
@@ -18,15 +21,15 @@ from graphengine.runtime.executor import Executor
 from graphengine.runtime.graph_run import GraphRun
 
 SIDES: tuple[Side, ...] = ("outputs", "inputs", "state")
-"""Sides to search for a port name that is given without a side, in this order."""
+"""Sides on which a port name without a side is looked up, in this order."""
 
 
 @dataclass(frozen=True, slots=True)
 class NodePort:
-    """A port of a node in a running graph, for reading and setting its value."""
+    """A port of a node in a running graph, whose value can be read and set."""
 
     address: str
-    """Address from the robot or graph on, with the side if the search pattern had one."""
+    """Full address, such as `robot/graph/Node.port`; it includes the side if the pattern that found the port did."""
     executor: Executor
     index: int
     port: Port
@@ -37,7 +40,7 @@ class NodePort:
         return getattr(self.executor.nodes[self.index], self.port.field)
 
     def put(self, value: Any) -> None:
-        """Set an unwired input to a value that `convert` returned.
+        """Set the port, an unwired input, to a value; `convert` checks and converts values for this method.
 
         Raises:
             GraphError: a node cannot be set up with the value. The port keeps its old value.
@@ -45,7 +48,7 @@ class NodePort:
         self.executor.set_input(self.index, self.port.field, value)
 
     def convert(self, value: Any) -> Any:
-        """Convert a value to the type of the port, which must be an unwired input.
+        """Return a value converted to the type of the port, which must be an unwired input.
 
         Raises:
             UsageError: the input is wired, or the value is not legal for the port.
@@ -81,7 +84,7 @@ class GraphVariable:
         return self.run.variables[self.name].value
 
     def convert(self, value: Any) -> Any:
-        """Convert a value to the type of the variable.
+        """Return a value converted to the type of the variable.
 
         Raises:
             UsageError: the value is not legal for the variable.
@@ -93,7 +96,7 @@ class GraphVariable:
             raise UsageError(f"{variable} is {with_article(self.type)}: {error}, got {shown(value)}") from None
 
     def put(self, value: Any) -> None:
-        """Set the variable between two ticks.
+        """Set the variable to a value, which is converted to its type; call this only between two ticks.
 
         Raises:
             UsageError: the value is not legal for the variable.
@@ -103,7 +106,7 @@ class GraphVariable:
 
 
 def find_variable_at(runs: Iterable[GraphRun], graph: str, name: str) -> GraphVariable:
-    """Return a variable by its name and the full name of its graph.
+    """Return the variable `name` of the graph with the full name `graph`, such as `robot/graph`.
 
     Raises:
         UsageError: there is no such graph or variable.
@@ -118,9 +121,17 @@ def find_variable_at(runs: Iterable[GraphRun], graph: str, name: str) -> GraphVa
 
 
 def find_ports(runs: Iterable[GraphRun], pattern: str, sides: Sequence[Side] = SIDES) -> list[NodePort]:
-    """Return all ports whose address ends with a pattern, which may contain globs; there is at least one.
+    """Return the ports that match a pattern: an address, or the end of one; its parts may be globs.
 
-    A pattern with the full path of a node matches only this node.
+    A pattern that contains the full path of a node matches only ports of this node.
+
+    Args:
+        runs: running graphs to search.
+        pattern: the pattern, such as `Node.port` or `robot/*/Node.outputs:port`.
+        sides: sides on which ports are searched.
+
+    Returns:
+        At least one port.
 
     Raises:
         UsageError: no port matches.
@@ -134,13 +145,15 @@ def find_ports(runs: Iterable[GraphRun], pattern: str, sides: Sequence[Side] = S
         return found
     if not matching:
         paths = [known for known, _, _ in nodes]
-        raise UsageError(f"{pattern}: {no_node(path, paths)}" if path else f"{pattern!r}: write NODE.PORT")
+        raise UsageError(
+            f"{pattern}: {no_node(path, paths)}" if path else f"{pattern!r} is no address; write NODE.PORT"
+        )
     classes = (type(executor.nodes[index]) for _, executor, index in matching)
     raise UsageError(f"{pattern}: {no_port(classes, name, sides)}")
 
 
 def find_port_at(runs: Iterable[GraphRun], address: str) -> NodePort:
-    """Return the port with an address, which may be shortened to any unambiguous end.
+    """Return the only port that matches an address; leading parts may be omitted if the rest is unambiguous.
 
     Raises:
         UsageError: no port or several ports match.
@@ -155,7 +168,7 @@ def find_port_at(runs: Iterable[GraphRun], address: str) -> NodePort:
 
 
 def _nodes(runs: Iterable[GraphRun]) -> Iterator[tuple[str, Executor, int]]:
-    """Yield path, executor and index of each node in a graph file, without the nodes that the compiler adds."""
+    """Yield path, executor and index of each node of the graphs, without the gates that the compiler inserts for `every`."""
     for run in runs:
         for instance in run.executor.graph.instances:
             if not instance.part_of:
@@ -163,7 +176,7 @@ def _nodes(runs: Iterable[GraphRun]) -> Iterator[tuple[str, Executor, int]]:
 
 
 def _ports(path: str, executor: Executor, index: int, pattern: str, sides: Sequence[Side]) -> Iterator[NodePort]:
-    """Yield the ports of a node that match a pattern; if several sides have the same name, the first in `sides` counts."""
+    """Yield the ports of a node whose names match a pattern; of ports with equal names, only the one on the first side."""
     cls: type[Node] = type(executor.nodes[index])
     side, colon, name = pattern.partition(":")
     given = bool(colon) and side in SIDES

@@ -1,4 +1,4 @@
-"""Checks graphs by setting up all nodes in a world without physics: endpoint claims, lints, and findings with file positions."""
+"""Checks graphs without running them: sets up all nodes in a world without physics, compares their topics, and runs the lints."""
 
 from __future__ import annotations
 
@@ -32,16 +32,16 @@ def check_graphs(
     claimed: Sequence[EndpointClaim] = (),
     permissions: Permissions | None = None,
 ) -> list[EndpointClaim]:
-    """Set up all nodes in a world without physics, run the lints, and return the topics and services that nodes claim.
+    """Set up all nodes in a world without physics and run the lints; return the topics and services that the nodes claim.
 
     Args:
-        graphs: graphs in execution order.
-        world: world whose prims the nodes may use.
+        graphs: graphs to check, in execution order.
+        world: world that has the prims of the scene.
         findings: receives errors, warnings and notes.
-        prims_known: whether the prims of the scene are known; see `dry_setup`.
-        beside: graphs that run before these and were already checked.
+        prims_known: whether `world` has the prims of a scene; if not, missing prims are no errors.
+        beside: graphs that run before `graphs` and were already checked.
         claimed: topics and services that the nodes of `beside` claim.
-        permissions: permissions of graphs; None grants nothing.
+        permissions: what the nodes may read and run; None permits nothing.
     """
     for graph in graphs:
         lint_structure(graph, findings)
@@ -61,14 +61,14 @@ def dry_setup(
     prims_known: bool,
     permissions: Permissions | None = None,
 ) -> list[EndpointClaim]:
-    """Set up all nodes in a world, without a network; return the topics and services that they claim, and report errors.
+    """Set up all nodes in a world, without a network; return the topics and services that the nodes claim.
 
     Args:
         graphs: graphs in execution order.
-        world: world in which prims are looked up.
-        findings: receives errors, warnings and notes.
-        prims_known: whether the world has the prims of a scene; if not, missing prims are not errors.
-        permissions: permissions of graphs; None grants nothing.
+        world: world in which the nodes look up prims.
+        findings: receives errors and notes.
+        prims_known: whether the world has the prims of a scene; if not, missing prims are no errors.
+        permissions: what the nodes may read and run; None permits nothing.
     """
     services = Services(world, Network(), permissions=permissions or Permissions())
     for graph in graphs:
@@ -112,7 +112,7 @@ def _dry_setup_graph(graph: Graph, services: Services, findings: Findings, *, pr
 
 
 def _faulty(graph: Graph, findings: Findings) -> set[int]:
-    """Return the indices of nodes with a reported error, of which setup errors may be mere consequences."""
+    """Return the indices of the nodes for which an error was already reported; an error in their setup may be a consequence."""
     told = {str(finding.span) for finding in findings.errors}
     refused = {wire.target.node for wire in _refused(graph)}
     faulty = set()
@@ -123,7 +123,7 @@ def _faulty(graph: Graph, findings: Findings) -> set[int]:
 
 
 def _places(entry: NodeEntry) -> Iterator[str]:
-    """Yield the file positions of a node and of its inputs, as text."""
+    """Yield the file positions of a node, its input keys and its input values, as text `path:line:column`."""
     yield str(entry.key_span())
     for name in entry.spec.inputs:
         yield str(entry.span("inputs", name))
@@ -131,20 +131,23 @@ def _places(entry: NodeEntry) -> Iterator[str]:
 
 
 def _follows(instance: Instance, error: GraphError) -> bool:
-    """Return whether a setup error is a consequence of a reported one: it concerns an empty or a refused input."""
+    """Return whether an error in the setup of a node is a consequence of an error that was already reported.
+
+    The result is true if the setup error concerns an empty value, an input whose value was reported as wrong, or no input.
+    """
     if not isinstance(error, ContextError) or error.value == "":
         return True
     return instance.asking(error.value)[0] in instance.refused
 
 
 def _refused(graph: Graph) -> list[WireEntry]:
-    """Return the wires in the file that were left out of the graph because of errors."""
+    """Return the wires of the file that the resolved graph does not have, because of errors."""
     made = {id(wire.entry) for wire in (*graph.data_wires, *graph.exec_wires)}
     return [entry for entry in graph.flat.wires if id(entry) not in made]
 
 
 def explain(instance: Instance, error: GraphError) -> Finding:
-    """Return the finding for a failed setup, at the file position of the input with the invalid value."""
+    """Return the finding for a failed setup of a node, at the position of the input that caused it if that is known."""
     via = instance.entry.via
     if isinstance(error, ContextError):
         return instance.refusal(error)
@@ -156,7 +159,10 @@ def explain(instance: Instance, error: GraphError) -> Finding:
 
 
 def lint_structure(graph: Graph, findings: Findings) -> None:
-    """Report nodes that never run; skipped for graphs with refused wires, and for subgraphs, which another graph may trigger."""
+    """Add a warning for each node that never runs.
+
+    Graphs with wires that have errors are skipped, and so are files that declare ports for their use as a subgraph.
+    """
     if _refused(graph) or graph.flat.unread or graph.flat.declared:
         return
     running = set(graph.plan.order)
@@ -166,7 +172,7 @@ def lint_structure(graph: Graph, findings: Findings) -> None:
             continue
         if instance.cls.kind() == "data":
             hint = "wire its outputs to a node with an execution input, or remove it"
-            code, message = "W102", f"nothing that runs uses {instance.id}"
+            code, message = "W102", f"no executed node reads {instance.id}"
         else:
             hint = "the graph has no event node; add one, such as OnPlaybackTick"
             if events:
@@ -176,7 +182,7 @@ def lint_structure(graph: Graph, findings: Findings) -> None:
 
 
 def lint_rates(graphs: Sequence[Graph], world: World, findings: Findings) -> None:
-    """Report `every` rates that are higher than the rate at which the node is executed."""
+    """Add a warning for each `every: {hz: …}` that is higher than the rate at which its node is executed."""
     for graph in graphs:
         passes = 1.0 / _clock(graph, world).delta
         for gate in graph.instances:
@@ -193,7 +199,7 @@ def _clock(graph: Graph, world: World) -> Clock:
 
 
 def lint_claims(context: LintContext) -> None:
-    """Report conflicts between topics, services and TF frames, and run the lints of node types."""
+    """Report conflicts between the topics, services and TF frames that nodes claim, and run the lints of all node types."""
     _check_places(context)
     _check_topic_types(context)
     _check_servers(context)
@@ -206,7 +212,7 @@ def lint_claims(context: LintContext) -> None:
 
 
 def _check_places(context: LintContext) -> None:
-    """Report a robot's graphs whose prim path is not below the robot, because its prims and namespaces do not apply there."""
+    """Add a warning for each graph of a robot whose prim is outside of the robot, where the robot's namespace does not apply."""
     told: set[str] = set()  # a fleet has one mistake, not one a robot
     prims = {robot.entity_name: robot.path for robot in context.stage.prims("robot")}
     for graph in context.graphs:
@@ -221,7 +227,7 @@ def _check_places(context: LintContext) -> None:
             f"graph {name} of robot {robot} has the prim path {path}, which is not below {own}",
             document.span("at" if "at" in document.data else "graph"),
             f"write at: $(robot)/{'/'.join(path.split('/')[2:]) or name}, with parameters: {{robot: {{type: target}}}}",
-            "$(robot) is the robot that uses the graph",
+            "$(robot) is the prim path of the robot that uses the graph",
         )
 
 
@@ -232,7 +238,7 @@ def _check_topic_types(context: LintContext) -> None:
         other = first.setdefault((claim.ros_context, claim.topic, claim.is_service), claim)
         if other.message_type != claim.message_type and not _is_told_elsewhere(claim):
             _, name, here = _what(claim)
-            message = f"{name} is {here} here and {_what(other)[2]} at {other.node}"
+            message = f"{name} has the type {here} here and {_what(other)[2]} at {other.node}"
             rule = "a topic has one message type"
             if claim.is_service:
                 rule = "an action has one type" if action_of(claim.topic) else "a service has one type"
@@ -247,21 +253,21 @@ def _check_servers(context: LintContext) -> None:
         other = servers.setdefault((claim.ros_context, claim.topic), claim)
         if other is not claim:
             what, name, _ = _what(claim)
-            message = f"the {what} {name} is offered here and by {other.node}"
+            message = f"the {what} {name} has a server here and another in {other.node}"
             article = "an" if what == "action" else "a"
             remedy = f"{article} {what} has one server; rename one of the two, or set its nodeNamespace"
             context.disagree("G309", message, claim, other, remedy)
 
 
 def _what(claim: EndpointClaim) -> tuple[str, str, str]:
-    """Return the word `topic`, `service` or `action` for a claim, and its name and type."""
+    """Return the kind of a claimed endpoint (`topic`, `service` or `action`), its name and its type."""
     if action := action_of(claim.topic):
         return "action", action, claim.message_type.rpartition("_")[0]
     return "service" if claim.is_service else "topic", claim.topic, claim.message_type
 
 
 def _is_told_elsewhere(claim: EndpointClaim) -> bool:
-    """Return whether to skip a claim: an action has several, and faults are reported once, for `send_goal`."""
+    """Return whether a claim is an endpoint of an action but not `send_goal`, the one for which conflicts are reported."""
     return bool(action_of(claim.topic)) and not claim.topic.endswith("/send_goal")
 
 
@@ -283,7 +289,7 @@ def _check_parents(context: LintContext, edges: Iterable[tuple[str, str, Endpoin
         known, first = parents.setdefault(child, (parent, claim))
         if first is claim and known == parent:
             continue
-        twice = f"frame {child!r} below {parent!r} comes from both {first.node} and {claim.node}"
+        twice = f"frame {child!r} below {parent!r} is published by both {first.node} and {claim.node}"
         parents_differ = f"frame {child!r} has two parents: {known!r} from {first.node}, {parent!r} from {claim.node}"
         remedy = "a frame has one parent and one publisher; rename a frame, or remove one of the two"
         context.disagree("G306", twice if known == parent else parents_differ, claim, first, remedy)

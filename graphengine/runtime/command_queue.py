@@ -1,4 +1,4 @@
-"""The queue of commands by which other threads control a session."""
+"""The command queue, through which other threads control a session."""
 
 from __future__ import annotations
 
@@ -17,23 +17,23 @@ from graphengine.runtime.commands import parse
 from graphengine.runtime.session_core import SessionCore
 
 MAX_WAITING = 1000
-"""Maximum number of waiting commands; more are refused."""
+"""Maximum number of waiting commands; further commands are refused."""
 SHARE = 0.01
-"""CPU time for commands between two ticks, s; the other commands wait for the next tick."""
+"""CPU time that commands may take between two ticks, s; commands that do not start in this time wait for the next tick."""
 
 
 Action = Callable[[SessionCore], Any]
-"""Function that the session's thread calls with the session, such as a command's `apply`; returns the result."""
+"""A function that the session's thread calls with the session as argument; its result completes the command's future."""
 
 
 class CommandQueue:
-    """Queue for commands from any thread; the session executes them between two ticks, in order of arrival.
+    """A queue for commands from any thread; the session executes them between two ticks, in order of arrival.
 
-    Futures and their callbacks complete in the session's thread. A future fails with the exception that the session raised, with
-    `UsageError` if the command is invalid, or with `StateError` if the session has ended or too many commands are waiting.
+    Futures are completed in the session's thread, where their callbacks also run. A future gets the exception that the session
+    raised, a `UsageError` if the command is invalid, or a `StateError` if the session has ended or too many commands are waiting.
 
     Args:
-        clock: returns the CPU time of the session's thread, s.
+        clock: function that returns the CPU time of the session's thread, s.
     """
 
     def __init__(self, clock: Callable[[], float] = time.thread_time) -> None:
@@ -45,7 +45,7 @@ class CommandQueue:
         self._closed = ""
 
     def submit(self, name: str, arguments: Mapping[str, Any] | None = None) -> Future[Any]:
-        """Queue a command by its name in `commands.COMMANDS`; return the future result. Thread-safe."""
+        """Queue a command by its name in `commands.COMMANDS`; return the future of its result. Thread-safe."""
         try:
             return self.ask(parse(name, arguments).apply)
         except UsageError as error:
@@ -54,7 +54,7 @@ class CommandQueue:
             return answer
 
     def ask(self, action: Action) -> Future[Any]:
-        """Queue an action; return the future result. Thread-safe."""
+        """Queue a function that the session's thread calls with the session; return the future of its result. Thread-safe."""
         answer: Future[Any] = Future()
         try:
             with self._lock:
@@ -68,7 +68,7 @@ class CommandQueue:
         return answer
 
     def serve(self, session: SessionCore) -> None:
-        """Execute the waiting commands for up to `SHARE` s of CPU time; the others and new ones wait for the next tick."""
+        """Execute waiting commands for up to `SHARE` s of CPU time; the remaining commands wait for the next call."""
         self._end_steps(session)
         waiting = len(self._taken) + self._arrived.qsize()
         end = self._clock() + SHARE
@@ -104,7 +104,7 @@ class CommandQueue:
                 answer.set_result(result)
 
     def _end_steps(self, session: SessionCore) -> None:
-        """Complete the command `step` when its ticks have run or were cancelled."""
+        """Complete the future of a command `step` if its ticks have run or were cancelled."""
         if self._stepping is None or session.advancing:
             return
         (last, answer), self._stepping = self._stepping, None
@@ -115,18 +115,18 @@ class CommandQueue:
             answer.set_result(None)
 
     def wait(self, seconds: float) -> None:
-        """Sleep until a command arrives, or for at most `seconds`."""
+        """Sleep until a command arrives or `wake` is called, but at most for `seconds`."""
         if self._taken:
             return
         with contextlib.suppress(queue.Empty):
             self._taken.append(self._arrived.get(timeout=seconds))
 
     def wake(self) -> None:
-        """End a `wait`; safe in a signal handler, because `SimpleQueue` is reentrant."""
+        """End the current or next `wait`. Thread-safe, and safe in a signal handler, because `SimpleQueue` is reentrant."""
         self._arrived.put(None)
 
     def close(self, reason: str) -> None:
-        """Reject all waiting and later commands with a `StateError` that gives the reason."""
+        """Reject all waiting and all later commands with a `StateError` whose message is `reason`."""
         with self._lock:
             self._closed = self._closed or reason
         left = [self._stepping[1]] if self._stepping is not None else []

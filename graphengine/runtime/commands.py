@@ -1,7 +1,7 @@
-"""The commands of a session, one class each: arguments with their units, code, and whether recordings contain the command.
+"""The commands of a session, one class for each command; the fields of a class are the arguments of the command.
 
-`graphrun ctl`, the Python API and replays give a name and JSON arguments, which `parse` reads; simulation_interfaces and the
-keyboard of a run create the objects directly. Replays accept only commands that recordings contain.
+`graphrun ctl`, the Python API and replays give the name of a command and its arguments as JSON types, from which `parse` creates
+the object. The services of simulation_interfaces and the keyboard of a run create the objects directly.
 """
 
 from __future__ import annotations
@@ -51,15 +51,15 @@ Scope = Literal["time", "state", "spawned", "all"]
 
 
 class Command(Spec):
-    """A command that a session executes between two ticks; its fields are the arguments, named as in JSON."""
+    """Base class of the commands, which a session executes between two ticks; the fields are the arguments in JSON."""
 
     recorded: ClassVar[bool] = False
-    """Whether the command affects the simulation; only such commands are recorded and accepted by replays."""
+    """Whether the command affects the simulation; recordings contain only such commands, and replays accept no others."""
     admitted: ClassVar[bool] = False
-    """Whether the session refuses the command within a tick and after the session failed."""
+    """Whether `apply` calls `SessionCore.admit`, which refuses the command within a tick and after the session failed."""
 
     def apply(self, session: SessionCore) -> Any:
-        """Execute the command between two ticks; return a result that can be written as JSON."""
+        """Execute the command in the session's thread, between two ticks; return a result that can be written as JSON."""
         if self.admitted:
             session.admit()
         return self._apply(session)
@@ -69,13 +69,13 @@ class Command(Spec):
 
 
 class _Change(Command):
-    """Base class of the commands that change the world or nodes; executed ones are recorded."""
+    """Base class of the commands that change the world or nodes; recordings contain them when they succeed."""
 
     recorded = True
     admitted = True
 
     def _record(self, session: SessionCore, **arguments: Any) -> None:
-        """Record the executed command with arguments that do not depend on the session's state."""
+        """Record that the command was executed, with arguments that mean the same in a replay."""
         session.note(type(self).__name__.lower(), arguments)
 
 
@@ -87,7 +87,7 @@ class Play(Command):
 
 
 class Pause(Command):
-    """Pause the simulation until `play`, and cancel single ticks that have not run yet."""
+    """Pause the simulation until `play`, and cancel the single ticks of `step` that have not run yet."""
 
     def _apply(self, session: SessionCore) -> None:
         if session.state == "stopped":
@@ -96,7 +96,7 @@ class Pause(Command):
 
 
 class Stop(Command):
-    """Return to time 0 and the initial state, and wait for `play` or `step`."""
+    """Reset the simulation to time 0 and its initial state, and wait for `play` or `step`."""
 
     recorded = True
 
@@ -105,7 +105,7 @@ class Stop(Command):
 
 
 class Step(Command):
-    """Run single ticks of a paused or stopped session; the command completes after the last tick."""
+    """Run a number of single ticks in a paused or stopped session; the command completes after the last tick."""
 
     ticks: int = Field(default=1, ge=1, le=MAX_TICKS)
 
@@ -114,13 +114,13 @@ class Step(Command):
 
 
 class Reset(Command):
-    """Reset the time, the state of the world, the spawned robots, or all three; then play or pause as before."""
+    """Reset the time, the state of the world, the spawned robots, or all three; the session then plays or pauses as before."""
 
     recorded = True
 
     scope: Annotated[tuple[Scope, ...], Field(strict=False, min_length=1), BeforeValidator(_several)] = ("all",)
     seed: int | None = None
-    """New seed of all random generators; requires a reset of the time. None keeps the seed."""
+    """New seed of all random generators, which requires the scope `time` or `all`; None: the seed stays."""
 
     def _apply(self, session: SessionCore) -> None:
         scopes: list[ResetScope] = [scope for scope in SCOPES if scope in self.scope or "all" in self.scope]
@@ -128,10 +128,10 @@ class Reset(Command):
 
 
 class Rate(Command):
-    """Set the speed of simulation time: a factor of real time, or as fast as possible."""
+    """Set the real-time factor of the simulation, or let it run as fast as possible."""
 
     factor: Annotated[Annotated[float, Field(ge=SLOWEST)] | None, BeforeValidator(_pace)] = Field(
-        description="A factor of real time, or `realtime`, or `max`."
+        description="Real-time factor, or `realtime` (1), or `max` (as fast as possible)."
     )
 
     def _apply(self, session: SessionCore) -> None:
@@ -139,7 +139,7 @@ class Rate(Command):
 
 
 class Spawn(_Change):
-    """Add a robot to the scene; `use` has the keys of a robot in a scene file."""
+    """Add a robot to the scene; `use` has the same keys as an entry of `robots` in a scene file."""
 
     name: EntityName
     use: RobotUse
@@ -161,14 +161,14 @@ class Delete(_Change):
 
 
 class Move(_Change):
-    """Move a robot or an object of the world. Joints keep their state; the velocity of the body becomes 0 unless given."""
+    """Move a robot or an object of the world. Its joints keep their state; its velocity becomes 0 unless one is given."""
 
     entity: EntityName
     position: Annotated[tuple[float, ...], Field(strict=False)] | None = None
-    """Position of the robot's base link, or of the object, in the world, m; x and y alone keep the height."""
+    """Position of the robot's base link, or of the object, in the world, m: [x, y, z], or [x, y] to keep the height."""
     orientation: Orientation | None = None
     linear: Vector | None = None
-    """Linear velocity in the world, m/s."""
+    """Linear velocity along the axes of the world, m/s."""
     angular: Vector | None = None
     """Angular velocity about the axes of the world, rad/s."""
 
@@ -178,7 +178,7 @@ class Move(_Change):
         if not any(value is not None for value in given):
             raise ValueError("give a position, an orientation, or a velocity")
         if self.position is not None and len(self.position) not in (2, 3):
-            raise ValueError(f"a position is x, y or x, y, z, not {len(self.position)} numbers")
+            raise ValueError(f"a position is [x, y] or [x, y, z], not {len(self.position)} numbers")
         return self
 
     def _apply(self, session: SessionCore) -> dict[str, Any]:
@@ -200,7 +200,7 @@ class Move(_Change):
 
 
 def _overlaps(session: SessionCore, name: str) -> dict[str, Any]:
-    """Return the result of placing an entity: a warning if it overlaps others, which is also logged."""
+    """Return the result of a command that placed an entity: `warnings`, with a text if it overlaps others; log the text."""
     text = entities.warning(name, session.services.world.entities.overlaps(name))
     if text:
         session.services.log("warning", "", text)
@@ -208,17 +208,17 @@ def _overlaps(session: SessionCore, name: str) -> dict[str, Any]:
 
 
 class Push(_Change):
-    """Apply a force, or an impulse spread over a duration, to a robot or an object, starting with the next physics step."""
+    """Apply a force or an impulse to a robot or an object, from the next physics step on; an impulse acts evenly over time."""
 
     entity: EntityName
     force: Vector | None = None
-    """Force in the world, N."""
+    """Force along the axes of the world, N."""
     impulse: Vector | None = None
-    """Impulse in the world, N s."""
+    """Impulse along the axes of the world, N s."""
     duration: Positive | None = None
-    """Duration of the force or impulse in simulation time, s; required for a force, by default one tick for an impulse."""
+    """Simulation time over which the force or impulse acts, s; required for a force; default for an impulse: one tick."""
     at: Vector | None = None
-    """Point of application in the world, m; by default the centre of mass."""
+    """Point in the world at which the force or impulse acts, m; default: the centre of mass."""
 
     @model_validator(mode="after")
     def _one_of_two(self) -> Push:
@@ -237,10 +237,10 @@ class Push(_Change):
 
 
 class Set(_Change):
-    """Set unwired inputs to a value, which they keep after `stop` and `reset`. If an error occurs, no input changes."""
+    """Set unwired inputs of nodes to a value; `stop` and `reset` keep the value. After an error, no input has changed."""
 
     address: EntityName
-    """`[robot/][graph/]Node.port`, globs allowed."""
+    """Address of the inputs, `[robot/][graph/]Node.port`; its parts may be globs."""
     value: Any
     """The value, written as in a graph file."""
 
@@ -257,12 +257,12 @@ class Set(_Change):
 
 
 class Assign(_Change):
-    """Set a variable of a graph, as WriteVariable does; a reset of the time returns it to its initial value."""
+    """Set a variable of a graph, as a WriteVariable node does; `stop` and a reset of the time restore its initial value."""
 
     graph: EntityName
-    """`graph`, or `robot/graph`."""
+    """Name of the graph; `robot/graph` for a graph of a robot."""
     variable: EntityName
-    """Name of the variable; `subgraph/name` in subgraphs."""
+    """Name of the variable; `subgraph/name` for a variable in a subgraph."""
     value: Any
     """The value, written as in a graph file."""
 
@@ -272,10 +272,10 @@ class Assign(_Change):
 
 
 class Impulse(_Change):
-    """Fire an OnImpulseEvent in the next tick; several impulses before a tick count as one."""
+    """Fire an OnImpulseEvent node in the next tick; several impulses before a tick count as one."""
 
     node: EntityName
-    """Prim path of the node, or an end of it that no other OnImpulseEvent has."""
+    """Prim path of the OnImpulseEvent node, or its last parts if they identify the node."""
 
     def _apply(self, session: SessionCore) -> None:
         path, queue = find_impulses(session.services.queues, self.node)
@@ -288,11 +288,11 @@ class _Keys(_Change):
     keys: Annotated[
         tuple[EntityName, ...], Field(strict=False, min_length=1, max_length=100), BeforeValidator(_several)
     ]
-    """Names of keys, as in OmniGraph."""
+    """Names of the keys as in OmniGraph, such as `W` or `LeftShift`."""
 
 
 class Press(_Keys):
-    """Press keys and hold them down, starting with the next tick."""
+    """Press keys from the next tick on, and hold them down until `release`."""
 
     def _apply(self, session: SessionCore) -> None:
         session.services.keys.press(self.keys)
@@ -300,7 +300,7 @@ class Press(_Keys):
 
 
 class Release(_Keys):
-    """Release keys; a key that was pressed since the last tick stays down for one tick."""
+    """Release keys; a key that was pressed after the last tick still counts as down in the next tick."""
 
     def _apply(self, session: SessionCore) -> None:
         session.services.keys.release(self.keys)
@@ -308,11 +308,10 @@ class Release(_Keys):
 
 
 class Reload(Command):
-    """Read the files of the scene again and run the changed scene; after an error, nothing changes.
+    """Read the files of the scene again and run the changed scene; after an error, the session continues unchanged.
 
     Changed graphs are replaced, and nodes with the same name and type keep their state. A change of the world or of a robot
-    restarts the session at time 0. The command reads only files of the scene. Recordings contain the changed files, and replays
-    use them.
+    restarts the session at time 0. Recordings contain the changed files, and replays use these.
     """
 
     recorded = True
@@ -328,7 +327,7 @@ class Checkpoint(Command):
     recorded = True
 
     name: Annotated[str, Field(max_length=1000)] = ""
-    """Name of the checkpoint; by default a numbered one."""
+    """Name of the checkpoint; default: a numbered name such as `checkpoint_1`."""
 
     def _apply(self, session: SessionCore) -> dict[str, Any]:
         made = session.checkpoint(self.name)
@@ -337,7 +336,7 @@ class Checkpoint(Command):
 
 
 class Restore(Command):
-    """Return to a checkpoint; messages that were already sent cannot be recalled."""
+    """Restore the state that a checkpoint saved; messages that were already sent cannot be recalled."""
 
     recorded = True
 
@@ -352,7 +351,7 @@ class Restore(Command):
 
 
 class State(Command):
-    """Return the state of the session: its time, its rate, its robots and objects."""
+    """Return the state of the session: playing or not, time, rate, robots and objects, and counts of problems."""
 
     def _apply(self, session: SessionCore) -> dict[str, Any]:
         robots = list(session.services.stage.prims("robot"))
@@ -380,7 +379,7 @@ class State(Command):
 
 
 def _robot(session: SessionCore, prim: Prim) -> dict[str, Any]:
-    """Return name, namespace, position and orientation of a robot, and whether it was spawned."""
+    """Return name, namespace, pose in the world and origin (spawned or not) of a robot, as JSON types."""
     state = session.services.world.entities.state(prim.entity_name)
     return {
         "name": prim.entity_name,
@@ -392,7 +391,7 @@ def _robot(session: SessionCore, prim: Prim) -> dict[str, Any]:
 
 
 class Topics(Command):
-    """Return the message type of each topic that the session publishes or reads, by topic name."""
+    """Return the message type of each topic that the session publishes or subscribes to, by topic name."""
 
     def _apply(self, session: SessionCore) -> dict[str, dict[str, str]]:
         claims = sorted(session.services.claims, key=lambda claim: claim.topic)
@@ -400,7 +399,7 @@ class Topics(Command):
 
 
 class View(Command):
-    """Return the address of the session's web page; start the page again if its process has ended."""
+    """Return the URL of the session's web page; if the process of the page has ended, start it again."""
 
     def _apply(self, session: SessionCore) -> dict[str, str]:
         if session.open_page is None:
@@ -409,7 +408,7 @@ class View(Command):
 
 
 class Quit(Command):
-    """End the run, as Ctrl-C does."""
+    """End the run, as Ctrl-C in its terminal does."""
 
     def _apply(self, session: SessionCore) -> None:
         session.interrupt()
@@ -422,7 +421,11 @@ COMMANDS: Mapping[str, type[Command]] = MappingProxyType({kind.__name__.lower():
 
 
 def parse(name: str, arguments: Any = None) -> Command:
-    """Create a command from its name and arguments.
+    """Return the command object for a name and arguments.
+
+    Args:
+        name: name of the command in `COMMANDS`.
+        arguments: mapping of argument names to JSON types; None: no arguments.
 
     Raises:
         UsageError: the name is unknown, or the arguments are invalid.

@@ -1,4 +1,4 @@
-"""Executes one graph: sets up its nodes, runs passes and latent nodes, and stops."""
+"""Executes one graph: sets up its nodes, runs its passes and latent nodes, and resets it."""
 
 from __future__ import annotations
 
@@ -17,31 +17,34 @@ from graphengine.node.context.context import Context
 from graphengine.node.node_class import Ending, Node
 
 ContextFactory = Callable[[int], Context]
-"""Returns a new context for the node with an index in the graph; closes the handles of the node's old context."""
+"""A function that returns a new context for the node with the given index, and closes the handles of its previous context."""
 
 Observed = Callable[[bool], None]
-"""Switches the observation of passes on or off."""
+"""A function that switches the observation of passes on (True) or off (False)."""
 
 
 class Predecessors(Protocol):
-    """State of replaced nodes, which the new nodes of a changed graph take over."""
+    """The state that nodes of a changed graph take over from the nodes that they replace."""
 
     def before_setup(self, index: int) -> bool:
-        """Restore the state that a node needs for its setup; return False to skip the setup."""
+        """Restore the state that the node with this index takes over, before its setup; return False to skip the setup."""
 
     def after_setup(self, index: int) -> None:
-        """Restore the state that the setup of a node changed."""
+        """Restore the state that the node with this index takes over, after its setup, which may have changed it."""
 
 
 class Executor:
     """Runs the plan of a graph.
 
+    After an exception that `fault` or `dropped` receives, the run continues, but the nodes that the failed node would have fired
+    do not run in this pass.
+
     Args:
         graph: graph with a plan.
-        context_of: returns a new context for a node.
-        now: returns the number and time (s) of the current tick, for error messages.
-        fault: receives the exceptions of nodes, each of which then ends only the node's branch; None: the first one ends the run.
-        dropped: receives bad values from wires, with the index of the node; None: a bad value counts as an exception of the node.
+        context_of: function that returns a new context for a node.
+        now: function that returns the number and time (s) of the current tick, for error messages.
+        fault: receives each exception that a node raises; None: an exception ends the run.
+        dropped: receives the index of a node and its BadValueError about a value from a wire; None: `fault` receives these too.
     """
 
     def __init__(
@@ -62,7 +65,7 @@ class Executor:
         self._wired = {(wire.target, wire.target_field) for wire in graph.data_wires}
         self._failed: set[int] = set()
         self._active: dict[int, None] = {}
-        """Active latent nodes in order of execution; a node that restarts keeps its position."""
+        """Indices of the active latent nodes, in order of execution; a node that starts again keeps its position."""
         self._outputs_of_setup: dict[int, dict[str, Any]] = {}
         caught = (Exception,) if fault else (BadValueError,) if dropped else ()
         self._functions = codegen.bind(
@@ -74,11 +77,11 @@ class Executor:
         self._set_pins()
 
     def node(self, node_id: str) -> Node:
-        """Return a node by its name in the file; nodes of subgraphs are `Instance/Node`."""
+        """Return the node with an id, which is its name in the file; for a node in a subgraph, `Instance/Node`."""
         return self.nodes[self.graph.by_id(node_id).index]
 
     def save(self) -> Any:
-        """Return a copy of the state of all nodes, including which ones are active, stale or failed in setup."""
+        """Return a copy of the state of all nodes, including which are active, stale, or failed in setup."""
         flags = {name: self._functions[name] for name in self._flags}
         outputs = {index: dict(values) for index, values in self._outputs_of_setup.items()}
         nodes = [self._call(index, node.save) for index, node in enumerate(self.nodes)]
@@ -89,7 +92,7 @@ class Executor:
 
         Args:
             saved: state of a graph with the same plan.
-            again: nodes that were set up with other inputs since then; they are set up again with the saved inputs.
+            again: indices of the nodes that were set up after `save`; they are set up again with the saved inputs.
 
         Raises:
             GraphError: a node can no longer be set up.
@@ -109,9 +112,9 @@ class Executor:
         self._failed.update(failed)
 
     def _set_pins(self) -> None:
-        """Set the initial values of execution inputs: 0 if the generated code changes them, else a constant 1.
+        """Set the numbers of firings in the wired execution inputs: 0 if the generated code writes them, otherwise constantly 1.
 
-        In a push graph, all execution inputs except control pins are 1.
+        In a push graph, control inputs are 0 and all other execution inputs are 1.
         """
         if self.graph.flat.spec.evaluator == "push":
             for node in self.nodes:
@@ -126,15 +129,18 @@ class Executor:
     def setup(
         self, failed: Callable[[int, GraphError], None] | None = None, predecessors: Predecessors | None = None
     ) -> None:
-        """Set up all nodes of the plan in schedule order; constants are computed first, and their values are passed on.
+        """Set up all nodes in the plan's order.
+
+        Constant data nodes, and data nodes whose outputs other nodes read in `setup`, are also computed.
 
         Args:
-            failed: called for each node that cannot be set up, and setup continues; None: raise at the first error.
-            predecessors: state of the replaced nodes, if the graph replaces another one.
+            failed: called with the index of each node that cannot be set up, and the error; setup then continues.
+                None: the first error is raised.
+            predecessors: state to take over from another graph that this graph replaces; None: all nodes start with new state.
 
         Raises:
-            GraphError: a node requested something that does not exist.
-            NodeError: a node's setup raised another exception.
+            GraphError: a node requested something that does not exist or is not allowed.
+            NodeError: the setup of a node raised another exception.
         """
         constant = {refresh.node for refresh in self.plan.constants}
         incoming = _by_target(self._all_copies())
@@ -157,11 +163,11 @@ class Executor:
                 failed(index, error)
 
     def succeed(self, other: Executor, nodes: Mapping[int, int]) -> None:
-        """Continue where another executor ended: its latent nodes stay active, and their pending outputs still fire.
+        """Take over the execution from another executor: its latent nodes stay active, and outputs that they fired still fire.
 
         Args:
             other: executor of the replaced graph.
-            nodes: index of each new node in this executor, by the index of the replaced node in `other`.
+            nodes: maps the index of each replaced node in `other` to the index of its successor in this executor.
         """
         for index in other._active:
             if index in nodes:
@@ -173,7 +179,7 @@ class Executor:
 
     @property
     def fixed_inputs(self) -> set[tuple[int, str]]:
-        """Node index and field of each input that is wired to a constant."""
+        """Node index and field of each wired input whose value cannot change while the graph runs."""
         return {(copy.target, copy.target_field) for copy in self._constant_copies()}
 
     def has_failed(self, index: int) -> bool:
@@ -181,7 +187,7 @@ class Executor:
         return index in self._failed
 
     def _all_copies(self) -> Iterable[Copy]:
-        """Return all copies of values along wires in the plan, each once."""
+        """Return all copies of values along wires that the plan contains, each only once."""
         calls = [call for region in self.plan.regions for call in region.calls]
         copies = [copy for call in calls for copy in call.copies]
         copies += [copy for call in calls for refresh in call.refreshes for copy in refresh.copies]
@@ -200,7 +206,7 @@ class Executor:
             setattr(self.nodes[copy.target], copy.target_field, value)
 
     def _setup_node(self, index: int) -> None:
-        """Set up a node, also repeatedly; the outputs that its setup writes become its outputs after each stop."""
+        """Set up a node, for the first time or again; `stop` will restore the values that its setup writes to outputs."""
         node = self.nodes[index]
         fields = [p.field for p in type(node).fields.values() if p.side == "outputs" and not p.is_exec]
         before = {field: getattr(node, field) for field in fields}
@@ -210,10 +216,12 @@ class Executor:
         self._outputs_of_setup.setdefault(index, {}).update((field, getattr(node, field)) for field in changed)
 
     def _setup_again(self, index: int) -> None:
-        """Set up a node after a wire changed an input that it reads in setup; the node does not compute until setup succeeds.
+        """Set up a node again after a wire changed an input that it reads in `setup`.
+
+        Until a setup succeeds, the node is not computed.
 
         Raises:
-            BadValueError: the input has an illegal value, or the name of something that the session does not have.
+            BadValueError: an input has an illegal value, or names something that does not exist.
         """
         self._failed.add(index)
         node = self.nodes[index]
@@ -232,7 +240,7 @@ class Executor:
             raise BadValueError(named[0], values[named[0]]) from error
 
     def set_input(self, index: int, field: str, value: Any) -> None:
-        """Change an unwired input between two passes; nodes that read it in `setup` are set up again.
+        """Set an unwired input between two passes, and set up the nodes again that read its value in `setup`.
 
         Raises:
             GraphError: a node cannot be set up or computed with the value. The input keeps its old value.
@@ -245,7 +253,7 @@ class Executor:
             raise
 
     def _put(self, index: int, field: str, value: Any) -> None:
-        """Set an input; then compute the constants that depend on it and set up affected nodes again, in schedule order."""
+        """Set an input; then, in the plan's order, compute all constant nodes and set up nodes whose setup inputs changed."""
         setattr(self.nodes[index], field, value)
         constant = {refresh.node for refresh in self.plan.constants}
         incoming = _by_target(self._constant_copies())
@@ -270,10 +278,13 @@ class Executor:
             raise self.explain(index, error) from error
 
     def observe(self, wrap: Callable[[int, Callable[[], Any]], Callable[[], Any]]) -> Observed:
-        """Compile a second version of the pass, which calls a wrapper of each node's `compute`; return the switch to it.
+        """Compile a second version of the pass, in which a wrapper replaces `compute` of each node.
 
         Args:
-            wrap: takes a node's index and its `compute`, and returns the wrapper.
+            wrap: function that takes the index and `compute` of a node, and returns the wrapper.
+
+        Returns:
+            A function that switches between both versions: True for the second one, False for the original.
         """
         plain, functions = self._pass, self._functions
         computes = {index: wrap(index, functions[f"c{index}"]) for index in self.plan.order}
@@ -285,30 +296,31 @@ class Executor:
         return switch
 
     def run_pass(self) -> None:
-        """Run one pass: events fire, and the nodes that they reach compute.
+        """Run one pass: the events run, and then the nodes that execution reaches from them.
 
         Raises:
-            NodeError: a node raised an exception, which is chained as the cause.
+            NodeError: a node raised an exception, which is the `__cause__` of this one.
         """
         self._run(self._pass)
 
     def run_ending(self, ending: Ending) -> None:
-        """Run the nodes that fire when the simulation stops or the graph closes; most graphs have none.
+        """Run the events for the end of play (`at_stop`) or of the graph (`at_close`), and the nodes that they reach.
 
         Raises:
-            NodeError: a node raised an exception, which is chained as the cause.
+            NodeError: a node raised an exception, which is the `__cause__` of this one.
         """
         if (function := self._functions.get(ending)) is not None:
             self._run(function)
 
     def announce_time(self, *, restored: bool) -> None:
-        """Call `announce_time` of the nodes that have it, after the time of the session jumped between two ticks.
+        """Call `announce_time` of the nodes that have it, after the simulation time jumped between two ticks.
 
         Args:
-            restored: whether a checkpoint restored the inputs of the nodes; if not, the data nodes upstream of them are computed.
+            restored: True if the inputs of these nodes are valid, because a checkpoint restored them. False: the inputs are
+                first computed from the data nodes that they depend on.
 
         Raises:
-            NodeError: a node raised an exception, which is chained as the cause.
+            NodeError: a node raised an exception, which is the `__cause__` of this one.
         """
         calls = {call.node: call for region in self.plan.regions for call in region.calls}
         for index, call in calls.items():
@@ -323,7 +335,7 @@ class Executor:
             self._call(index, announce)
 
     def _run(self, function: Callable[[], None]) -> None:
-        """Run generated code; an exception in it is raised as a `NodeError` that names the node."""
+        """Call a generated function; convert an exception of a node to a `NodeError` that names the node."""
         try:
             function()
         except NodeError:
@@ -332,7 +344,7 @@ class Executor:
             raise self.explain(self._culprit(error), error) from error
 
     def run_latent(self) -> None:
-        """Update all active latent nodes; outputs that they fire start branches in the next pass."""
+        """Call `update` of all active latent nodes; the outputs that they fire take effect in the next pass."""
         for index in list(self._active):
             node: Any = self.nodes[index]
             if not node.active:
@@ -354,12 +366,12 @@ class Executor:
                 del self._active[index]
 
     def mark_stale(self) -> None:
-        """Mark all data nodes for computation in the next pass, after a change of a value between two passes."""
+        """Mark all data nodes as stale, so that the next pass computes them; called after a value changed between two passes."""
         for data in self.plan.flagged:
             self._functions[f"s{data}"] = 1
 
     def stop(self) -> None:
-        """Return outputs and state to their values before the first pass, end latent nodes and reset execution inputs."""
+        """Reset outputs, state and execution inputs to their values before the first pass, and deactivate all latent nodes."""
         self._active.clear()
         for index in self.plan.order:
             node = self.nodes[index]
@@ -374,19 +386,22 @@ class Executor:
         self._run(self._functions["constants"])
 
     def _culprit(self, error: Exception) -> int | None:
-        """Return the index of the node at which generated code raised an exception; None if it is unknown."""
+        """Return the index of the node that the generated code ran when the exception was raised; None if it is unknown."""
         source = codegen.source_of(self.plan)
         frames = traceback.walk_tb(error.__traceback__)
         lines = [line for frame, line in frames if frame.f_code.co_filename == source.name]
         return source.node_at(lines[-1]) if lines else None
 
     def _end_branch(self, index: int, error: Exception) -> None:
-        """Handle an exception that ends a node's branch: drop a bad value, or report the exception."""
+        """Handle an exception after which the pass continues: drop a bad value, or report the exception to `fault`."""
         if not self._drop(index, error):
             self._report(index, error)
 
     def _drop(self, index: int, error: Exception) -> bool:
-        """Drop and count a bad value that did not come from an unwired input; return False for other exceptions."""
+        """Report a bad value that came from a wire to `dropped`; return whether the exception was such a value.
+
+        False if there is no `dropped`, if the exception is no BadValueError, or if all inputs that it names are unwired.
+        """
         if self._dropped is None or not isinstance(error, BadValueError):
             return False
         ports = [type(self.nodes[index]).ports.get(f"inputs:{name}") for name in error.port.split(", ")]
@@ -403,7 +418,10 @@ class Executor:
         self._fault(explained)
 
     def explain(self, index: int | None, error: Exception) -> NodeError:
-        """Return an error that names the node, its file position, its inputs, and the tick."""
+        """Return a NodeError for an exception of a node, with the node's file position and inputs, and the tick.
+
+        An `index` of None means that the node is unknown.
+        """
         tick, time = self._now()
         when = f"at tick {tick}, {time:.6g} s"
         if index is None:
@@ -421,7 +439,7 @@ class Executor:
 
 
 def _by_target(copies: Iterable[Copy]) -> defaultdict[int, list[Copy]]:
-    """Group copies of values along wires by the index of their target node."""
+    """Return copies of values along wires, grouped by the index of the target node."""
     incoming: defaultdict[int, list[Copy]] = defaultdict(list)
     for copy in copies:
         incoming[copy.target].append(copy)

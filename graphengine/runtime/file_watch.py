@@ -1,4 +1,4 @@
-"""Watches the files of a session, and requests a reload when they change."""
+"""Watches the files of a session, and submits the command `reload` when they change."""
 
 from __future__ import annotations
 
@@ -14,21 +14,21 @@ from graphengine.runtime.command_queue import CommandQueue
 from graphengine.runtime.reloading import Reloader
 
 MOST = 0.05
-"""Maximum share of wall time for checking files; the thread sleeps for the rest."""
+"""Maximum fraction of wall time that the thread spends on checking files; it sleeps for the rest."""
 PERIOD = 0.05
-"""Wall time between two checks of the files, s. Changed files are read when two checks in a row find the same state."""
+"""Minimum wall time between two checks of the files, s; a reload is submitted when two checks in a row find the same change."""
 
 
 class FileWatch:
-    """A thread that watches the files of a session, and the paths of missing files.
+    """A thread that watches the files of a session, and the paths at which files were missing.
 
-    It polls inodes, sizes and times instead of using notifications: so it detects editors that replace a file as well as
+    The thread polls inodes, sizes and times instead of using notifications. So it detects both editors that replace a file and
     editors that write in place, works on network file systems, and needs no handle for each directory.
 
     Args:
         reloader: lists the files of the session.
-        queue: queue for the command `reload`.
-        report: receives the future of each reload, in the session's thread.
+        queue: queue to which the command `reload` is submitted.
+        report: called in the session's thread with the completed future of each reload.
     """
 
     def __init__(self, reloader: Reloader, queue: CommandQueue, report: Callable[[Future[Any]], None]) -> None:

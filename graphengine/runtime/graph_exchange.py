@@ -1,8 +1,8 @@
-"""Transfers the state of nodes from a running graph to its changed version.
+"""Transfers the state of the nodes of a running graph to a changed version of the graph.
 
-A node with the same name, type and ports keeps its state: outputs, State fields, whether it is active, mailboxes and random
-numbers. An input keeps its value, even one that the command `set` gave it, unless its wires or its value in the file change.
-If an input that the node reads in `setup` has changed, its setup runs on the old state and may reset it, as after `set`.
+A node with the same name, class and port types keeps its state: outputs, State fields, whether it is active, mailboxes and random
+numbers. An input keeps its current value, even one that the command `set` gave it, unless its wires or its value in the file
+have changed. If an input that the node reads in `setup` has changed, the setup runs with the old state and may reset it.
 """
 
 from __future__ import annotations
@@ -17,7 +17,10 @@ from graphengine.runtime.graph_run import GraphRun
 
 
 def unchanged(run: GraphRun, graph: Graph) -> bool:
-    """Return whether a graph equals the running one, apart from comments, layout and positions in files."""
+    """Return whether a graph is the same as the running one, and the files that its nodes read in setup have not changed.
+
+    Differences in comments, layout and positions in files do not count.
+    """
     before = run.executor.graph
     return (
         before.prim_path == graph.prim_path
@@ -42,7 +45,9 @@ def _equal(one: Mapping[str, Any], other: Mapping[str, Any]) -> bool:
 
 
 class Succession:
-    """Sets up the changed version of a running graph with the state of the running one, which stays unchanged.
+    """Sets up the changed version of a running graph with the state of the running graph.
+
+    The run of the old version stays unchanged, so that it can continue after an error.
 
     Args:
         old: run of the graph before the change.
@@ -55,7 +60,7 @@ class Succession:
         named = {instance.id: instance for instance in before.instances}
         constant = {refresh.node for refresh in new.executor.plan.constants}
         self._heirs: dict[int, int] = {}
-        """Nodes that keep their state: maps the index in the new graph to that in the old one."""
+        """Index in the old graph of each node that keeps its state, by its index in the new graph."""
         self._saved: dict[int, Any] = {}
         for instance in after.instances:
             other = named.get(instance.id)
@@ -71,11 +76,11 @@ class Succession:
         self._wires_before, self._wires = _wires(before), _wires(after)
         self._fixed = new.executor.fixed_inputs
         self._set_up_otherwise: set[int] = set()
-        """Nodes whose setup reads an input that has changed."""
+        """Indices of the nodes that keep their state, but whose setup reads an input that has changed."""
 
     @property
     def kept(self) -> int:
-        """Number of nodes that keep their state."""
+        """Number of nodes of the changed graph that keep their state."""
         return sum(not self._new.executor.graph.instances[index].part_of for index in self._heirs)
 
     @property
@@ -85,18 +90,18 @@ class Succession:
 
     @property
     def new_paths(self) -> Sequence[str]:
-        """Prim paths of the nodes that start with new state."""
+        """Prim paths of the nodes of the changed graph that start with initial state."""
         before = self._old.paths
         heirs = {before[index] for index in self._heirs.values()}
         return [path for path in self._new.paths if path not in heirs]
 
     @property
     def name(self) -> str:
-        """Name of the changed graph, `robot/graph` if it belongs to a robot."""
+        """Full name of the changed graph: `robot/graph`, or `graph` if it belongs to no robot."""
         return self._new.name
 
     def set_up(self) -> None:
-        """Set up the nodes of the new run, and copy the variables, mailboxes and state that they keep.
+        """Set up the nodes of the new run, and copy the state of nodes, variables and mailboxes from the old run.
 
         Raises:
             GraphError: a node could not be set up.
@@ -116,14 +121,21 @@ class Succession:
                     box.restore(old_box.save())
 
     def before_setup(self, index: int) -> bool:
-        """Restore a node; return False to skip the setup, because it failed before with the same inputs."""
+        """Copy the state of the old node to the new node with this index, before its setup.
+
+        Returns:
+            False to skip the setup, because it failed in the old graph with the same inputs; otherwise True.
+        """
         if index not in self._heirs:
             return True
         self._restore(index)
         return not self._new.executor.has_failed(index) or index in self._set_up_otherwise
 
     def after_setup(self, index: int) -> None:
-        """Restore a node's state, which its setup may have changed; skipped if setup read changed inputs or files."""
+        """Copy the state of the old node again, because the setup of the new node with this index may have changed its state.
+
+        Nothing is copied if the setup read changed inputs or files, or if no old node corresponds to the node.
+        """
         if index not in self._heirs or index in self._set_up_otherwise:
             return
         context, other = self._new.contexts.of(index), self._old.contexts.of(self._heirs[index])
@@ -131,7 +143,10 @@ class Succession:
             self._restore(index)
 
     def _restore(self, index: int) -> None:
-        """Restore a node except for inputs with a changed wire or file value; for a constant, restore inputs only."""
+        """Copy the state of the old node to the new node, except for inputs whose wires or value in the file have changed.
+
+        For a constant data node, only inputs are copied.
+        """
         before = self._heirs[index]
         node, other = self._new.executor.nodes[index], self._old.executor.nodes[before]
         inputs = [port for port in type(node).fields.values() if port.side == "inputs"]
@@ -148,7 +163,15 @@ class Succession:
             self._set_up_otherwise.add(index)
 
     def _is_fed_alike(self, index: int, before: int, field: str) -> bool:
-        """Return whether an input has the same wires as before or, if unwired, the same value in the file."""
+        """Return whether an input has the same wires as in the old graph or, if it is unwired, the same value in the file.
+
+        The result is false for an input whose value comes from constant nodes.
+
+        Args:
+            index: index of the node in the new graph.
+            before: index of the node in the old graph.
+            field: field of the input.
+        """
         wires, old_wires = self._wires.get((index, field), []), self._wires_before.get((before, field), [])
         if wires != old_wires or (index, field) in self._fixed:
             return False
@@ -157,7 +180,7 @@ class Succession:
 
 
 def _wires(graph: Graph) -> dict[tuple[int, str], list[object]]:
-    """Return the sources of the wires to each input, by index of the node and field name."""
+    """Return the source (node id, field, converter) of each wire into an input, by node index and field of the input."""
     found: dict[tuple[int, str], list[object]] = {}
     for wire in (*graph.data_wires, *graph.exec_wires):
         source = graph.instances[wire.source].id, wire.source_field, wire.converter

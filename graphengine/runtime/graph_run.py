@@ -1,4 +1,4 @@
-"""One graph of a session: its executor, its variables, and the contexts of its nodes."""
+"""One graph in a session: its executor, the values of its variables, and the contexts of its nodes."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from graphengine.runtime.executor import Executor
 
 
 class GraphContexts:
-    """Creates the contexts of a graph's nodes; a new context for a node closes the handles of its old one."""
+    """Creates and keeps the contexts of a graph's nodes; a new context for a node closes the handles of its previous context."""
 
     def __init__(self, graph: Graph, services: Services, clock: Clock, variables: dict[str, Variable]) -> None:
         self.graph = graph
@@ -36,7 +36,7 @@ class GraphContexts:
             self._wired[wire.source][wire.source_field] += 1
 
     def __call__(self, index: int) -> Context:
-        """Return a new context for a node."""
+        """Return a new context for the node with an index; close the handles of the node's previous context."""
         if index in self._contexts:
             self._contexts[index].close()
         graph, clock = self.graph, self._clock
@@ -52,33 +52,33 @@ class GraphContexts:
         return iter(self._contexts.items())
 
     def of(self, index: int) -> Context | None:
-        """Return the context with which a node was set up; None if it was not set up."""
+        """Return the context with which the node with an index was set up; None if it was not set up."""
         return self._contexts.get(index)
 
     def bound(self, below: str) -> str | None:
-        """Return the prim path of a node that uses the prim `below` or a descendant of it; None if there is none."""
+        """Return the prim path of a node that uses the prim at the path `below` or a prim under it; None if no node does."""
         for context in self._contexts.values():
             if any(at_or_below(prim.path, below) for prim in context.asked.values()):
                 return context.prim_path
         return None
 
     def asked(self) -> Iterator[tuple[int, str, Prim]]:
-        """Yield each prim that a node uses: index of the node, path as the node gave it, and prim."""
+        """Yield each prim that a node requested: index of the node, path that the node gave, and the prim."""
         for index, context in self._contexts.items():
             yield from ((index, path, prim) for path, prim in context.asked.items())
 
     def reads_the_same(self) -> bool:
-        """Return whether the files that nodes read in setup are unchanged; False if one can no longer be read."""
+        """Return whether all files that nodes read in setup have the same content; false if one can no longer be read."""
         try:
             return all(context.reads_the_same() for context in self._contexts.values())
         except ContextError:
             return False
 
     def close(self, heirs: Collection[str] = ()) -> None:
-        """Close all handles of the nodes; safe to call twice. Random streams restart for the next node with the same path.
+        """Close all handles of the nodes, and delete their random generators; safe to call twice.
 
         Args:
-            heirs: prim paths of new nodes that continue the random streams.
+            heirs: prim paths of nodes whose random generators are kept, for the nodes that replace them.
         """
         for context in self._contexts.values():
             context.close()
@@ -89,7 +89,14 @@ class GraphContexts:
 
 @dataclass(frozen=True, slots=True)
 class SavedGraph:
-    """The saved state of one graph; `contexts` has the context of each node, by which a later setup is noticed."""
+    """The saved state of one graph.
+
+    Attributes:
+        executor: state of the nodes.
+        variables: values of the variables, by name.
+        mailboxes: state of the mailboxes of each node, by index.
+        contexts: context of each node; a node with another context at a restore was set up again in the meantime.
+    """
 
     executor: Any
     variables: Mapping[str, Any]
@@ -107,7 +114,7 @@ class GraphRun:
 
     @property
     def name(self) -> str:
-        """Name of the graph for messages: `robot/graph`, or only the graph's name if it does not belong to a robot."""
+        """Full name of the graph: `robot/graph`, or `graph` if it belongs to no robot."""
         return self.executor.graph.name
 
     @property
@@ -122,7 +129,7 @@ class GraphRun:
         return self.executor.graph.runs == "physics_step"
 
     def describe_as(self, graph: Graph) -> None:
-        """Use the file positions of a newer version of the same graph."""
+        """Replace the resolved graph by one that differs only in file positions, so that messages show the new positions."""
         self.executor.graph = self.contexts.graph = graph
 
     def save(self) -> SavedGraph:
@@ -135,7 +142,7 @@ class GraphRun:
         """Restore the state that `save` returned.
 
         Raises:
-            GraphError: a node was set up again since then, and cannot be set up with its saved inputs.
+            GraphError: a node that was set up after `save` cannot be set up again with its saved inputs.
         """
         changed = {index for index, context in self.contexts if saved.contexts.get(index) is not context}
         self.executor.restore(saved.executor, changed)
@@ -148,7 +155,7 @@ class GraphRun:
 
 
 def make_clock(world: World, *, on_step: bool = False) -> Clock:
-    """Return a clock that advances by a world's tick period, or with `on_step` by its physics step."""
+    """Return a clock whose period is the tick period of a world; with `on_step`, the duration of a physics step."""
     numerator, denominator = world.tick_period
     return Clock((numerator, denominator * (world.substeps if on_step else 1)))
 
@@ -156,7 +163,14 @@ def make_clock(world: World, *, on_step: bool = False) -> Clock:
 def make_graph_run(
     graph: Graph, services: Services, clock: Clock, fault: Callable[[NodeError], None] | None = None
 ) -> GraphRun:
-    """Create a run of a graph without setting it up; `fault` receives exceptions of nodes, which otherwise end the run."""
+    """Return a run of a graph that is not set up yet.
+
+    Args:
+        graph: graph with a plan.
+        services: services of the session for the contexts of nodes.
+        clock: clock of the graph: of ticks, or of physics steps.
+        fault: receives each exception that a node raises, and the run continues; None: an exception ends the run.
+    """
     dropped = services.dropped
 
     def drop(index: int, error: BadValueError) -> None:

@@ -1,4 +1,4 @@
-"""External inputs of a session other than messages: the wall clock, commands and reloaded files."""
+"""Interface between a session and its recorder or replay for external inputs: wall clock, commands and reloaded files."""
 
 from __future__ import annotations
 
@@ -10,28 +10,28 @@ from graphengine.format.files import Files
 
 
 class ExternalInputs:
-    """Reads the wall clock of this machine and records nothing. The recorder and the replay are subclasses."""
+    """Gives a session the wall clock of this machine, and records nothing; the recorder and the replay are subclasses."""
 
     exact = False
-    """Whether ticks wait for camera images at any pace, so that a replay gets the same images."""
+    """Whether each tick waits for its camera images, even in a run with a pace, so that a replay gets the same images."""
 
     @property
     def recorded_bytes(self) -> int | None:
-        """Size of the recording without buffered data, bytes; None if nothing is recorded."""
+        """Size of the recording without data in buffers, bytes; None if nothing is recorded."""
         return None
 
     def begin_tick(self) -> float:
-        """Return the wall clock time (s since 1970) that nodes read in the tick that begins."""
+        """Begin a tick; return the wall clock time that nodes read in it, s since 1970."""
         return time.time()
 
     def end_tick(self) -> None:
-        """Called at the end of a tick, after its messages were sent."""
+        """End a tick; the session calls this after it has sent the messages of the tick."""
 
     def reading(self, files: Files) -> None:
-        """Called with the files that a reload has read, before the reload takes effect, and again if a file changes meanwhile."""
+        """Receive the files of a reload before it takes effect; called again if a file changed while the files were read."""
 
     def command(self, name: str, arguments: Mapping[str, Any]) -> None:
-        """Called after a command that affects the simulation was executed; it takes effect in the next tick.
+        """Receive a command that affects the simulation, after it was executed; it takes effect in the next tick.
 
         Args:
             name: name of the command.

@@ -1,15 +1,15 @@
-"""Schedules ticks at equal intervals of wall time."""
+"""Computes when ticks are due at equal intervals of wall time."""
 
 from __future__ import annotations
 
 import time
 
 SLOWEST = 0.01
-"""Smallest real-time factor."""
+"""Smallest legal real-time factor."""
 
 
 class Pacer:
-    """Computes the deadlines of ticks. After a delay of more than five periods it restarts from now instead of catching up.
+    """Computes when the next tick is due; after a delay of more than five periods, it counts from now instead of catching up.
 
     Args:
         period: wall time between two ticks, s.
@@ -22,15 +22,15 @@ class Pacer:
         self.begin()
 
     def begin(self) -> None:
-        """Restart; the next tick is due immediately."""
+        """Restart the schedule; the next tick is due immediately."""
         self._due = time.perf_counter()
 
     def early(self) -> float:
-        """Return the time until the next tick is due, s; negative if it is late."""
+        """Return the wall time until the next tick is due, s; negative if the tick is late."""
         return self._due - time.perf_counter()
 
     def count(self) -> bool:
-        """Count an executed tick; return whether it ended after the next tick was due."""
+        """Advance the schedule by one executed tick; return whether this tick ended after the next one was due."""
         self._due += self.period
         late = -self.early()
         if late > self.PATIENCE * self.period:

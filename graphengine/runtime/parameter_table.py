@@ -1,8 +1,8 @@
-"""The parameters of a session: values that can be set between two ticks, with their names, types and limits.
+"""Lists the values of a session that ROS 2 clients can read and set as parameters, with their names, types and limits.
 
 Parameters are the variables of graphs, and the inputs of nodes that are neither wired nor read in setup. Their names have dots:
-`cmd_vel.DiffController.maxLinearSpeed` is an input in the graph `cmd_vel`, and `cmd_vel.variables.speed` a variable. Names of
-subgraphs precede the name of the node: `arm.Left.Gain.value`.
+`cmd_vel.DiffController.maxLinearSpeed` is an input of a node in the graph `cmd_vel`, and `cmd_vel.variables.speed` is a variable
+of this graph. The name of a node in a subgraph follows that of the subgraph: `arm.Left.Gain.value`.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from graphengine.runtime.pacer import SLOWEST
 from graphengine.runtime.session_core import SessionCore
 
 FASTEST = 1e6
-"""Largest real-time factor; 0 is for as fast as possible."""
+"""Largest legal value of the parameter `real_time_factor`; 0 means as fast as possible."""
 
 _WITHOUT_PARAMETERS = ("target", "any", "bundle", "execution")
 
@@ -37,12 +37,13 @@ class Parameter:
     Attributes:
         name: name with dots, unique on its ROS node.
         kind: port type of the value.
-        read: returns the current value; may be called from any thread.
-        command: checks a value and returns the command that sets it, or raises UsageError; None: the value is read-only.
-        doc: what the value means.
-        unit: unit of the value; empty if there is none.
-        limits: smallest and largest legal number; None unless both limits exist and are legal values themselves.
-        constraint: the legal values in words; empty if every value of the type is legal, or if `limits` has them.
+        read: function that returns the current value; thread-safe.
+        command: function that checks a value and returns the command that sets it; raises UsageError if the value is not legal.
+            None: the value is read-only.
+        doc: description of the value.
+        unit: unit of the value; empty if the value has no unit.
+        limits: smallest and largest legal number; None if one of them does not exist.
+        constraint: description of the legal values; empty if every value of the type is legal, or `limits` says it all.
     """
 
     name: str
@@ -56,7 +57,7 @@ class Parameter:
 
     @property
     def type(self) -> ParameterType:
-        """ROS type of the value; tuples are array types."""
+        """ROS 2 parameter type of the value; a tuple such as double[3] has an array type."""
         scalar = ParameterType.STRING
         if self.kind.base == "bool":
             scalar = ParameterType.BOOL
@@ -65,16 +66,16 @@ class Parameter:
         return ParameterType(scalar + ARRAY_OF) if self.kind.array or self.kind.count > 1 else scalar
 
     def has(self, value: Any) -> bool:
-        """Return whether the current value equals a given one."""
+        """Return whether the current value equals `value`."""
         return equal(self.read(), value)
 
 
 USE_SIM_TIME = Parameter("use_sim_time", PortType("bool"), lambda: True, None, "message stamps are simulation time")
-"""Read-only parameter of every node, which ROS 2 tools expect."""
+"""Parameter `use_sim_time`, which ROS 2 tools expect on every node: always true and read-only."""
 
 
 def graph_parameters(runs: Iterable[GraphRun], robot: str = "") -> dict[str, Parameter]:
-    """Return the parameters of a robot's graphs by name; of the scene's graphs if no robot is given."""
+    """Return the parameters of the graphs of a robot, by name; without a robot, those of the graphs that belong to no robot."""
     above = f"{robot}/" if robot else ""
     found: dict[str, Parameter] = {}
     for run in runs:
@@ -86,7 +87,7 @@ def graph_parameters(runs: Iterable[GraphRun], robot: str = "") -> dict[str, Par
 
 
 def session_parameters(session: SessionCore) -> dict[str, Parameter]:
-    """Return the parameters of the session itself by name."""
+    """Return the parameters of the session itself, by name: the real-time factor."""
     factor = Parameter(
         "real_time_factor",
         PortType("double"),
@@ -109,7 +110,7 @@ def _rate(value: Any) -> Command:
 
 
 def _inputs(run: GraphRun, graph: str) -> Iterator[Parameter]:
-    """Yield the parameters of the graph's unwired inputs."""
+    """Yield a parameter for each input of a graph that can be one; `graph` is the first part of the names."""
     resolved = run.executor.graph
     wired = {(wire.target, wire.target_field) for wire in resolved.data_wires}
     for instance in resolved.instances:
@@ -128,12 +129,12 @@ def _inputs(run: GraphRun, graph: str) -> Iterator[Parameter]:
 
 
 def _addressed(port: Port) -> str:
-    """Return the name of an input for an address; `inputs:` precedes a name that starts like a side, as in `state:x`."""
+    """Return the name of an input for use in an address, with the prefix `inputs:` if the name itself begins like a side."""
     return f"inputs:{port.name}" if port.name.partition(":")[0] in SIDES else port.name
 
 
 def _settable(instance: Instance, port: Port) -> PortType | None:
-    """Return the type of a port if it can be a parameter while unwired; None for other ports."""
+    """Return the type of a port if the port can be a parameter when it is unwired; otherwise None."""
     if port.side != "inputs" or port.setup:
         return None
     kind = known_type(instance, port)
@@ -141,12 +142,12 @@ def _settable(instance: Instance, port: Port) -> PortType | None:
 
 
 def is_representable(kind: PortType) -> bool:
-    """Return whether a parameter can have values of a type: a scalar, a tuple, or an array of scalars."""
+    """Return whether a parameter can have values of a port type: a scalar, a tuple of scalars, or an array of scalars."""
     return kind.base not in _WITHOUT_PARAMETERS and kind != POINTER and not (kind.array and kind.count > 1)
 
 
 def _variables(run: GraphRun, graph: str) -> Iterator[Parameter]:
-    """Yield the parameters of the graph's variables."""
+    """Yield a parameter for each variable of a graph that can be one; `graph` is the first part of the names."""
     for path, kind in run.executor.graph.variable_types.items():
         if is_representable(kind):
             subgraph, _, variable = path.rpartition("/")
@@ -169,7 +170,12 @@ def _assign(at: GraphVariable, value: Any) -> Command:
 
 
 def _limits(kind: PortType, port: Port | None = None) -> tuple[float, float] | None:
-    """Return the smallest and largest legal number; None if one of them does not exist or the type is no scalar number."""
+    """Return the smallest and largest legal value of a number type; None for other types, or if one of them does not exist.
+
+    Args:
+        kind: type of the value.
+        port: input whose bounds also apply; None for a variable.
+    """
     if kind.array or kind.count > 1:
         return None
     low, high = (port.ge, port.le) if port is not None else (None, None)
@@ -186,12 +192,12 @@ def _limits(kind: PortType, port: Port | None = None) -> tuple[float, float] | N
 
 
 def _constraint(kind: PortType, port: Port) -> str:
-    """Return the legal values of a port in words."""
+    """Return a description of the legal values of a port; empty if every value of its type is legal."""
     return ", ".join(filter(None, (port.constraint, _length(kind))))
 
 
 def _length(kind: PortType) -> str:
-    """Return a text with the size of a tuple type, such as `3 values`; empty for other types."""
+    """Return the number of values of a tuple type as text, such as `3 values`; empty for other types."""
     if kind.count == 1:
         return ""
     return f"{kind.count} values: x, y, z, w" if kind.role == "quat" else f"{kind.count} values"

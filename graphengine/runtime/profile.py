@@ -1,4 +1,4 @@
-"""Measures how often nodes run and fire, and their computing time, in sampled ticks; other ticks run at full speed."""
+"""Measures in sampled ticks how often nodes run and fire, and how long they compute; all other ticks run at full speed."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ from graphengine.runtime.graph_run import GraphRun
 
 @dataclass(slots=True)
 class NodeProfile:
-    """Measurements of a node over the sampled ticks.
+    """Measurements of one node over all sampled ticks.
 
     Attributes:
-        path: `robot/graph/node`.
-        type: registered name.
-        runs: number of computes.
-        fired: number of computes that fired an execution output; for nodes of kind `pusher`, number of fired outputs.
-        seconds: wall time of the computes, s; for nodes of kind `pusher`, without the nodes that their outputs run.
+        path: path of the node, `robot/graph/node`.
+        type: registered name of the node type.
+        runs: number of calls of `compute`.
+        fired: number of these calls that fired an execution output; for nodes of kind `pusher`, number of fired outputs.
+        seconds: wall time of these calls, s; for nodes of kind `pusher`, without the nodes that their outputs run.
     """
 
     path: str
@@ -31,10 +31,10 @@ class NodeProfile:
 
 
 class Profile:
-    """Measures the nodes of graphs.
+    """Measures the nodes of graphs in every n-th tick.
 
     Args:
-        every: number of ticks per sampled tick.
+        every: n; 1 samples every tick.
     """
 
     def __init__(self, every: int = 10) -> None:
@@ -46,11 +46,11 @@ class Profile:
         self._watched: dict[int, tuple[GraphRun, Observed]] = {}
 
     def begin_tick(self, number: int, graphs: Sequence[GraphRun]) -> None:
-        """Decide whether the next tick is sampled. Call this before each tick and after the last.
+        """Switch the measurement on or off for the next tick; call this before each tick, and once after the last tick.
 
         Args:
-            number: number of ticks that have run.
-            graphs: graphs that run in the tick.
+            number: number of ticks that have already run.
+            graphs: graphs that run in the next tick.
         """
         if number == self._begun:
             return
@@ -70,7 +70,7 @@ class Profile:
         self._begun, self._sampling = -1, False
 
     def nodes(self) -> list[NodeProfile]:
-        """Return all nodes that ran, those with the longest computing time first."""
+        """Return the measurements of all nodes that ran, sorted by computing time, the longest first."""
         return sorted((node for node in self._nodes.values() if node.runs), key=lambda node: -node.seconds)
 
     def _watch(self, run: GraphRun) -> tuple[GraphRun, Observed]:
@@ -88,7 +88,14 @@ class Profile:
 
 
 def _timed(node: NodeProfile, compute: Callable[[], Any], *, pusher: bool, always: bool) -> Callable[[], Any]:
-    """Wrap a node's compute in a function that counts and times it; with `always`, each compute counts as fired."""
+    """Return a function that calls `compute` of a node, and counts and times the calls.
+
+    Args:
+        node: measurements to which the function adds.
+        compute: the method to call.
+        pusher: whether `compute` is a generator of fired outputs.
+        always: whether each call counts as fired, whatever `compute` returns.
+    """
     now = time.perf_counter
 
     def timed() -> Any:

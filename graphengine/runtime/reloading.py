@@ -1,4 +1,4 @@
-"""The interface for reloading a session's files, and the result of a reload."""
+"""Interface through which a session reloads its files, and the result of a reload."""
 
 from __future__ import annotations
 
@@ -11,24 +11,24 @@ from graphengine.format.errors import UsageError
 from graphengine.format.files import Signature, near
 
 MOST_NAMES = 4
-"""Maximum number of names that the text of a reload lists."""
+"""Maximum number of names in one list of the summary of a reload."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Reloaded:
-    """The result of a reload, which `Session.reload` returns; `str` gives a summary in one line.
+    """The result of `Session.reload`; `str()` returns a summary on one line.
 
     Attributes:
-        files: files that were changed, added or removed since the last reload.
+        files: files that were changed, added or removed since the previous reload.
         changed: names of the changed graphs, which were replaced; all graphs after a restart.
         added: names of new graphs.
         removed: names of removed graphs.
         kept: number of nodes of the changed graphs that keep their state.
-        nodes: number of nodes of the changed graphs.
+        nodes: number of all nodes of the changed graphs.
         restarted: whether the session restarted at time 0, because the world or a robot changed.
         lost: names of the spawned robots that the restart removed.
         warnings: warnings about the new files, as text.
-        mended: whether the previous reload failed.
+        mended: whether the previous reload failed because of errors, which are now corrected.
     """
 
     files: tuple[Path, ...] = ()
@@ -60,36 +60,39 @@ class Reloaded:
 
 
 def _listed(names: Sequence[str]) -> str:
-    """Return up to `MOST_NAMES` names, separated by commas, and the number of names left out."""
+    """Return up to `MOST_NAMES` names, separated by commas, and the number of the other names, as in `a, b, c, d and 2 more`."""
     more = len(names) - MOST_NAMES
     return ", ".join(names[:MOST_NAMES]) + (f" and {more} more" if more > 0 else "")
 
 
 class Reloader:
-    """Reloads the files of a session. The base class is for a session without files."""
+    """Reloads the files of a session; this base class is for a session that was not loaded from files, and refuses to reload."""
 
     def reload(self) -> Reloaded:
-        """Read the files again and run the changed scene, between two ticks.
+        """Read the files again and let the session run the changed scene; call this only between two ticks.
+
+        After an error, the session continues unchanged.
 
         Raises:
             CheckError: the files have errors.
-            GraphError: the changed scene cannot start. After any error, nothing has changed.
+            GraphError: the changed scene cannot start.
+            UsageError: the session was not loaded from files.
         """
         raise UsageError("the session was not loaded from files, so it cannot be reloaded")
 
     def save(self) -> Any:
-        """Return the version of the files that the session runs."""
+        """Return an object that represents the version of the files that the session runs, for `restore`."""
 
     def restore(self, saved: Any) -> None:
-        """Run another version of the files from time 0.
+        """Let the session run the version of the files that `save` returned, from time 0.
 
         Args:
-            saved: result of `save` from the time when the session ran that version.
+            saved: result of `save`.
 
         Raises:
-            GraphError: physics or a node cannot start; nothing has changed.
+            GraphError: physics or a node cannot start; the session continues unchanged.
         """
 
     def watched(self) -> Mapping[Path, Signature]:
-        """Return the paths to watch, with the signatures of their files before they were read. Thread-safe."""
+        """Return the paths to watch for changes, with the signatures that their files had before they were read. Thread-safe."""
         return {}

@@ -10,24 +10,27 @@ from graphengine.format.spec import RobotUse
 
 
 class Roster:
-    """Adds and removes robots. This base class is for a session without a scene, which has no robots."""
+    """Adds robots to a session and removes them; this base class is for a session without a scene, which has no robots."""
 
     @property
     def spawned(self) -> Sequence[str]:
-        """Names of the robots that were spawned and are still there, oldest first."""
+        """Names of the robots that were added while the session ran and were not removed since, in the order of adding."""
         return ()
 
     @property
     def uses(self) -> Mapping[str, str]:
-        """Robot file or description of each robot by name, as `use` in a scene file."""
+        """Robot file or description of each robot by name, as in the key `use` of a scene file."""
         return {}
 
     def add(self, name: str, use: RobotUse) -> None:
-        """Add a robot to the scene; its graphs run after all others. After `stop` it returns to the pose at which it was added.
+        """Add a robot to the scene; its graphs run after all other graphs.
+
+        A later `stop` moves the robot back to the pose at which it was added. After an error, the session continues unchanged.
 
         Raises:
             CheckError: the robot or one of its graphs has errors.
-            GraphError: physics, rays or one of its nodes cannot start. After any error, nothing has changed.
+            GraphError: the changed physics or a node of the robot cannot start.
+            UsageError: the session has no scene.
         """
         raise UsageError("a session without a scene cannot have robots")
 
@@ -41,10 +44,10 @@ class Roster:
         raise UnknownEntityError("a session without a scene has no robots")
 
     def save(self) -> Any:
-        """Return the set of robots of the session, for `restore`."""
+        """Return an object that represents the robots of the session, for `restore`."""
 
     def restore(self, saved: Any) -> None:
-        """Add and remove robots, so that the session has the same robots as when `save` was called.
+        """Add and remove robots, so that the session again has the robots that it had when `save` was called.
 
         Raises:
             GraphError: a robot cannot be added again.

@@ -1,4 +1,4 @@
-"""Measures the status of a running session for displays: speed, messages and losses."""
+"""Measures the status of a running session for displays: its speed, its messages, and problems such as dropped values."""
 
 from __future__ import annotations
 
@@ -11,27 +11,27 @@ if TYPE_CHECKING:
     from graphengine.runtime.session_core import SessionCore, SessionState
 
 WINDOW = 1.0
-"""Wall time over which rates are measured, s; the time since the last reading if that is longer."""
+"""Wall time over which rates are averaged, s; if the previous reading is older, rates are averaged since that reading."""
 
 
 @dataclass(frozen=True, slots=True)
 class RunStatus:
-    """The status of a session at one time. Some values depend on the wall clock, so they are not reproducible.
+    """The status of a session at one moment. Some values depend on the wall clock, so they are not reproducible.
 
     Attributes:
         state: stopped, playing, paused or failed.
         time: simulation time since play, s.
-        tick: number of the tick since play.
-        pace: target real-time factor; None for as fast as possible.
-        real_time_factor: seconds of simulation per second of wall time.
-        tick_cpu: CPU time per tick, s.
-        late_ticks: ticks that ended after the next one was due.
-        messages: messages sent since the start.
+        tick: number of ticks since play.
+        pace: target real-time factor; None: as fast as possible.
+        real_time_factor: measured seconds of simulation per second of wall time.
+        tick_cpu: CPU time of the session's thread per tick, s.
+        late_ticks: number of ticks that ended after the next one was due.
+        messages: number of messages sent since the start of the session.
         message_rate: messages sent per second of wall time.
         subscribers: number of subscribers of all topics that nodes publish.
-        dropped_values: number of bad values that nodes dropped; values of the same node in one tick count once.
-        recorded_bytes: size of the recording; None if nothing is recorded.
-        file_errors: number of errors in changed files; while there are any, the session runs the previous version.
+        dropped_values: number of bad values that nodes dropped; values of one node in one tick count as one.
+        recorded_bytes: size of the recording, bytes; None if nothing is recorded.
+        file_errors: number of errors in changed files; as long as there are errors, the session runs the previous version.
     """
 
     state: SessionState
@@ -57,7 +57,9 @@ class _Sample(NamedTuple):
 
 
 class StatusMeter:
-    """Reads the status of a session, in the session's thread; measuring begins at once.
+    """Reads the status of a session. Not thread-safe: create and use it in the session's thread.
+
+    Rates do not include the time before the meter was created.
 
     Args:
         session: session to measure.
@@ -72,7 +74,7 @@ class StatusMeter:
         return _Sample(time.perf_counter(), time.thread_time(), session.ticks, session.services.network.sent)
 
     def read(self) -> RunStatus:
-        """Return the current status, with rates over the last second."""
+        """Return the current status, with rates over about the last `WINDOW` seconds."""
         session, now = self._session, self._sample()
         while len(self._samples) > 1 and now.wall - self._samples[1].wall >= WINDOW:
             self._samples.popleft()

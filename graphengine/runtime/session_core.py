@@ -1,4 +1,4 @@
-"""A running simulation: when its ticks run, and how it stops, resets and returns to checkpoints."""
+"""The core of a session: decides when ticks run, and stops, resets, reloads and checkpoints the simulation."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 SessionState = Literal["stopped", "playing", "paused", "failed"]
 
 IDLE = 0.25
-"""Time between two checks whether a paused run should end, s; used without a command queue, which would wake the run."""
+"""Maximum wall time that a paused run sleeps before it checks again whether it should end, s; a command ends the sleep."""
 
 
 MAX_HELD = 1000
@@ -33,12 +33,12 @@ MAX_HELD = 1000
 
 @dataclass(frozen=True, eq=False)
 class SavedSession:
-    """A checkpoint: the whole state of a session."""
+    """A checkpoint: a copy of the whole state of a session, which `SessionCore.checkpoint` returns."""
 
     name: str
     of: SessionCore
     version: int
-    """Version of the files that the session ran: its number and its content."""
+    """Version number of the files that the session ran; `files` is the saved version itself, for `Reloader.restore`."""
     files: Any
     robots: Any
     state: Any
@@ -46,14 +46,14 @@ class SavedSession:
 
 
 class SessionCore:
-    """Decides when ticks run. `commands` lists the other operations on a session between two ticks.
+    """Decides when ticks run, and changes the state of the simulation between two ticks.
 
-    Not thread-safe: only `interrupt` may be called from another thread; all else goes through `queue`. Within a tick, a
-    session refuses to step, to stop, and all changes.
+    Not thread-safe: only `interrupt` may be called from another thread; all other calls from other threads must be submitted to
+    `queue`. Methods that run ticks or change the simulation raise an error if a node calls them within a tick.
 
     Args:
-        ticker: runs the graphs of the session.
-        roster: adds and removes robots.
+        ticker: runs the ticks of the session.
+        roster: adds and removes the robots of the session.
     """
 
     def __init__(self, ticker: Ticker, roster: Roster) -> None:
@@ -67,18 +67,18 @@ class SessionCore:
         """Number of the version of the files that the session runs."""
         self.state: SessionState = "stopped"
         self.inbox = ExternalInputs()
-        """Reads the wall clock and receives commands; a recorder or replay replaces it before the first tick."""
+        """Gives the wall clock to nodes and receives the executed commands; a recorder or replay replaces it."""
         self.queue: CommandQueue | None = None
-        """Queue for commands from other threads; with a queue, `run` continues while the session is paused or stopped."""
+        """Queue for commands from other threads; None: no queue, and `run` returns when the session is paused or stopped."""
         self.findings: tuple[str, ...] = ()
-        """Errors of changed files, which the session does not run: texts that begin with `path:line:column: `. Empty when the
-        session runs the current files. The page and the terminal show them."""
+        """Errors that the last reload found in changed files, as text; empty if the session runs the current files. The web page
+        and the terminal of the run show them."""
         self.open_page: Callable[[], str] | None = None
-        """Returns the address of the session's web page, and starts the page again if its process was lost; None: no page."""
+        """Function that returns the URL of the session's web page, and restarts its process if it has ended; None: no page."""
         self.listeners: list[Callable[[], None]] = []
-        """Called in the session's thread after each change that a command or a method makes between two ticks."""
+        """Functions that the session calls in its thread after each executed command and each change between two ticks."""
         self.late_ticks = 0
-        """Number of ticks that ended after the next tick was due; only runs with a pace count them."""
+        """Number of ticks that ended after the next tick was due; counted only in runs with a pace."""
         self._until = 0
         self.last = math.inf
         """Number of the tick after which `run` ends."""
@@ -88,7 +88,7 @@ class SessionCore:
         self._failure = ""
         self._checkpoints = 0
         self.held: dict[str, SavedSession] = {}
-        """Checkpoints that the command `checkpoint` made, by name."""
+        """Checkpoints by the command `checkpoint`, by name; the least recently used one is first."""
 
     @property
     def graphs(self) -> Sequence[GraphRun]:
@@ -97,12 +97,12 @@ class SessionCore:
 
     @property
     def failure(self) -> str:
-        """The error that made the session fail; empty if it did not fail."""
+        """Message of the error that made the session fail; empty if it has not failed since the last reset of the time."""
         return self._failure
 
     @property
     def ticks(self) -> int:
-        """Number of ticks that have run, including those before a stop."""
+        """Number of ticks that have run since the session was created; a stop does not reset it."""
         return self._ticker.count
 
     @property
@@ -111,14 +111,14 @@ class SessionCore:
         return self.clock.time
 
     def checkpoint(self, name: str = "") -> SavedSession:
-        """Return a copy of the whole state, between two ticks; waits for camera images that are being rendered.
+        """Return a copy of the whole state of the session; waits for camera images that are being rendered.
 
         Args:
-            name: name of the checkpoint in recordings; by default a numbered one.
+            name: name of the checkpoint in recordings; default: a numbered name such as `checkpoint_1`.
 
         Raises:
-            UsageError: called within a tick.
-            NodeError: a node holds state that cannot be copied.
+            UsageError: the method was called within a tick.
+            NodeError: a node has state that cannot be copied.
         """
         self._refuse_within_tick()
         self._checkpoints += 1
@@ -130,23 +130,23 @@ class SessionCore:
         return made
 
     def hold(self, checkpoint: SavedSession) -> None:
-        """Keep a checkpoint for the command `restore`; above `MAX_HELD` checkpoints, discard the least recently used one."""
+        """Keep a checkpoint for the command `restore`; if there are more than `MAX_HELD`, discard the least recently used one."""
         self.held.pop(checkpoint.name, None)
         self.held[checkpoint.name] = checkpoint
         if len(self.held) > MAX_HELD:
             del self.held[next(iter(self.held))]
 
     def restore(self, kept: SavedSession) -> None:
-        """Return to a checkpoint, between two ticks; with the transport `memory`, the same inputs then give the same bytes.
+        """Restore the state of a checkpoint; with the transport `memory`, equal inputs then give byte-identical messages.
 
-        Tick counts and recordings continue, and messages that were already sent cannot be recalled.
+        The tick count `ticks` and the recording continue, and messages that were already sent cannot be recalled.
 
         Args:
             kept: checkpoint of this session.
 
         Raises:
-            UsageError: the checkpoint is of another session, or the call comes from within a tick.
-            GraphError: a removed robot cannot be added again, or a node cannot be restored.
+            UsageError: the checkpoint is of another session, or the method was called within a tick.
+            GraphError: a robot that was removed cannot be added again, or a node cannot be restored.
         """
         self._refuse_within_tick()
         if kept.of is not self:
@@ -163,17 +163,17 @@ class SessionCore:
         self._announce_jump(before, restored=True)
 
     def play(self) -> None:
-        """Start or resume playing."""
+        """Let `run` execute ticks continuously; after a stop, the simulation starts at time 0."""
         self.admit()
         self._set("playing")
 
     def pause(self) -> None:
-        """Pause a playing session; `step` still runs single ticks."""
+        """Pause a playing session; a session in another state keeps its state. `step` still runs single ticks."""
         self.admit()
         self._set("paused" if self.state == "playing" else self.state)
 
     def advance(self, ticks: int) -> None:
-        """Make `run` execute a number of single ticks while the session is paused; a stopped session becomes paused.
+        """Let `run` execute a number of single ticks while the session is paused; a stopped session becomes paused.
 
         Raises:
             StateError: the session is playing, or earlier single ticks have not run yet.
@@ -192,14 +192,14 @@ class SessionCore:
         return max(self._until - self.ticks, 0)
 
     def _set(self, state: SessionState) -> None:
-        """Enter a state; restart the pace and cancel single ticks that have not run yet."""
+        """Enter a state; restart the schedule of ticks, and cancel single ticks that have not run yet."""
         self.state, self._until = state, self.ticks
         if self._pacer is not None:
             self._pacer.begin()
 
     @property
     def pace(self) -> float | None:
-        """Target speed of `run`: seconds of simulation per second of wall time; None for as fast as possible."""
+        """Target real-time factor of `run`, seconds of simulation per second of wall time; None: as fast as possible."""
         return self._pace
 
     @pace.setter
@@ -209,10 +209,12 @@ class SessionCore:
         self._tell_listeners()
 
     def step(self, ticks: int = 1) -> None:
-        """Run single ticks and return after the last; a stopped session becomes paused.
+        """Run a number of ticks as fast as possible, and return after the last one; a stopped session becomes paused.
+
+        After an error, the session is in the state `failed`, and the joint commands are zero.
 
         Raises:
-            NodeError: a node raised an exception; commands were set to zero.
+            NodeError: a node raised an exception.
             PhysicsError: the simulation diverged.
         """
         self.admit()
@@ -229,18 +231,20 @@ class SessionCore:
         *,
         paused: bool = False,
     ) -> None:
-        """Play for a given simulation time.
+        """Play the session for a given simulation time, and return afterwards.
 
-        With a queue, the run continues through pauses and stops and sleeps meanwhile.
+        If the session has a queue, the method sleeps while the session is paused or stopped, and continues at the command
+        `play`; without a queue, it returns. After an error, the session is in the state `failed`, with zero joint commands.
 
         Args:
-            seconds: simulation time of all plays together, s; None: no limit.
-            pace: seconds of simulation per second of wall time; None for as fast as possible.
-            on_tick: called after each tick, and several times per second while none run; returning False ends the run.
-            paused: start paused, until the queue gets the command `play`.
+            seconds: total simulation time to run, s, even if the session is stopped and played again; None: no limit.
+            pace: target real-time factor, seconds of simulation per second of wall time; None: as fast as possible.
+            on_tick: function that is called after each tick, and several times per second while the session is paused or
+                stopped; if it returns False, the run ends.
+            paused: if true, the session is paused until the command `play` arrives in the queue.
 
         Raises:
-            NodeError: a node raised an exception; commands were set to zero.
+            NodeError: a node raised an exception.
             PhysicsError: the simulation diverged.
         """
         self.admit()
@@ -253,7 +257,7 @@ class SessionCore:
             self.interrupted = False
 
     def _run(self, on_tick: Callable[[SessionCore], bool] | None) -> None:
-        """Run ticks until `last`, an interrupt, or a pause that no command can end."""
+        """Run ticks until the tick `last`, an interrupt, or, without a queue, a pause or stop."""
         while self._serve() and self.ticks < self.last:
             paced = self._pacer if self.state == "playing" else None
             self.services.world.realtime = paced is not None and not self.inbox.exact
@@ -270,13 +274,13 @@ class SessionCore:
                 self.interrupted = True
 
     def _serve(self) -> bool:
-        """Execute waiting commands and complete those that waited for ticks; return whether the run continues."""
+        """Execute the commands in the queue; return whether the run continues."""
         if self.queue is not None:
             self.queue.serve(self)
         return not self.interrupted and (self.queue is not None or self.state == "playing")
 
     def interrupt(self) -> None:
-        """End `run`: immediately while it waits, else after the current tick. Safe in other threads and signal handlers."""
+        """End `run`: after the current tick, or immediately if it sleeps. Safe in other threads and in signal handlers."""
         self.interrupted = True
         if self.queue is not None:
             self.queue.wake()
@@ -292,18 +296,18 @@ class SessionCore:
             raise UsageError("call this between two ticks, for example in `on_tick`")
 
     def admit(self) -> None:
-        """Check that the session may be changed now.
+        """Check that the session can be changed now; return if it can.
 
         Raises:
-            StateError: the session failed, and its time was not reset.
-            UsageError: called within a tick.
+            StateError: the session failed, and its time was not reset since.
+            UsageError: the method was called within a tick.
         """
         self._refuse_within_tick()
         if self.state == "failed":
             raise StateError(f"the session failed; reset it first\n  {self._failure.partition(chr(10))[0]}")
 
     def note(self, name: str, arguments: Mapping[str, Any]) -> None:
-        """Record an executed command, and call the listeners.
+        """Report an executed command to `inbox`, which records it, and call the listeners.
 
         Args:
             name: name of the command.
@@ -325,7 +329,10 @@ class SessionCore:
             raise
 
     def stop(self) -> None:
-        """Return to time 0: commands become zero, and the world, outputs and states return to their initial values."""
+        """Stop the simulation and reset it to time 0.
+
+        Joint commands become zero, and the world and the outputs, states and variables of graphs get their initial values.
+        """
         self._refuse_within_tick()
         before = self.clock.frame
         self._begin_anew("state", "time")
@@ -337,18 +344,18 @@ class SessionCore:
         """Reset the whole session or parts of it; it stays playing, paused or stopped. A failed session becomes paused.
 
         Args:
-            scopes: parts to reset; none given: all.
-                `time`: sets the clock to 0 and restarts graphs and sensors, as after `stop`; joint commands become zero. Bodies
+            scopes: parts to reset; if none is given, all parts.
+                `time`: set the clock to 0 and restart graphs and sensors, as after `stop`; joint commands become zero. Bodies
                 keep their poses and velocities.
-                `state`: returns bodies and joints to their initial state, and spawned robots to where they were spawned, with
-                the commands that they had then. Time and the state of graphs continue.
-                `spawned`: removes robots that were spawned while the session ran.
-            seed: new seed of all random generators; None keeps the seed.
+                `state`: return bodies and joints to their initial state, and spawned robots to the poses and commands with
+                which they were spawned. Time and the state of graphs continue.
+                `spawned`: remove the robots that were spawned while the session ran.
+            seed: new seed of all random generators, which requires the scope `time`; None: the seed stays.
 
         Raises:
             StateError: the session failed, and `scopes` does not include `time`.
-            UsageError: a graph outside a spawned robot reads from that robot, a seed is given without a reset of the time,
-                or the call comes from within a tick.
+            UsageError: a graph of another robot or of the scene uses a spawned robot, a seed is given without the scope `time`,
+                or the method was called within a tick.
         """
         self._refuse_within_tick()
         wanted = [scope for scope in SCOPES if scope in scopes or not scopes]
@@ -371,14 +378,15 @@ class SessionCore:
         self._set(self.state)
 
     def reload(self) -> Reloaded:
-        """Read the files of the scene again and run the changed scene, between two ticks.
+        """Read the files of the scene again, and run the changed scene.
 
-        Changed graphs are replaced: nodes of the same name and type keep their state, and the world continues. A change of the
-        world or of a robot restarts the session at time 0, without spawned robots.
+        Changed graphs are replaced: nodes with the same name and type keep their state, and the world continues. A change of the
+        world or of a robot restarts the session at time 0, without spawned robots. After an error, the session continues
+        unchanged, and `findings` has the errors until a reload succeeds.
 
         Raises:
-            CheckError: the files have errors; `findings` holds them until a later reload succeeds.
-            GraphError: the changed scene cannot start. After any error nothing has changed.
+            CheckError: the files have errors.
+            GraphError: the changed scene cannot start.
             StateError: the session failed.
         """
         self.admit()
@@ -398,10 +406,10 @@ class SessionCore:
         return replace(done, mended=mended)
 
     def exchange(self, graphs: Sequence[Graph]) -> Exchange:
-        """Replace the running graphs; nodes with the same name and type keep their state.
+        """Replace all running graphs by `graphs`; nodes with the same name and type keep their state.
 
         Raises:
-            GraphError: a node could not be set up; nothing has changed.
+            GraphError: a node could not be set up; the old graphs continue unchanged.
         """
         done = self._ticker.exchange(graphs)
         if done:
@@ -413,7 +421,12 @@ class SessionCore:
         self.version = self._versions
 
     def begin_with(self, ticker: Ticker, roster: Roster) -> None:
-        """Restart at time 0 with another world, whose graphs are set up already; the session stays playing, paused or stopped."""
+        """Replace the world and all graphs, and restart at time 0; the session stays playing, paused or stopped.
+
+        Args:
+            ticker: ticker of the new world, whose graphs are already set up.
+            roster: adds and removes the robots of the new world.
+        """
         before = self._ticker
         if math.isfinite(self.last):
             left = (self.last - before.count) * before.clock.delta
@@ -429,28 +442,37 @@ class SessionCore:
         self._set(self.state)
 
     def _begin_anew(self, *scopes: ResetScope, seed: int | None = None) -> None:
-        """Reset parts of the session; before the time is reset, run the nodes that fire at the end of playing."""
+        """Reset parts of the session; before the time is reset, run the events for the end of play."""
         if "time" in scopes:
             self.end_play()
             self._failure = ""
         self._ticker.begin_anew(*scopes, seed=seed)
 
     def _announce_jump(self, before: int, *, restored: bool = False) -> None:
-        """Let nodes announce the time if the tick number differs from `before`; `restored`: a checkpoint was restored."""
+        """Let nodes announce the new time if it jumped.
+
+        Args:
+            before: number of the tick before the jump.
+            restored: whether a checkpoint was restored.
+        """
         if self.clock.frame != before:
             self._ticker.announce_time(restored=restored)
 
     def end_play(self, closing: Sequence[GraphRun] = ()) -> None:
-        """Run the nodes that fire at the end of playing if any tick ran; in graphs of `closing`, also those for closing."""
+        """Run the events for the end of play, if a tick has run since play; then the events for the end of some graphs.
+
+        Args:
+            closing: graphs that will be closed.
+        """
         if self.clock.frame:
             self._ticker.tell("at_stop", self.graphs)
         if closing:
             self._ticker.tell("at_close", closing)
 
     def end(self) -> None:
-        """Run the nodes that fire at the end of playing and at closing, once; no tick may run afterwards.
+        """Run the events for the end of play and of all graphs; a second call does nothing. No tick may run afterwards.
 
-        After an error these nodes do not run, because an unfinished tick may have left inconsistent values.
+        In a failed session these events do not run, because an unfinished tick may have left inconsistent values.
         """
         if self._ended or self._failure:
             return
@@ -459,7 +481,10 @@ class SessionCore:
         self._ticker.tell("at_close", self.graphs)
 
     def close(self) -> None:
-        """End the session, leave the network and release the world; safe to call twice."""
+        """End the session: run the events for its end, close the queue, the graphs, the network and the world.
+
+        Safe to call twice.
+        """
         with contextlib.suppress(TransportError):
             self.end()
         if self.queue is not None:

@@ -1,4 +1,4 @@
-"""One tick: step physics, execute graphs, flush messages. Also starts, resets, saves and restores the parts of a session."""
+"""Runs ticks: each steps physics, executes graphs and sends messages. Also sets up, resets, saves and restores their parts."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ class Exchange:
         added: names of the new graphs.
         removed: names of the removed graphs.
         kept: number of nodes of the changed graphs that keep their state.
-        nodes: number of nodes of the changed graphs.
+        nodes: number of all nodes of the changed graphs.
     """
 
     changed: tuple[str, ...] = ()
@@ -46,11 +46,12 @@ class Exchange:
 
 
 class Ticker:
-    """Runs graphs in a world and on a network, with the clocks that nodes read.
+    """Runs the ticks of graphs in a world and on a network, and keeps the clocks that nodes read.
 
     Args:
-        services: services that the contexts of all nodes share.
-        fault: receives each NodeError, which then ends only the node's branch; None: a NodeError ends the tick.
+        services: world, network and other services that the contexts of all nodes share.
+        fault: receives each exception of a node, after which the tick continues without the nodes that the failed node would
+            have fired; None: an exception of a node ends the tick.
     """
 
     def __init__(self, services: Services, fault: Callable[[NodeError], None] | None = None) -> None:
@@ -60,15 +61,15 @@ class Ticker:
         self.step_clock = make_clock(services.world, on_step=True)
         """Clock that counts physics steps."""
         self.count = 0
-        """Number of ticks that have run, including those before a stop."""
+        """Number of ticks that have run since the session was created; a stop does not reset it."""
         self.running = False
-        """Whether nodes are being executed."""
+        """Whether nodes are being executed, so that the session must not be changed."""
         self._clamped: set[str] = set()
         self._fault = fault
         self._set_graphs(())
 
     def add(self, graphs: Iterable[Graph]) -> None:
-        """Set up graphs, which run after the others.
+        """Set up graphs and add them; they run after the graphs that were added before.
 
         Raises:
             GraphError: a node could not be set up; none of the graphs is added.
@@ -89,12 +90,12 @@ class Ticker:
         return make_graph_run(graph, self.services, clock, self._fault)
 
     def exchange(self, graphs: Sequence[Graph]) -> Exchange:
-        """Replace all running graphs, between two ticks; nodes with the same name and type keep their state.
+        """Replace all running graphs by `graphs`; nodes with the same name and type keep their state.
 
-        An unchanged graph continues. A removed graph sends its last messages.
+        An unchanged graph continues. In a removed graph, the events for its end run first, and their messages are sent.
 
         Raises:
-            GraphError: a node could not be set up; nothing has changed.
+            GraphError: a node could not be set up; the old graphs continue unchanged.
         """
         known = {run.name: run for run in self.graphs}
         generators = self.services.generators
@@ -128,7 +129,13 @@ class Ticker:
     def _take_over(
         self, graphs: Sequence[Graph], runs: Sequence[GraphRun], successions: Sequence[Succession]
     ) -> Exchange:
-        """Run the new graphs, which are set up already, instead of the old ones."""
+        """Replace the running graphs by new runs that are already set up, and close the old ones.
+
+        Args:
+            graphs: the new graphs.
+            runs: the run of each new graph; for an unchanged graph, its old run.
+            successions: transfers of state to the changed graphs.
+        """
         names, before = {graph.name for graph in graphs}, self.graphs
         gone = [run for run in before if run.name not in names]
         self.tell("at_close", gone)
@@ -146,16 +153,16 @@ class Ticker:
         )
 
     def close(self, runs: Iterable[GraphRun]) -> None:
-        """Close replaced graphs; an error in one, such as an exception in a script's cleanup, does not affect the others."""
+        """Close graphs that were replaced or removed; an error, such as an exception in a script's cleanup, is logged."""
         heirs = {context.prim_path for run in self.graphs for _, context in run.contexts}
         for run in runs:
             try:
                 run.contexts.close(heirs)
             except Exception as error:
-                self.services.log("error", "", f"{run.name} did not close: {error}")
+                self.services.log("error", "", f"graph {run.name} could not be closed: {error}")
 
     def remove(self, runs: Collection[GraphRun]) -> None:
-        """Close graphs and remove them from the tick."""
+        """Close graphs, which then no longer run in ticks."""
         for run in runs:
             run.contexts.close()
         self._set_graphs([run for run in self.graphs if run not in runs])
@@ -168,10 +175,13 @@ class Ticker:
         self._on_step = [run.executor for run in runs if run.on_physics_step]
 
     def run(self, inbox: ExternalInputs) -> None:
-        """Run one tick.
+        """Run one tick; after an error, the joint commands are zero.
+
+        Args:
+            inbox: source of the wall clock time; its `end_tick` is called at the end of the tick.
 
         Raises:
-            NodeError: a node raised an exception; commands were set to zero.
+            NodeError: a node raised an exception.
             PhysicsError: the simulation diverged.
         """
         services, world = self.services, self.services.world
@@ -206,7 +216,7 @@ class Ticker:
             self.running = False
 
     def _warn_of_clamped(self) -> None:
-        """Warn once about each joint whose command exceeded its limits."""
+        """Log a warning for each joint whose command exceeded its limits and was clamped, once per joint."""
         clamped = self.services.world.clamped_commands
         if len(clamped) != len(self._clamped):
             for command in [command for command in clamped if command not in self._clamped]:
@@ -215,7 +225,10 @@ class Ticker:
                 self.services.warn("", f"commands are clamped: {command}\n  {advice}")
 
     def _freeze(self, inbox: ExternalInputs) -> None:
-        """Fix the inputs of a tick: messages, keys and variables that arrived before it."""
+        """Fix the inputs that nodes read in this tick: wall clock, messages, keys, queues and variables.
+
+        What arrives later is for the next tick.
+        """
         self.clock.wall_time = self.step_clock.wall_time = inbox.begin_tick()
         self.services.network.freeze()
         self.services.keys.freeze()
@@ -229,10 +242,10 @@ class Ticker:
         return [part.save() for part in self._parts()], {run.name: run.save() for run in self.graphs}
 
     def restore(self, saved: Any) -> None:
-        """Restore the state that `save` returned when the same graphs were running; the tick count continues.
+        """Restore the state that `save` returned when the same graphs were running; `count` continues.
 
         Raises:
-            GraphError: a node was set up again since then, and cannot be set up with its saved inputs.
+            GraphError: a node that was set up after `save` cannot be set up again with its saved inputs.
         """
         states, graphs = saved
         for run in self.graphs:
@@ -245,11 +258,17 @@ class Ticker:
         return self.clock, self.step_clock, services.world, services.network, services
 
     def tell(self, ending: Ending, graphs: Sequence[GraphRun]) -> None:
-        """Run the nodes that fire when play stops or graphs close; send their messages. Errors stay within their graph."""
+        """Run the events for the end of play (`at_stop`) or of graphs (`at_close`), and send their messages.
+
+        An error is logged, and the other graphs continue.
+        """
         self._between_ticks(lambda executor: executor.run_ending(ending), graphs)
 
     def announce_time(self, *, restored: bool) -> None:
-        """Let nodes announce the time after it jumped; `restored` as for `Executor.announce_time`."""
+        """Let the nodes of all graphs announce the simulation time after it jumped, and send their messages.
+
+        `restored` has the same meaning as for `Executor.announce_time`.
+        """
         self._between_ticks(lambda executor: executor.announce_time(restored=restored), self.graphs)
 
     def _between_ticks(self, act: Callable[[Executor], None], graphs: Sequence[GraphRun]) -> None:
@@ -267,7 +286,12 @@ class Ticker:
             self.running = False
 
     def begin_anew(self, *scopes: ResetScope, seed: int | None = None) -> None:
-        """Reset by scope: `state` resets bodies and joints, `time` resets commands, clocks and graphs; `seed` is a new seed."""
+        """Reset parts of the session.
+
+        Args:
+            scopes: `state` resets bodies and joints; `time` resets joint commands, clocks, sensors and graphs.
+            seed: new seed of all random generators; None: the seed stays.
+        """
         services, world = self.services, self.services.world
         if seed is not None:
             services.seed = world.seed = seed

@@ -1,1 +1,1 @@
-"""Loads scenes and starts sessions: the only package that combines physics, network and graphs."""
+"""Loads scenes and starts sessions; only this package combines physics, network and graphs."""

@@ -1,6 +1,7 @@
-"""Loads files into a checked scene and starts sessions of it.
+"""Loads and checks scene and graph files, and starts sessions of them.
 
-Nothing below `build` reads globals, the environment or the working directory, so a process can have several sessions.
+The functions take all settings as arguments: neither they nor the modules they call read global variables, environment variables
+or the working directory. A process can therefore run several sessions.
 """
 
 from __future__ import annotations
@@ -37,12 +38,12 @@ from graphengine.scene.scene_roster import begin
 
 
 def load(path: Path, options: Options | None = None) -> LoadedScene:
-    """Read, resolve, plan and check a scene or graph file; all errors are added to the findings of the result."""
+    """Read, resolve, plan and check a scene or graph file, and return the result; its `findings` contain all errors."""
     return _load(path, _with_message_types(options or Options()))
 
 
 def load_again(scene: LoadedScene) -> LoadedScene:
-    """Load the current version of the same file with the same options; reuse the world if its files are unchanged."""
+    """Load the current version of a scene's file with the same options; reuse the world if the world's files are unchanged."""
     return _load(scene.path, scene.options, scene)
 
 
@@ -69,7 +70,7 @@ def _load(path: Path, options: Options, before: LoadedScene | None = None) -> Lo
 
 
 def check_robot(path: Path, options: Options) -> LoadedScene:
-    """Check a robot file without its graphs, which are checked with a scene that uses the robot."""
+    """Check a robot file and return the findings in a LoadedScene; graphs of the robot are checked only as part of a scene."""
     from graphengine.physics.loading import load_robot_file
 
     files, findings = Files.of(path, options.allowed, options.near, options.installed, options.shipped), Findings()
@@ -78,7 +79,7 @@ def check_robot(path: Path, options: Options) -> LoadedScene:
 
 
 def load_without_graphs(path: Path, options: Options) -> LoadedScene:
-    """Read and check a scene file, except for its graphs."""
+    """Read and check a scene file and its robots, but not the graphs."""
     from graphengine.physics.loading import load_world
 
     files, findings = Files.of(path, options.allowed, options.near, options.installed, options.shipped), Findings()
@@ -88,7 +89,7 @@ def load_without_graphs(path: Path, options: Options) -> LoadedScene:
 
 
 def _with_message_types(options: Options) -> Options:
-    """Return options whose registry has the message types of `distro`, `message_paths` and the installed packages."""
+    """Return the options with the message types of `distro`, `message_paths` and the installed packages in the registry."""
     registry = options.registry or default_registry()
     definitions = registry.definitions.for_distro(options.distro).extended(options.message_paths, options.installed)
     return options if definitions is registry.definitions else replace(options, registry=registry.copy(definitions))
@@ -97,7 +98,7 @@ def _with_message_types(options: Options) -> Options:
 def _scene_uses(
     scene: LoadedScene, path: Path, files: Files, before: LoadedScene | None
 ) -> tuple[LoadedScene, list[GraphFile]]:
-    """Return a scene with its world, and the graph files that it uses: its own first, then each robot's."""
+    """Return a scene with its world, and its graph files: those of the scene file first, then those of each robot."""
     options, findings = scene.options, scene.findings
     read = spec_reader.read(SceneSpec, path, findings)
     if read is None:
@@ -112,7 +113,7 @@ def _scene_uses(
 
 
 def _with_world(scene: LoadedScene, read: Loaded[SceneSpec], before: LoadedScene | None) -> LoadedScene:
-    """Return a scene with the world of its file, or with the world of the previous scene if that is unchanged."""
+    """Return a scene with its world; if the world of the previous scene `before` is unchanged, reuse it."""
     from graphengine.physics.loading import load_world  # importing MuJoCo takes a quarter of a second
 
     files, findings, options = scene.files, scene.findings, scene.options
@@ -135,7 +136,10 @@ def _with_world(scene: LoadedScene, read: Loaded[SceneSpec], before: LoadedScene
 def _graph_uses(
     scene: LoadedScene, path: Path, found: document.Document, before: LoadedScene | None
 ) -> tuple[LoadedScene, list[GraphFile]]:
-    """Return a single graph, together with the scene that the caller or its `scene` key names."""
+    """Return the scene in which a single graph runs, and the graph files: the graph and those that options add.
+
+    The scene is the one in the options, or else the one that the key `scene` of the graph names; without both, it is empty.
+    """
     files, options = scene.files, scene.options
     data = found.data if isinstance(found.data, dict) else {}
     name = str(data.get("graph", "graph"))
@@ -157,7 +161,7 @@ def _graph_uses(
 
 
 def _plan(scene: LoadedScene, uses: Sequence[GraphFile]) -> LoadedScene:
-    """Resolve and plan all graphs, then check them."""
+    """Resolve, plan and check the graphs in `uses`; return the scene with these graphs."""
     overrides, findings = Override.parse_all(scene.options.overrides), scene.findings
     graphs = resolve_uses(uses, scene.files, scene.registry, findings, overrides)
     planned = share_plans(graphs, findings)
@@ -178,7 +182,7 @@ def _plan(scene: LoadedScene, uses: Sequence[GraphFile]) -> LoadedScene:
 
 
 def _lint_idle_robots(scene: LoadedScene) -> None:
-    """Report robots of a scene that no node of any graph commands or moves."""
+    """Add a warning for each robot of a scene that no node of any graph commands or moves."""
     world = scene.world
     if world is None or scene.findings.errors:
         return
@@ -201,7 +205,7 @@ def _lint_idle_robots(scene: LoadedScene) -> None:
 
 
 def _unmatched(override: Override, graphs: Sequence[Graph]) -> str:
-    """Return an error text for a `--set` option that matches nothing, with similar names."""
+    """Return the error text for a `--set` option that matches no input; it suggests similar names."""
     nodes = {f"{graph.name}/{instance.id}": instance for graph in graphs for instance in graph.instances}
     meant = [instance.cls for path, instance in nodes.items() if override.matches(path)]
     wrong = no_port(meant, override.port) if meant else no_node(override.target, nodes)
@@ -220,19 +224,20 @@ def start(
     bad_values: BadValues = "drop",
     world: World | None = None,
 ) -> SessionCore:
-    """Create a session, stopped at time 0, with its own world and nodes. The session closes the network.
+    """Create a session with its own world and nodes, and return it stopped at time 0. The session closes the network.
 
     Args:
         scene: scene without errors.
         network: network for topics and services.
-        seed: seed of all random generators; None: the seed in the scene's options.
-        domain_id: ROS 2 domain of the session.
-        domain_from_environment: value of ROS_DOMAIN_ID, if it is set.
-        log: receives severity, prim path and text of the messages that nodes log.
-        fault: receives each exception of a node, which then ends only the node's branch; None: the first one ends the run.
-        bad_values: `drop` discards and counts values from wires that a node cannot use, and clamps commands to joint limits;
-            `stop` treats such a value as an exception of the node, and does not clamp commands.
-        world: world for a graph without a scene; None: a world without physics.
+        seed: seed of all random generators; None takes the seed in the scene's options.
+        domain_id: ROS 2 domain ID of the session.
+        domain_from_environment: value of ROS_DOMAIN_ID; None if the variable is not set.
+        log: function called with severity, prim path and text of each log message of a node.
+        fault: function called with each NodeError; a NodeError then ends only the node's branch of the graph. If it is None, the
+            first NodeError ends the run.
+        bad_values: treatment of values on wires that the receiving node cannot use. `drop` discards and counts them, and clamps
+            commands to joint limits; `stop` treats them as an exception of the node, and does not clamp commands.
+        world: world for a graph without a scene; None creates a world without physics.
 
     Raises:
         CheckError: the scene has errors.

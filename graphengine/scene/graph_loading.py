@@ -1,4 +1,4 @@
-"""Finds the graph files that scenes and robots use, and resolves them with their parameters."""
+"""Finds the graph files of scenes and robots, and resolves them to graphs with their parameters inserted."""
 
 from __future__ import annotations
 
@@ -26,27 +26,34 @@ if TYPE_CHECKING:
     from graphengine.scene.loaded_scene import Options
 
 MAX_SCENE_PARTS = 100_000
-"""Nodes, wires and variables of all graphs of a scene; a dd100 has 70."""
+"""Maximum total number of nodes, wires and variables in all graphs of a scene; a dd100 robot has 70."""
 
 
 @dataclass(frozen=True, slots=True)
 class GraphFile:
-    """A graph file to load, with its parameters and the name of the graph in messages."""
+    """A graph file to load.
+
+    Attributes:
+        path: path of the file.
+        name: name of the graph, `robot/graph` for a robot's graph.
+        parameters: values of the graph's parameters.
+        at: prim path for the graph; empty takes the path in the graph file.
+        use: place of the entry in the scene or robot file that refers to the graph file; None if no file refers to it.
+        asked_for: whether an option, such as `--robot-state`, adds the graph.
+    """
 
     path: Path
     name: str
     parameters: Mapping[str, Any]
     at: str
     use: Use | None = None
-    """Where a file says so."""
     asked_for: bool = False
-    """By an option, whatever the files say."""
 
 
 def robot_uses(
     robot: RobotInstance, stage: Stage, files: Files, findings: Findings, options: Options
 ) -> list[GraphFile]:
-    """Return the graph files of a robot, in the order of the robot file, then those that options add."""
+    """Return the graph files of a robot: those in the robot file, in its order, then those that options add."""
     uses: list[GraphFile] = []
     prim = stage.find(robot.prim_path)
     for graph, use in robot.spec.graphs.items():
@@ -60,21 +67,24 @@ def robot_uses(
 
 
 def _shipped_graph(name: str, robot: RobotInstance, prim: Prim, files: Files, *, asked_for: bool) -> GraphFile:
-    """Return the graph file of an included graph, such as `robot_state`, for a robot."""
+    """Return the graph file of a graph that ships with graphengine, such as `robot_state`, with a robot's parameters."""
     root = str(prim.facts.get("articulation_root") or prim.facts.get("base_link"))
     path = files.find(f"graphs/{name}.yaml", files.base)
     return GraphFile(path, f"{robot.name}/{name}", {"robot": prim.path, "root": root}, "", asked_for=asked_for)
 
 
 def use_place(file: document.Document | RobotFile, graph: str, use: GraphUse) -> Use:
-    """Return the places of a graph's `use` key and of its parameters, for error messages."""
+    """Return the places of the key `use` and of the parameters in the entry of a graph, for error messages."""
     return Use(file.span("graphs", graph, "use"), file, ("graphs", graph, "parameters"), use.parameters.keys())
 
 
 def find_use(
     use: GraphUse, name: str, place: Use, folder: Path, bindings: Mapping[str, Any], files: Files, findings: Findings
 ) -> list[GraphFile]:
-    """Return the graph file that a scene or robot file refers to; empty, with an error in `findings`, if it does not exist."""
+    """Return a list with the graph file that a scene or robot file refers to.
+
+    If the file does not exist, add an error to `findings` and return an empty list.
+    """
     path = files.look_up(use.use, folder, findings, place.span, f"graph {name!r}: ")
     return [GraphFile(path, name, {**bindings, **use.parameters}, use.at, place)] if path is not None else []
 
@@ -82,7 +92,7 @@ def find_use(
 def resolve_uses(
     uses: Sequence[GraphFile], files: Files, registry: Registry, findings: Findings, overrides: Sequence[Override] = ()
 ) -> list[Graph]:
-    """Return the graphs of the files, with their parameters inserted; errors in files are added to `findings`."""
+    """Return the graphs of the given files, with parameters inserted; errors in the files are added to `findings`."""
     graphs: list[Graph] = []
     library, parts = GraphLibrary(files), 0
     for use in uses:

@@ -1,4 +1,4 @@
-"""Reloads the changed files of a running session: replaces graphs, or restarts with another world."""
+"""Reloads changed files of a running session: replaces the graphs, or restarts the session with a new world."""
 
 from __future__ import annotations
 
@@ -26,20 +26,20 @@ if TYPE_CHECKING:
     from graphengine.physics.model.scenery import Scenery
 
 MAX_READINGS = 5
-"""Maximum number of attempts to read files that change during reading."""
+"""Maximum number of attempts to read the files if they change while they are read."""
 
 
 class SceneReloader(Reloader):
     """Reloads the scene of a session.
 
-    The new scene is loaded and checked beside the running session, which changes only if there are no errors.
+    The new scene is loaded and checked while the old one stays in place; the session changes only if there are no errors.
 
     Args:
         session: session that runs the scene.
         scene: scene that the session runs.
-        files: the session's record of the files that were read; each reload updates it.
-        load_again: loads a scene from its files again.
-        fault: see `Ticker`.
+        files: the session's record of the files that were read; each reload updates the record.
+        load_again: function that loads a scene again from its files.
+        fault: function called with each NodeError, as for `Ticker`; None lets a NodeError end the run.
     """
 
     def __init__(
@@ -52,29 +52,38 @@ class SceneReloader(Reloader):
     ) -> None:
         self._session = session
         self.scene, self._files = scene, files
-        """The scene that the session runs, and the record of its files."""
+        """The scene that the session runs, and the record of the scene's files."""
         self._load_again, self._fault = load_again, fault
         self._read = files
-        """The files that the last reload read; it may have failed."""
+        """The files that the last reload read, also if that reload failed; files to watch for changes."""
 
     def watched(self) -> Mapping[Path, Signature]:
-        """Return the paths of the scene's files and of missing files, with their signatures before reading. Thread-safe."""
+        """Return the signatures of all files that the last reload read or did not find, by path. Thread-safe.
+
+        Each signature is from before the file was read.
+        """
         return self._read.noted()
 
     def save(self) -> tuple[LoadedScene, Files, Scenery | None]:
-        """Return the scene that the session runs, its files, and the descriptions of its robots, including spawned ones."""
+        """Return the scene that the session runs, the record of its files, and the descriptions of all current robots."""
         roster = self._session.roster
         scenery = roster.world.scenery if isinstance(roster, SceneRoster) else None
         return self.scene, _copy(self._files), scenery.copy(self._files) if scenery is not None else None
 
     def restore(self, saved: tuple[LoadedScene, Files, Scenery | None]) -> None:
-        """Return to another version of the scene and restart at time 0."""
+        """Return to the version of the scene that `save` returned, and restart the session at time 0."""
         scene, files, scenery = saved
         self._session.begin_with(*self._begin(scene, scenery))
         self._take(scene, files)
 
     def reload(self) -> Reloaded:
-        """Read the files again and run the changed scene, between two ticks."""
+        """Read the files again, run the changed scene and return what has changed. Call this between two ticks.
+
+        Raises:
+            CheckError: the files have errors.
+            GraphError: the changed scene cannot start.
+            UsageError: the files changed in each attempt to read them, or the graph is only a subgraph.
+        """
         session = self._session
         for _ in range(MAX_READINGS):
             fresh = self._load_again(self.scene)
@@ -85,7 +94,7 @@ class SceneReloader(Reloader):
             if not files.changed():
                 break
         else:
-            raise UsageError("the files changed while they were read; reload again when they are written completely")
+            raise UsageError("the files changed while they were read; reload again when all files have been written")
         if successor is None:
             done = self._restart(fresh)
         else:
@@ -94,7 +103,7 @@ class SceneReloader(Reloader):
         return self._keep(fresh, files, done)
 
     def _keep(self, fresh: LoadedScene, files: Files, done: Reloaded) -> Reloaded:
-        """Store the new scene of the session; return the result with the changed files and new warnings."""
+        """Store `fresh` as the scene of the session; return `done` with the changed files and the new warnings added."""
         changed = [path for path, now in files.used.items() if self._files.used.get(path) != now]
         gone = [path for path in files.sought if path in self._files.used]
         known = {finding.render() for finding in self.scene.findings.warnings}
@@ -109,7 +118,7 @@ class SceneReloader(Reloader):
         self.scene, self._read = scene, self._files
 
     def _successor(self, fresh: LoadedScene, files: Files, roster: Roster) -> _Successor | None:
-        """Return the graphs to run in the current world; None if the world or a robot has changed.
+        """Return the graphs that replace the running graphs; None if the world or a robot has changed.
 
         Raises:
             CheckError: a spawned robot or one of its graphs has errors.
@@ -127,7 +136,7 @@ class SceneReloader(Reloader):
         return _Successor(graphs, lambda: roster.follow(fresh, world))
 
     def _restart(self, fresh: LoadedScene) -> Reloaded:
-        """Restart at time 0 with the world of the changed files; old graphs run their actions for the end of playing."""
+        """Restart at time 0 with the changed world. Graphs that the new scene lacks run their actions for the end of play."""
         session, lost = self._session, tuple(self._session.roster.spawned)
         ticker, roster = self._begin(fresh)
         names = [graph.name for graph in fresh.planned]
@@ -136,11 +145,11 @@ class SceneReloader(Reloader):
         return Reloaded(changed=tuple(names), restarted=True, lost=lost)
 
     def _begin(self, scene: LoadedScene, scenery: Scenery | None = None) -> tuple[Ticker, Roster]:
-        """Create a world, and set up the graphs of a scene in it.
+        """Create a world and set up the graphs of a scene in it; return the ticker and the roster.
 
         Args:
             scene: scene without errors.
-            scenery: descriptions for robots that are spawned later; None: those of the scene.
+            scenery: robot descriptions for robots that are spawned later; None takes the descriptions of the scene.
 
         Raises:
             GraphError: physics or a node cannot start.
@@ -163,11 +172,11 @@ class SceneReloader(Reloader):
 
 @dataclass(frozen=True, slots=True)
 class _Successor:
-    """Graphs that replace the graphs of a session.
+    """New graphs, which replace the running graphs of a session.
 
     Attributes:
         graphs: new graphs in execution order.
-        move_in: called after the graphs were replaced; makes the roster use the new scene.
+        move_in: function to call after the graphs were replaced; makes the roster use the new scene.
     """
 
     graphs: Sequence[Graph]
@@ -179,7 +188,7 @@ def _copy(files: Files) -> Files:
 
 
 def _graphs(fresh: LoadedScene, world: LoadedWorld, files: Files, roster: SceneRoster) -> Sequence[Graph]:
-    """Return the graphs of a scene with the current robots of a world, in execution order.
+    """Return the graphs of a scene and of the robots that are now in its world, in execution order.
 
     Raises:
         CheckError: a graph of a spawned robot has errors.
@@ -196,6 +205,6 @@ def _graphs(fresh: LoadedScene, world: LoadedWorld, files: Files, roster: SceneR
 
 
 def scene_of(session: SessionCore) -> LoadedScene:
-    """Return the scene that a session currently runs; a reload may have changed it."""
+    """Return the scene that a session runs now; after a reload, this is the changed scene."""
     assert isinstance(session.reloader, SceneReloader)
     return session.reloader.scene

@@ -1,4 +1,4 @@
-"""A loaded and checked scene or graph, and the options of loading."""
+"""The class `LoadedScene` of loaded and checked scenes and graphs, and the options for loading them."""
 
 from __future__ import annotations
 
@@ -25,23 +25,23 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Options:
-    """Options of loading, which override settings of the files.
+    """Options for loading scenes and graphs; they take precedence over the files.
 
     Attributes:
-        overrides: values for inputs of nodes, by `[robot/][graph/]Node.port`.
-        allowed: additional folders that files may be read from, besides the folder of the given file.
+        overrides: input values by address `[robot/][graph/]Node.port`.
+        allowed: folders from which files may be read, in addition to the folder of the given file.
         installed: folders with installed ROS packages, as in an ament index; files and message types may be read from them.
-        message_paths: message types: definition files, packages, or folders with packages.
-        distro: distribution of ROS 2 whose message types are known.
-        shipped: folder with `graphs/` and `scenes/` to use instead of the included one.
-        seed: seed of all random generators, for sessions that are started without one.
-        robot_state: publish the topics of robot_state_publisher for each robot.
-        localization: `truth` publishes map -> odom from the true pose of each mobile robot; None: nothing does.
-        scene: scene for a single graph; None: the scene that its `scene` key names.
-        rays: ray casting of lidars: MuJoCo's (`mujoco`), numba's (`fast`), or `fast` where it is available (`auto`).
-        registry: node types; None: the installed ones.
-        near: working directory, to which paths in messages are relative.
-        environment: names and values of the environment variables that graphs may read.
+        message_paths: message type definitions: ROS packages, folders of packages, or single files.
+        distro: ROS 2 distribution whose message types are known.
+        shipped: folder with `graphs/` and `scenes/` that replaces the folder in the package; None takes the package's folder.
+        seed: seed of all random generators in sessions that are started without a seed.
+        robot_state: whether to publish the topics of robot_state_publisher for each robot.
+        localization: `truth` publishes map -> odom from the true pose of each mobile robot; None publishes no such transform.
+        scene: scene in which to run a single graph; None takes the scene that the key `scene` of the graph names.
+        rays: ray casting method of lidars: `mujoco`, `fast` (needs numba), or `auto`, which takes `fast` where it works.
+        registry: known node types and message types; None takes the installed node types.
+        near: working directory; messages show paths relative to it.
+        environment: values of the environment variables that graphs may read, by name.
         scripts: whether graphs may run Python code.
     """
 
@@ -64,12 +64,12 @@ class Options:
 
 @dataclass(frozen=True, slots=True)
 class WorldSource:
-    """The sources of a world; equal sources give the same world.
+    """The files from which a world was made; if they are unchanged, the world can be used again.
 
     Attributes:
         spec: content of the scene file without its graphs.
-        files: all files that were read, except for the scene file.
-        findings: warnings and notes about the world.
+        files: record of all files that were read, except for the scene file.
+        findings: findings that were reported when the world was made.
     """
 
     spec: SceneSpec
@@ -79,18 +79,18 @@ class WorldSource:
 
 @dataclass(frozen=True, slots=True, eq=False, weakref_slot=True)
 class LoadedScene:
-    """A loaded scene or graph. It can start any number of sessions, which do not change it.
+    """A loaded scene or graph. Any number of sessions can be started from it; a session does not change it.
 
     Attributes:
-        path: path of the given file.
-        options: options of loading.
-        files: files that references may name, and the files that were read.
+        path: path of the scene or graph file.
+        options: options with which the file was loaded.
+        files: folders from which files may be read, and a record of the files that were read.
         findings: errors, warnings and notes.
-        graphs: all graphs that could be read, including those that cannot be planned.
-        planned: graphs to run, in this order: graphs of the scene, then graphs of each robot.
-        claims: topics and services that nodes request in setup.
-        world: initial robots, prims and model; None for a graph without a scene.
-        world_source: sources of the world.
+        graphs: all graphs that could be read, including graphs that cannot be planned.
+        planned: graphs to run, in execution order: first the graphs of the scene file, then the graphs of each robot.
+        claims: topics and services that nodes use.
+        world: world at time 0 with its robots, prims and MuJoCo model; None for a graph without a scene.
+        world_source: files from which the world was made; None without a world.
     """
 
     path: Path
@@ -104,11 +104,11 @@ class LoadedScene:
     world_source: WorldSource | None = None
 
     def require_runnable(self) -> None:
-        """Check that sessions can be started.
+        """Check that sessions of the scene can be started.
 
         Raises:
             CheckError: the scene has errors.
-            UsageError: a graph is only a subgraph, whose inputs come from another graph.
+            UsageError: a graph is a subgraph, which needs another graph that sets its inputs.
         """
         self.findings.raise_errors()
         for graph in self.planned:
@@ -120,7 +120,7 @@ class LoadedScene:
 
     @property
     def stage(self) -> Stage:
-        """Prims at the start of a session; empty without a world."""
+        """Prims of the world at time 0; an empty stage for a graph without a scene."""
         return self.world.stage if self.world is not None else Stage()
 
     @property

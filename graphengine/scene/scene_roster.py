@@ -1,4 +1,4 @@
-"""Adds and removes robots while a session runs."""
+"""Adds robots to a running session and removes them."""
 
 from __future__ import annotations
 
@@ -42,9 +42,9 @@ def begin(
     Args:
         scene: scene without errors.
         world: world of the session; None for a graph without a scene.
-        files: files that the references of robots may name.
+        files: folders from which files of robots may be read.
         services: services of the session, with the same world.
-        fault: see `Ticker`.
+        fault: function called with each NodeError, as for `Ticker`; None lets a NodeError end the run.
 
     Raises:
         GraphError: a node could not be set up.
@@ -55,13 +55,13 @@ def begin(
 
 
 class SceneRoster(Roster):
-    """The robots of a session with a scene.
+    """The robots of a session with a scene; adds and removes robots.
 
     Args:
         scene: scene of the session.
         world: world of the session, in which robots are added and removed.
-        files: files that references in robot files may name.
-        ticker: runs the robots' graphs.
+        files: folders from which files of robots may be read.
+        ticker: ticker that runs the robots' graphs.
     """
 
     def __init__(self, scene: LoadedScene, world: LoadedWorld, files: Files, ticker: Ticker) -> None:
@@ -70,7 +70,7 @@ class SceneRoster(Roster):
         self.follow(scene, world)
 
     def follow(self, scene: LoadedScene, world: LoadedWorld) -> None:
-        """Use a new version of the scene, with an equal world, for robots that are added from now on."""
+        """Add robots according to a new version of the scene from now on; its world must be equal to that of the old version."""
         self._scene, self._world, self._robots = scene, world, world.robots
         world.scenery.library.files = self._files
 
@@ -81,17 +81,17 @@ class SceneRoster(Roster):
 
     @property
     def spawned(self) -> Sequence[str]:
-        """Names of the robots that were spawned and are still there, oldest first."""
+        """Names of the spawned robots that have not been removed, oldest first."""
         stage = self._services.stage
         return [name for name, robot in self._robots.items() if stage.find(robot.prim_path).facts.get("spawned")]
 
     @property
     def uses(self) -> Mapping[str, str]:
-        """Robot file or description of each robot by name, as `use` in a scene file."""
+        """Robot file or robot description of each robot, as in the key `use`, by robot name."""
         return {name: robot.placement.use.use for name, robot in self._robots.items()}
 
     def add(self, name: str, use: RobotUse) -> None:
-        """Add a robot to the scene; its graphs run after all others."""
+        """Add a robot to the world and set up its graphs, which run after all other graphs."""
         self._world.add(name, use)
         beside = [run.executor.graph for run in self._ticker.graphs]
         claims = self._services.claims
@@ -116,11 +116,11 @@ class SceneRoster(Roster):
         """Return a robot's graphs, planned and checked.
 
         Args:
-            robot: robot of the world; its description may be a new version.
-            scene: scene that the session runs.
-            files: files that the robot's references may name.
+            robot: robot in the world; it may have a new description.
+            scene: scene whose options and message types apply.
+            files: folders from which files of the robot may be read.
             beside: graphs that run before the robot's graphs.
-            claimed: topics and services of these graphs.
+            claimed: topics and services that the graphs in `beside` use.
 
         Raises:
             CheckError: a graph has errors.
@@ -145,16 +145,16 @@ class SceneRoster(Roster):
         return graphs
 
     def remove(self, name: str) -> None:
-        """Remove a robot, its graphs and its topics; its graphs run their closing actions first."""
+        """Remove a robot, its graphs and its topics; before that, the robot's graphs run their closing events."""
         own = self._own(name)
         self._ticker.tell("at_close", own)
         self._dismiss(name, own)
 
     def _own(self, name: str) -> Sequence[GraphRun]:
-        """Return the graphs of a robot; check that it can be removed.
+        """Check that a robot can be removed, and return the graphs of the robot.
 
         Raises:
-            UnknownEntityError: there is no such robot.
+            UnknownEntityError: no robot has the name.
             UsageError: a node of another graph uses the robot.
         """
         if name not in self._robots:
@@ -164,11 +164,11 @@ class SceneRoster(Roster):
         for run in graphs:
             reader = None if run in own else run.contexts.bound(self._robots[name].prim_path)
             if reader is not None:
-                raise UsageError(f"{name} cannot be removed: {reader} of graph {run.name} uses it")
+                raise UsageError(f"{name} cannot be removed: {reader} of graph {run.name} uses the robot")
         return own
 
     def save(self) -> Sequence[tuple[RobotInstance, bool, Sequence[Graph]]]:
-        """Return for each robot, in order: the robot, whether it was spawned, and its graphs."""
+        """Return a tuple for each robot, in order: the robot, whether it was spawned, and its graphs."""
         graphs = [run.executor.graph for run in self._ticker.graphs]
         return [
             (robot, name in self.spawned, [graph for graph in graphs if graph.name.startswith(f"{name}/")])
@@ -176,7 +176,7 @@ class SceneRoster(Roster):
         ]
 
     def restore(self, saved: Sequence[tuple[RobotInstance, bool, Sequence[Graph]]]) -> None:
-        """Add and remove robots, so that the session has the same robots as when `save` was called."""
+        """Add and remove robots until the session has the robots that `save` returned."""
         pairs = zip(self._robots.values(), saved, strict=False)
         same = sum(1 for _ in itertools.takewhile(lambda pair: pair[0] is pair[1][0], pairs))
         for name in reversed(list(self._robots)[same:]):

@@ -1,4 +1,6 @@
-"""Support for tests of nodes: a Context with a recording world and an in-memory transport, and a check of node classes.
+"""Tools for tests of nodes and graphs.
+
+For tests of nodes, `RecordingContext` has a world of stubs and an in-memory transport, and `check_node` checks a node class:
 
     context = RecordingContext()
     robot = context.world.add_robot("/dd100", ["left", "right"])
@@ -7,10 +9,10 @@
     node.compute()
     assert robot.targets["velocity"] == [1.0, 2.0]
 
-`context.transport.messages("/odom")` returns the messages published on a topic,
+`context.transport.messages("/odom")` returns the messages that the node published on a topic;
 `context.transport.inject("/cmd_vel", twist)` sends a message to the node.
 
-Support for tests of graphs: `session` starts a session of a scene, `session_fixture` makes a pytest fixture of it.
+For tests of graphs, `session` starts a session of a scene, and `session_fixture` makes a pytest fixture that starts one.
 """
 
 from __future__ import annotations

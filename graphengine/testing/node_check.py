@@ -1,4 +1,4 @@
-"""A check that a node class has everything that users and the engine expect."""
+"""Checks that a node class is documented, declared correctly and deterministic."""
 
 from __future__ import annotations
 
@@ -22,23 +22,24 @@ from graphengine.testing.recording_context import RecordingContext
 
 
 def check_node(cls: type[Node], make: Callable[[], RecordingContext] = RecordingContext, /, **inputs: Any) -> None:
-    """Check a node class; raise NodeClassError with a list of everything that is missing or wrong.
+    """Check a node class; raise NodeClassError with a list of all problems.
 
-    The class needs a docstring with a first line, documented ports, units of physical quantities, a unique name, legal defaults
-    and a JSON Schema. The check then computes the node for three ticks and, after a stop, three more: two instances and both
-    plays must give the same outputs and messages. The node may raise ValueError or GraphError.
+    The class needs a docstring, documented ports, units of physical quantities, a unique name, valid defaults and ports that
+    JSON Schema can describe. The check then runs two instances of the node, each for three ticks and, after a stop, for three
+    more. Both instances must give the same outputs and messages, and each instance must give the same ones before and after
+    the stop. The node may raise ValueError or GraphError.
 
     Args:
-        cls: node class.
-        make: returns a new context for a node.
-        inputs: values of inputs by Python name, including all required ones.
+        cls: node class to check.
+        make: function that returns a new context for an instance.
+        inputs: input values by Python name of the port; all required inputs need a value.
 
     Raises:
-        NodeClassError: something is missing or wrong.
+        NodeClassError: the class has problems.
     """
     problems = [*_words(cls), *_shape(cls), *_behaviour(cls, make, inputs)]
     if problems:
-        raise NodeClassError("\n  - ".join([f"{cls.__module__}.{cls.__qualname__} is not a sound node:", *problems]))
+        raise NodeClassError("\n  - ".join([f"{cls.__module__}.{cls.__qualname__} fails the node check:", *problems]))
 
 
 _PHYSICAL = "acceleration angle delay distance dt duration effort force frequency length mass period position radius "
@@ -48,23 +49,23 @@ _PHYSICAL += "rate second speed stamp temperature time timeout torque translatio
 def _words(cls: type[Node]) -> Iterator[str]:
     first = (inspect.getdoc(cls) or "").partition("\n")[0] if cls.__doc__ else ""
     if not first.endswith(".") or re.match(r"(?i)(this|a node|the node|node that|class)\b", first):
-        yield f"the first line of its docstring must say what the node does and end with a full stop, it is {first!r}"
+        yield f"the first line of its docstring must say what the node does and end with a full stop, got {first!r}"
     for port in (port for port in cls.fields.values() if port.side != "state" and not port.is_exec):
         told = port.doc or port.unit or port.tokens or port.component or re.search(r"[A-Z_]", port.name)
         if not told and port.name.lower() not in cls.type_name.lower():
-            yield f"{port.name}: a name of one word needs a doc"
+            yield f"{port.name}: a port whose name is one word needs a description, `doc=`"
         words = {word.removesuffix("s") for word in port.field.split("_")}
         real = str(port.type).startswith(("double", "float", "half", "vector"))
         if real and not port.unit and "type" not in words and words.intersection(_PHYSICAL.split()):
-            yield f"{port.name}: a physical quantity needs a unit"
+            yield f"{port.name}: a physical quantity needs a unit, `unit=`"
 
 
 def _shape(cls: type[Node]) -> Iterator[str]:
     if not re.fullmatch(r"[A-Za-z_]\w*(\.[A-Za-z_]\w*)+", cls.type_name):
-        yield f"a registered name has several parts, as in my_robots.Gripper; type= is {cls.type_name!r}"
+        yield f"a type name needs several parts joined by dots, such as my_robots.Gripper; type= is {cls.type_name!r}"
     for name in (cls.type_name, *cls.aliases):
         if (other := default_registry().types.get(name, cls)) not in cls.__mro__:  # one may have grown ports
-            yield f"{name!r} is the name of {other.__module__}.{other.__qualname__}"
+            yield f"the type name {name!r} belongs to {other.__module__}.{other.__qualname__}"
     named = [f"{port.side}:{port.name}" for port in cls.fields.values()]
     yield from (f"{named.count(name)} ports are called {name}" for name in sorted(set(named)) if named.count(name) > 1)
     for port in cls.fields.values():
@@ -72,13 +73,13 @@ def _shape(cls: type[Node]) -> Iterator[str]:
             if port.side != "state" and not port.is_exec and not port.required:
                 port.check(port.default)
         except (TypeError, ValueError) as error:
-            yield f"{port.name}: its default {port.default!r} is not legal: {error}"
+            yield f"{port.name}: the default {port.default!r} is not valid: {error}"
     try:
         registry = Registry()
         registry.add(cls)
         json.dumps(make_schema("graph", registry), allow_nan=False)
     except Exception as error:  # whatever it is, the author has to know
-        yield f"it cannot be described as JSON Schema: {error}"
+        yield f"the node cannot be described as JSON Schema: {error}"
 
 
 def _behaviour(cls: type[Node], make: Callable[[], RecordingContext], inputs: Mapping[str, Any]) -> Iterator[str]:
@@ -93,7 +94,10 @@ def _behaviour(cls: type[Node], make: Callable[[], RecordingContext], inputs: Ma
         if one != other:
             yield "two instances with the same inputs behave differently; take time and random numbers from the context"
         elif one != again:
-            yield "it behaves differently after a stop; fields that setup assigns are Bound, others are State with a default"
+            yield (
+                "the node behaves differently after a stop; "
+                "declare fields that setup assigns as Bound, and other fields as State with a default"
+            )
     except Exception as error:  # whatever it is, the author has to know
         yield f"{type(error).__name__} in line {traceback.extract_tb(error.__traceback__)[-1].lineno}: {error}"
 
@@ -103,7 +107,11 @@ def _has_no_type_yet(port: Port) -> bool:
 
 
 def _two_plays(node: Any, context: RecordingContext) -> list[list[object]]:
-    """Return the outputs and messages of a node in three ticks, and in three more after a stop, in a comparable form."""
+    """Run a node for three ticks, stop it, and run it for three more ticks.
+
+    Returns:
+        Outputs and messages before the stop, and after the stop, as two lists that can be compared.
+    """
     if hasattr(node, "__dict__"):
         raise TypeError("instances have a __dict__, which hides misspelt attributes; a base class lacks __slots__")
     record, again = plays = [list[object](), list[object]()]

@@ -1,4 +1,4 @@
-"""The context of one node in a test."""
+"""A context in which tests run a single node without a session."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ from graphengine.testing.recording_world import RecordingWorld
 
 
 class RecordingContext(Context):
-    """Test context for a single node, with a recording world and an in-memory transport.
+    """A context for the test of a single node, with a `RecordingWorld` and an in-memory transport.
 
     Args:
         prim_path: path of the node's prim.
-        wanted: whether every topic counts as having a subscriber. If false, a topic has only the subscribers that the test adds
-            to `transport`, and most nodes publish nothing without one.
-        ros_domain_id: value of the environment variable `ROS_DOMAIN_ID`; None: not set.
+        wanted: whether every topic counts as having a subscriber. If False, topics have only the subscribers that the test
+            adds to `transport`; most nodes publish nothing on a topic without subscribers.
+        ros_domain_id: value of the environment variable `ROS_DOMAIN_ID`; None if the variable is not set.
     """
 
     def __init__(
@@ -38,12 +38,12 @@ class RecordingContext(Context):
 
     @property
     def transport(self) -> MemoryTransport:
-        """The in-memory transport, with all messages published so far."""
+        """The in-memory transport, which has all messages that the node published so far."""
         self.services.network.flush()
         return self._memory
 
     def tick(self, ticks: int = 1) -> None:
-        """Begin the next tick, or several: advance time and deliver the messages that arrived."""
+        """Advance time by a number of ticks; each tick delivers the messages that were sent to the node before."""
         for _ in range(ticks):
             shared = self.services
             frozen: list[Any] = [shared.network, shared.keys, *shared.queues.values(), *self.variables.values()]
@@ -52,7 +52,7 @@ class RecordingContext(Context):
             self.clock.set_frame(self.clock.frame + 1)
 
     def stop(self, *nodes: Node) -> None:
-        """Stop as a session does: reset time to 0, and the node's outputs and state to their defaults."""
+        """Stop as a session does: reset time to 0, and outputs and state of `nodes` to their defaults."""
         self.services.forget_calls()
         for node in nodes:
             node.reset()

@@ -1,4 +1,4 @@
-"""A world whose bodies, robots and devices tests define, move and read."""
+"""A world without physics for tests. A test adds bodies, robots and devices as stubs, and sets and reads their values."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ D = TypeVar("D")
 
 
 class RecordingEntities(DryEntities):
-    """The robots and bodies of a test's world, by their prim paths."""
+    """The movable robots and bodies of a RecordingWorld, by prim path."""
 
     def __init__(self, world: RecordingWorld) -> None:
         super().__init__(world.stage)
         self._world = world
 
     def place(self, name: str, move: Move) -> None:
-        """Move a robot or body."""
+        """Move a robot or body to a pose with a velocity; fields of `move` that are not set keep the present value."""
         body = self._world.body(self._world.stage.find(name))
         present = body.pose()
         body.place(move.position or present[0], move.orientation or present[1])
@@ -30,23 +30,23 @@ class RecordingEntities(DryEntities):
 
 
 class RecordingWorld(DryWorld):
-    """A world whose bodies, robots and devices tests define and move. `stage.add` defines other prims.
+    """A world without physics for tests. A test adds bodies, robots and devices, and moves them.
 
-    Sessions can use it too.
+    `stage.add` adds other prims. A session can also run with this world.
     """
 
     def __init__(self, tick_period: tuple[int, int] = (1, 60), substeps: int = 1) -> None:
         super().__init__(Stage(), tick_period, substeps)
 
     def add_body(self, path: str, position: Vector3 = ORIGIN, orientation: Quaternion = IDENTITY) -> BodyStub:
-        """Define a rigid body by its pose in the world frame, and return its stub."""
+        """Add a rigid body at a pose in the world frame (position in m), and return the body's stub."""
         prim = self.stage.add(path, "body", position=position, orientation=orientation, body=path)
         return self._bodies.setdefault(prim, BodyStub(position, orientation))
 
     def add_robot(self, path: str, joints: Sequence[str] = (), **facts: Any) -> ArticulationStub:
-        """Define a robot with a link `Geometry/base_link`, and return the stub of its joints.
+        """Add a robot with the given joints, and return the stub of its articulation.
 
-        The robot's root prim is a body that carries the link.
+        The robot's root prim is a body; its only link is `Geometry/base_link`. `facts` are further properties of the robot.
         """
         base = f"{path}/Geometry/base_link"
         robot = self.stage.add(path, "robot", body=base, facts={"base_link": base, "joints": tuple(joints), **facts})
@@ -55,16 +55,16 @@ class RecordingWorld(DryWorld):
         return self.articulation(robot)
 
     def add_device(self, stub: Callable[..., D], path: str, **facts: Any) -> D:
-        """Define the prim of a device, and return the device's stub.
+        """Add the prim of a device, and return the device's stub.
 
         Args:
             stub: class of the stub, such as `LidarStub`.
-            path: path of the prim.
-            facts: values of the device's profile that the stub reads, such as `rate` (Hz).
+            path: path of the device's prim.
+            facts: properties of the device that the stub reads, such as `rate` (Hz).
         """
         return self.device(stub, self.stage.add(path, device_of(stub).kind, facts=facts))
 
     @property
     def entities(self) -> RecordingEntities:
-        """The robots and bodies, each as one entity."""
+        """All robots and bodies of the world; each of them is one entity."""
         return RecordingEntities(self)

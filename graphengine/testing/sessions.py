@@ -1,4 +1,4 @@
-"""Sessions for tests of graphs and scenes."""
+"""Starts sessions for tests of graphs and scenes."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ FixtureScope = Literal["function", "class", "module", "package", "session"]
 
 
 def session(source: str | PathLike[str], **arguments: Any) -> Session:
-    """Start a session of a scene or graph, for a `with` statement.
+    """Load a scene or graph, start a session of it and return the session, for a `with` statement.
 
         with session("dd100_flat", set={"DiffController.maxLinearSpeed": 0.5}, seed=1) as sim:
             sim.step()
 
     Args:
-        source: path of a file, or name of an included scene or graph.
+        source: path of a file, or name of a scene or graph in the package.
         arguments: keyword arguments of `graphengine.load` and `Scene.session`.
 
     Raises:
@@ -38,7 +38,7 @@ def session_fixture(
     scope: FixtureScope = "function",
     **arguments: Any,
 ) -> Any:
-    """Make a pytest fixture that gives each test a session and closes it at the end; the scene is loaded once.
+    """Return a pytest fixture that gives each test a new session and closes it afterwards; the scene is loaded only once.
 
         sim = session_fixture("dd100_flat", seed=1)
 
@@ -46,8 +46,8 @@ def session_fixture(
             assert sim.run(1.0) and sim.robots["dd100"].velocity.linear[0] < 1e-3
 
     Args:
-        source: path of a file, or name of an included scene or graph.
-        scope: pytest scope of the fixture.
+        source: path of a file, or name of a scene or graph in the package.
+        scope: pytest scope of the fixture; with another scope than `function`, tests of that scope share one session.
         arguments: keyword arguments of `graphengine.load` and `Scene.session`.
     """
     import pytest
@@ -63,7 +63,7 @@ def session_fixture(
 
 
 def _loader(source: str | PathLike[str], arguments: dict[str, Any]) -> tuple[Callable[[], Scene], dict[str, Any]]:
-    """Return a function that loads the scene once, and those of the keyword arguments that `Scene.session` takes."""
+    """Return a cached function that loads the scene, and the part of `arguments` that belongs to `Scene.session`."""
     from graphengine.api.scene_loading import load
 
     names = inspect.signature(load).parameters

@@ -1,1 +1,1 @@
-"""Events and flow control (`omni.graph.action`)."""
+"""Event nodes and flow control nodes (`omni.graph.action`)."""

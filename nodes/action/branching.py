@@ -1,4 +1,4 @@
-"""Nodes that choose or order execution outputs (`omni.graph.action`)."""
+"""Nodes that select which execution outputs fire, or in which order (`omni.graph.action`)."""
 
 from __future__ import annotations
 
@@ -16,20 +16,20 @@ class Branch(Node, type="omni.graph.action.Branch"):
     exec_false = ExecOut()
 
     def compute(self) -> Fire:
-        """Return the output to fire."""
+        """Return `execTrue` or `execFalse`, depending on `condition`."""
         return self.exec_true if self.condition else self.exec_false
 
 
 class Multisequence(Node, type="omni.graph.action.Multisequence"):
     """Fires `output0`, `output1`, … one after the other; the nodes behind an output finish before the next output fires.
 
-    Isaac Sim's menu calls it Sequence.
+    In the menu of Isaac Sim, this node is called Sequence.
     """
 
     numbered: ClassVar[Numbered] = {"output": ExecOut}
 
     exec_in = ExecIn()
-    output0 = ExecOut(doc="first output; wires from `output1`, `output2`, … add these outputs")
+    output0 = ExecOut(doc="first output; a wire from `output1`, `output2`, … adds that output")
 
     def compute(self) -> Pushes:
         """Yield the wired outputs in the order of their numbers."""
@@ -40,7 +40,7 @@ class Multisequence(Node, type="omni.graph.action.Multisequence"):
 class Sequence(Node, type="omni.graph.action.Sequence", counts=True):
     """Fires `a` and `b` alternately; the first execution after play fires `a`.
 
-    Isaac Sim hides this older type in its menu, where Sequence means Multisequence.
+    Isaac Sim's menu hides this older node type; the menu entry Sequence creates a Multisequence.
     """
 
     exec_in = ExecIn()
@@ -67,7 +67,7 @@ class SwitchToken(Node, type="omni.graph.action.SwitchToken", gated=True):
     value: Token = In(default="", doc="token to compare with `branch0`, `branch1`, …")
 
     def compute(self) -> Fire:
-        """Return the output of the first branch that equals `value`."""
+        """Return the output of the first branch that equals `value`, or None if no branch does."""
         for branch in self.series["branch"]:
             if getattr(self, branch) == self.value:
                 fired: Fire = getattr(self, f"output{branch.removeprefix('branch')}", None)

@@ -1,4 +1,4 @@
-"""Named events between nodes (`omni.graph.action`), delivered in the tick after the one in which they are sent."""
+"""Nodes that send and receive named events (`omni.graph.action`). An event sent in one tick is received in the next tick."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ class CustomEventNode(Node):
     mailbox: Mailbox = Bound()
 
     def setup(self, context: Context) -> None:
-        """Bind the queue of the events named `eventName`."""
+        """Create a mailbox on the queue of the events named `eventName`."""
         self.mailbox = context.mailbox(f"event:{self.event_name}")
 
 
@@ -29,7 +29,7 @@ class SendCustomEvent(CustomEventNode, type="omni.graph.action.SendCustomEvent")
     exec_out = ExecOut()
 
     def compute(self) -> None:
-        """Post the event to its queue, for the next tick."""
+        """Post the event to its queue; the receivers get it in the next tick."""
         self.mailbox.post((self.bundle, self.path))
 
 
@@ -43,7 +43,7 @@ class OnCustomEvent(CustomEventNode, type="omni.graph.action.OnCustomEvent"):
     path: Token = Out(doc="path sent with the event")
 
     def compute(self) -> Pushes:
-        """Set the outputs and yield `execOut`, once for each event."""
+        """For each event of the previous tick, set the outputs and yield `execOut`."""
         for bundle, path in self.mailbox.take():
             self.bundle, self.path = bundle, path
             yield self.exec_out

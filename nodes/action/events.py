@@ -1,4 +1,4 @@
-"""Events at the start of a tick (`omni.graph.action`)."""
+"""Event nodes that fire at the start of a tick (`omni.graph.action`)."""
 
 from __future__ import annotations
 
@@ -7,15 +7,15 @@ from graphengine.node.types import Token, UInt
 
 
 class TickEvent(Node):
-    """Base of event nodes that read the clock; their graph must run once a tick."""
+    """Base of event nodes that count ticks with the clock of their graph. The graph must run once a tick."""
 
     clock: Clock = Bound()
 
     def setup(self, context: Context) -> None:
-        """Bind the clock, which counts ticks.
+        """Store the clock of the node's graph in `clock`.
 
         Raises:
-            ContextError: the graph runs at every physics step.
+            ContextError: the graph runs at every physics step instead of once a tick.
         """
         if context.runs != "tick":
             raise ContextError(
@@ -35,7 +35,7 @@ class OnPlaybackTick(TickEvent, type="omni.graph.action.OnPlaybackTick"):
     time: float = Out(unit="s", doc="simulation time since play; one tick period in the first tick")
 
     def compute(self) -> None:
-        """Output the clock's values."""
+        """Output the tick period, the tick number and the simulation time."""
         clock = self.clock
         self.delta_seconds = clock.delta
         self.frame = float(clock.frame)
@@ -45,25 +45,27 @@ class OnPlaybackTick(TickEvent, type="omni.graph.action.OnPlaybackTick"):
 class OnTick(TickEvent, type="omni.graph.action.OnTick", gated=True):
     """Fires in the first tick after play, then every `framePeriod` + 1 ticks.
 
-    It needs a graph with `runs: tick` (the default).
+    The node needs a graph with `runs: tick` (the default).
     """
 
     frame_period: UInt = In(default=0, doc="number of ticks to skip between two firings; 0: fire in every tick")
     only_playback: bool = In(default=True, doc="no effect: graphs run only while the simulation plays")
     tick = ExecOut()
     time: float = Out(unit="s", doc="simulation time since play")
-    delta_seconds: float = Out(unit="s", doc="simulation time since the last firing, or since play at the first one")
+    delta_seconds: float = Out(
+        unit="s", doc="simulation time since the previous firing; at the first firing, simulation time since play"
+    )
     frame: float = Out(doc="number of the tick since play; the first is 1")
     is_playing: bool = Out()
-    absolute_sim_time: float = Out(unit="s", doc="simulation time since the session began, not reset on stop")
-    time_since_start: float = Out(unit="s", doc="simulation time since the session began, not reset on stop")
+    absolute_sim_time: float = Out(unit="s", doc="simulation time since the session began; a stop does not reset it")
+    time_since_start: float = Out(unit="s", doc="simulation time since the session began; a stop does not reset it")
 
     accumulated_seconds: float = State(default=0.0)
     frame_count: UInt = State(default=0)
     fired: bool = State(default=False)
 
     def compute(self) -> Fire:
-        """Read the clock, and fire if enough ticks have passed."""
+        """Count the tick; if enough ticks have passed, set the outputs and fire."""
         clock = self.clock
         self.accumulated_seconds += clock.delta
         self.frame_count += 1
@@ -78,16 +80,18 @@ class OnTick(TickEvent, type="omni.graph.action.OnTick", gated=True):
 
 
 class OnVariableChange(Node, type="omni.graph.action.OnVariableChange", gated=True):
-    """Fires in the tick after one in which the value of a graph variable changed."""
+    """Fires in each tick that follows a tick in which the value of a graph variable changed."""
 
-    variable_name: Token = In(default="", setup=True, required=True, doc="name of one of the graph's `variables:`")
+    variable_name: Token = In(
+        default="", setup=True, required=True, doc="name of a variable below `variables:` in the graph file"
+    )
     only_playback: bool = In(default=True, doc="no effect: graphs run only while the simulation plays")
     changed = ExecOut()
 
     variable: Variable = Bound()
 
     def setup(self, context: Context) -> None:
-        """Bind the variable.
+        """Look up the graph variable `variableName` and keep it.
 
         Raises:
             ContextError: the graph has no variable with this name.

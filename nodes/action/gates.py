@@ -1,6 +1,7 @@
 """Nodes that let executions through or hold them back (`omni.graph.action`).
 
-A node computes once for each activation of its execution inputs. A toggle or reset acts before an execution that arrives with it.
+A node computes once for each activation of its execution inputs. If `toggle` or `reset` fires together with the other execution
+input of a node, the toggle or reset is applied first.
 """
 
 from __future__ import annotations
@@ -11,17 +12,17 @@ from graphengine.node import Context, ExecIn, ExecOut, Fire, In, Int, Int64, Nod
 
 
 class Gate(Node, type="omni.graph.action.Gate", gated=True, counts=True):
-    """Passes executions on while it is open."""
+    """Fires `exit` for each execution of `enter` while the gate is open."""
 
     enter = ExecIn()
-    toggle = ExecIn(control=True, doc="opens a closed gate, closes an open one")
-    start_closed: bool = In(default=False, doc="whether the gate is closed at play")
+    toggle = ExecIn(control=True, doc="opens the gate if it is closed, closes it if it is open")
+    start_closed: bool = In(default=False, doc="true: the gate is closed when the simulation starts to play")
     exit_out = ExecOut(name="exit")
 
     toggled: bool = State(default=False)
 
     def compute(self) -> Fire:
-        """Apply toggles, then fire if the gate is open."""
+        """Apply the toggles, then fire if `enter` was executed and the gate is open."""
         if self.toggle % 2:
             self.toggled = not self.toggled
         return self.exit_out if self.enter and self.toggled == self.start_closed else None
@@ -30,20 +31,20 @@ class Gate(Node, type="omni.graph.action.Gate", gated=True, counts=True):
 class Multigate(Node, type="omni.graph.action.Multigate", gated=True, counts=True):
     """Fires one of `output0`, `output1`, … per execution, in turn, and starts again after the last one.
 
-    An unwired output before the last wired one has its turn too: that execution fires nothing.
+    Unwired outputs before the last wired output have their turns too; in the turn of an unwired output, nothing fires.
     """
 
     numbered: ClassVar[Numbered] = {"output": ExecOut}
 
     exec_in = ExecIn()
     reset_in = ExecIn(name="reset", control=True, doc="makes the next execution fire `output0`")
-    output0 = ExecOut(doc="first output; wires from `output1`, `output2`, … add these outputs")
+    output0 = ExecOut(doc="first output; a wire from `output1`, `output2`, … adds that output")
 
     next: int = State(default=0)
     turns: tuple[int | None, ...] = State(default=())
 
     def compute(self) -> Fire:
-        """Apply a reset, then return the next output."""
+        """Apply a reset, then return the output whose turn it is."""
         if self.reset_in:
             self.next = 0
         if not self.exec_in:
@@ -65,13 +66,13 @@ class FlipFlop(Node, type="omni.graph.action.FlipFlop", counts=True):
     is_a: bool = Out(doc="true if the last execution fired `a`, false if it fired `b`")
 
     def compute(self) -> Fire:
-        """Return `a` and `b` alternately."""
+        """Return `a` in the first, third, … execution since play, `b` in all others."""
         self.is_a = not self.is_a
         return self.a if self.is_a else self.b
 
 
 class Once(Node, type="omni.graph.action.Once", counts=True):
-    """Fires `once` at the first execution since play, and `after` at all later ones."""
+    """Fires `once` at the first execution since play or the last reset, and `after` at all later executions."""
 
     exec_in = ExecIn()
     reset_in = ExecIn(name="reset", control=True, doc="makes the next execution count as the first")
@@ -92,7 +93,7 @@ class Once(Node, type="omni.graph.action.Once", counts=True):
 
 
 class Counter(Node, type="omni.graph.action.Counter", counts=True):
-    """Counts its executions since play or the last reset; a reset fires `execOut` too."""
+    """Counts the executions of `execIn` since play or the last reset. Fires `execOut` at executions and at resets."""
 
     exec_in = ExecIn()
     reset_in = ExecIn(name="reset", control=True, doc="sets the count to 0")
@@ -100,7 +101,7 @@ class Counter(Node, type="omni.graph.action.Counter", counts=True):
     exec_out = ExecOut()
 
     def compute(self) -> None:
-        """Apply a reset, then count the execution."""
+        """Apply a reset, then count the execution of `execIn`, if any."""
         if self.reset_in:
             self.count = 0
         if self.exec_in:
@@ -108,7 +109,7 @@ class Counter(Node, type="omni.graph.action.Counter", counts=True):
 
 
 class Rendezvous(Node, gated=True, counts=True):
-    """Base of nodes that fire when the number of executions equals the number of wires into `execIn`."""
+    """Base of nodes that count executions and fire when the count equals the number of wires into `execIn`."""
 
     exec_in = ExecIn()
     exec_out = ExecOut()
@@ -117,11 +118,15 @@ class Rendezvous(Node, gated=True, counts=True):
     arrived: int = State(default=0)
 
     def setup(self, context: Context) -> None:
-        """Count the wires."""
+        """Store the number of wires into `execIn`."""
         self.wires = context.wires_into("exec_in")
 
     def arrive(self, *, anew: bool) -> Fire:
-        """Count an execution, restarting at 1 if `anew`, and fire if the count is complete."""
+        """Count an execution, and return `execOut` if the count has reached the number of wires.
+
+        Args:
+            anew: true to discard the previous count, so that this execution counts as the first.
+        """
         self.arrived = 1 if anew else self.arrived + 1
         if self.arrived < self.wires:
             return None
@@ -132,15 +137,15 @@ class Rendezvous(Node, gated=True, counts=True):
 class SyncGate(Rendezvous, type="omni.graph.action.SyncGate"):
     """Counts executions with the same `syncValue`, and fires when the count equals the number of wires into `execIn`.
 
-    A new value restarts the count, and so does firing; OmniGraph's SyncGate instead fires at each further execution with the
-    same value.
+    The count restarts when `syncValue` changes and when the node has fired. OmniGraph's SyncGate does not restart the count
+    after firing; it fires at each further execution with the same value.
     """
 
     sync_value_in: UInt64 = In(default=0, name="syncValue")
-    sync_value_out: UInt64 = Out(name="syncValue", doc="`syncValue` input at the last execution")
+    sync_value_out: UInt64 = Out(name="syncValue", doc="value of the input `syncValue` at the last execution")
 
     def compute(self) -> Fire:
-        """Count the execution, and fire if the count is complete."""
+        """Count the execution, and fire if the count has reached the number of wires."""
         other = self.sync_value_in != self.sync_value_out
         self.sync_value_out = self.sync_value_in
         return self.arrive(anew=other)
@@ -149,18 +154,23 @@ class SyncGate(Rendezvous, type="omni.graph.action.SyncGate"):
 class RationalTimeSyncGate(Rendezvous, type="omni.graph.action.RationalTimeSyncGate"):
     """Counts executions with the same rational time, and fires when the count equals the number of wires into `execIn`.
 
-    A new time restarts the count, and so does firing.
+    The count restarts when the time changes and when the node has fired.
     """
 
     numerator_in: Int64 = In(default=0, name="rationalTimeNumerator", doc="numerator of the time in seconds")
     denominator_in: UInt64 = In(default=0, name="rationalTimeDenominator", doc="denominator of the time in seconds")
-    numerator_out: Int64 = Out(name="rationalTimeNumerator", doc="`rationalTimeNumerator` input at the last execution")
+    numerator_out: Int64 = Out(
+        name="rationalTimeNumerator", doc="value of the input `rationalTimeNumerator` at the last execution"
+    )
     denominator_out: UInt64 = Out(
-        name="rationalTimeDenominator", doc="`rationalTimeDenominator` input at the last execution"
+        name="rationalTimeDenominator", doc="value of the input `rationalTimeDenominator` at the last execution"
     )
 
     def compute(self) -> Fire:
-        """Count the execution; 1/2 and 2/4 are the same time, 1/0 and 2/0 are not."""
+        """Count the execution, and fire if the count has reached the number of wires.
+
+        1/2 and 2/4 are the same time. If a denominator is 0, times with the same numerator are the same.
+        """
         crosswise = self.numerator_in * self.denominator_out == self.numerator_out * self.denominator_in
         both = self.denominator_in and self.denominator_out
         same = crosswise if both else self.numerator_in == self.numerator_out

@@ -1,8 +1,8 @@
-"""Keyboard events and states (`omni.graph.action`, `omni.graph.nodes`).
+"""Nodes that read the keyboard (`omni.graph.action`, `omni.graph.nodes`).
 
-Keys come from the terminal of `graphrun run`, or from `graphrun ctl press` and `release`. A terminal reports that a key was
-pressed and repeats it while the key is held, but does not report its release: a key counts as released 0.6 s after the last
-report. A terminal sends no modifiers alone, and none with arrow keys.
+Keys come from the terminal of `graphrun run`, or from `graphrun ctl press` and `graphrun ctl release`. A terminal reports the
+press of a key and repeats the report while the key is held. It does not report the release, so a key counts as released 0.6 s
+after the last report. A terminal reports a modifier only together with another key, and not together with an arrow key.
 """
 
 from __future__ import annotations
@@ -17,20 +17,25 @@ class KeyboardNode(Node):
     keyboard: Keyboard = Bound()
 
     def setup(self, context: Context) -> None:
-        """Bind the keyboard."""
+        """Store the keyboard of the session in `keyboard`."""
         self.keyboard = context.keyboard()
 
 
 class OnKeyboardInput(KeyboardNode, type="omni.graph.action.OnKeyboardInput"):
-    """Fires `pressed` when a key is pressed, and `released` when this key or one of the required modifiers is released.
+    """Fires `pressed` when the key `keyIn` is pressed, and `released` when it or one of the required modifiers is released.
 
-    The press counts only if exactly the modifiers set by `shiftIn`, `altIn` and `ctrlIn` are held.
+    `shiftIn`, `altIn` and `ctrlIn` select the required modifiers. A press counts only if all required modifiers, and no other
+    modifiers, are held.
     """
 
     key_in: Token = In(default="A", tokens=KEYS)
-    shift_in: bool = In(default=False, doc="true: Shift must be held when the key is pressed; false: must not be held")
-    alt_in: bool = In(default=False, doc="true: Alt must be held when the key is pressed; false: must not be held")
-    ctrl_in: bool = In(default=False, doc="true: Ctrl must be held when the key is pressed; false: must not be held")
+    shift_in: bool = In(
+        default=False, doc="true: Shift must be held when the key is pressed; false: Shift must not be held"
+    )
+    alt_in: bool = In(default=False, doc="true: Alt must be held when the key is pressed; false: Alt must not be held")
+    ctrl_in: bool = In(
+        default=False, doc="true: Ctrl must be held when the key is pressed; false: Ctrl must not be held"
+    )
     only_playback: bool = In(default=True, doc="no effect: graphs run only while the simulation plays")
     pressed = ExecOut()
     released = ExecOut()
@@ -38,7 +43,7 @@ class OnKeyboardInput(KeyboardNode, type="omni.graph.action.OnKeyboardInput"):
     key_out: Token = Out(doc="key that was last pressed")
 
     def compute(self) -> Fire:
-        """Compare the keys held in this tick with those of the previous one."""
+        """Compare the keys held in this tick with the keys held in the previous tick, and fire on a press or a release."""
         keyboard = self.keyboard
         wanted = {"shift": self.shift_in, "alt": self.alt_in, "ctrl": self.ctrl_in}
         wanted = {modifier: needed for modifier, needed in wanted.items() if self.key_in not in MODIFIERS[modifier]}
@@ -54,7 +59,7 @@ class OnKeyboardInput(KeyboardNode, type="omni.graph.action.OnKeyboardInput"):
 
 
 class ReadKeyboardState(KeyboardNode, type="omni.graph.nodes.ReadKeyboardState", volatile=True):
-    """Outputs whether a key is held down, and whether Shift, Alt and Ctrl are."""
+    """Outputs whether the key `key` is held down, and whether the modifiers Shift, Alt and Ctrl are held down."""
 
     key: Token = In(default="A", tokens=KEYS)
     is_pressed: bool = Out()
@@ -63,6 +68,6 @@ class ReadKeyboardState(KeyboardNode, type="omni.graph.nodes.ReadKeyboardState",
     ctrl_out: bool = Out()
 
     def compute(self) -> None:
-        """Read the state of the key and of the modifiers."""
+        """Output the current state of the key and of the modifiers."""
         self.is_pressed = self.key in self.keyboard.held
         self.shift_out, self.alt_out, self.ctrl_out = map(self.keyboard.any_of, ("shift", "alt", "ctrl"))

@@ -1,4 +1,7 @@
-"""Log messages for users (`omni.graph.action`, `omni.graph.ui_nodes`). A repeated message is logged once."""
+"""Nodes that log messages for users (`omni.graph.action`, `omni.graph.ui_nodes`).
+
+If a node logs the same message again, `graphrun run` does not print it again.
+"""
 
 from __future__ import annotations
 
@@ -12,7 +15,7 @@ _SEVERITIES = {"Verbose": "info", "Info": "info", "Warn": "warning", "Warning": 
 
 
 class TellingNode(Node):
-    """Base of nodes that log a message."""
+    """Base of nodes that log a message with the severity `logLevel`."""
 
     exec_in = ExecIn()
     exec_out = ExecOut()
@@ -20,11 +23,15 @@ class TellingNode(Node):
     log: Callable[[Any, str], None] = Bound()
 
     def setup(self, context: Context) -> None:
-        """Bind the log."""
+        """Store the session's log function in `log`."""
         self.log = context.log
 
     def tell(self, level: str, text: str) -> None:
-        """Log a message with a severity: the value of `logLevel`.
+        """Log a message.
+
+        Args:
+            level: severity, the value of the input `logLevel`.
+            text: the message.
 
         Raises:
             BadValueError: the severity is unknown.
@@ -33,23 +40,23 @@ class TellingNode(Node):
 
 
 class LogMessage(TellingNode, type="omni.graph.action.LogMessage"):
-    """Logs a message, prefixed with the node's path."""
+    """Logs a message, prefixed with the node's prim path."""
 
     channel: Token = In(default="omni.graph.nodes_core.plugin", doc="no effect: there is only one log")
     log_level: Token = In(default="Info", tokens=("Verbose", "Info", "Warn", "Error"))
     message: String = In(default="", doc="text to log")
 
     def compute(self) -> None:
-        """Log the message.
+        """Log `message` with the severity `logLevel`.
 
         Raises:
-            BadValueError: `logLevel` is unknown.
+            BadValueError: the value of `logLevel` is not a known severity.
         """
         self.tell(self.log_level, self.message)
 
 
 class PrintText(TellingNode, type="omni.graph.ui_nodes.PrintText"):
-    """Logs a text, prefixed with the node's path."""
+    """Logs a text, prefixed with the node's prim path."""
 
     text: String = In(default="", doc="text to log")
     log_level: Token = In(default="Info", tokens=("Info", "Warning", "Error"))
@@ -57,9 +64,9 @@ class PrintText(TellingNode, type="omni.graph.ui_nodes.PrintText"):
     viewport: Token = In(default="", doc="no effect: there is no viewport")
 
     def compute(self) -> None:
-        """Log the text.
+        """Log `text` with the severity `logLevel`.
 
         Raises:
-            BadValueError: `logLevel` is unknown.
+            BadValueError: the value of `logLevel` is not a known severity.
         """
         self.tell(self.log_level, self.text)

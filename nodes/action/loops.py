@@ -1,7 +1,8 @@
-"""Loops within one tick (`omni.graph.action`).
+"""Loop nodes, which run all their iterations within one tick (`omni.graph.action`).
 
-In each iteration, the nodes behind `loopBody` run to their end. If one of them fires `breakLoop`, this iteration is the last; a
-loop that is not running ignores `breakLoop`. `finished` fires after a break too. Outputs keep their values of the last iteration.
+In each iteration, all nodes behind `loopBody` run. If one of them fires the loop's input `breakLoop`, this iteration is the
+last one. A loop that is not running ignores `breakLoop`. `finished` fires after a break too. After the loop, the outputs keep
+the values of the last iteration.
 """
 
 from __future__ import annotations
@@ -22,31 +23,31 @@ class ForLoop(Node, type="omni.graph.action.ForLoop"):
     break_loop = ExecIn(control=True, doc="ends the loop after the current iteration; wire it from the loop body")
     start: Int = In(default=0, doc="first `value`")
     stop: Int = In(default=0, doc="end of the range of `value`, not included")
-    step: Int = In(default=1, doc="increment of `value` per iteration, may be negative; 0 is an error")
+    step: Int = In(default=1, doc="increment of `value` per iteration; it may be negative, but 0 is an error")
     loop_body = ExecOut()
-    index: Int = Out(doc="number of the iteration, from 0")
+    index: Int = Out(doc="number of the current iteration, from 0")
     value: Int = Out(doc="`start` + `step` * `index`")
     finished = ExecOut()
 
     breaks: bool = Bound()
 
     def setup(self, context: Context) -> None:
-        """Check whether `breakLoop` is wired."""
+        """Check whether `breakLoop` is wired; a loop with a break may have any number of iterations."""
         self.breaks = context.wires_into("break_loop") > 0
 
     def compute(self) -> Pushes:
         """Yield `loopBody` for each value, then `finished`.
 
         Raises:
-            BadValueError: `step` is 0, or the loop has too many iterations.
+            BadValueError: `step` is 0, or the loop has too many iterations and `breakLoop` is not wired.
         """
         if self.break_loop and not self.exec_in:
             return
         if not self.step:
-            raise BadValueError("step", self.step, "a positive or a negative number")
+            raise BadValueError("step", self.step, "other than 0")
         rounds = range(self.start, self.stop, self.step)
         if len(rounds) > self.max_pushes and not self.breaks:
-            raise BadValueError("start, stop, step", rounds, f"{self.max_pushes} numbers or fewer")
+            raise BadValueError("start, stop, step", rounds, f"a range of {self.max_pushes} numbers or fewer")
         for index, value in enumerate(rounds):
             self.index, self.value = index, value
             yield self.loop_body
@@ -74,7 +75,7 @@ class ForEach(Node, type="omni.graph.action.ForEach"):
         """Yield `loopBody` for each element, then `finished`.
 
         Raises:
-            BadValueError: the loop has too many iterations.
+            BadValueError: the array has more elements than a loop may have iterations.
         """
         _check_rounds(self, "arrayIn", self.array_in)
         for index, element in enumerate(self.array_in):
@@ -98,7 +99,7 @@ class ForEachTarget(Node, type="omni.graph.action.ForEachTarget"):
         """Yield `loopBody` for each prim, then `finished`.
 
         Raises:
-            BadValueError: the loop has too many iterations.
+            BadValueError: there are more prims than a loop may have iterations.
         """
         _check_rounds(self, "targets", self.targets)
         for index, path in enumerate(self.targets):
@@ -114,16 +115,16 @@ class WhileLoop(Node, type="graphengine.action.WhileLoop"):
 
     exec_in = ExecIn()
     break_loop = ExecIn(control=True, doc="ends the loop after the current iteration; wire it from the loop body")
-    condition: bool = In(default=False, doc="whether to run another iteration; evaluated before each one")
+    condition: bool = In(default=False, doc="whether to run another iteration; evaluated before each iteration")
     loop_body = ExecOut()
-    index: Int = Out(doc="number of the iteration, from 0")
+    index: Int = Out(doc="number of the current iteration, from 0")
     finished = ExecOut()
 
     def compute(self) -> Pushes:
         """Yield `loopBody` as long as `condition` is true, then `finished`.
 
         Raises:
-            BadValueError: the loop has too many iterations.
+            BadValueError: `condition` is still true after the largest allowed number of iterations.
         """
         if self.break_loop and not self.exec_in:
             return

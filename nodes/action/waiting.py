@@ -1,4 +1,4 @@
-"""Nodes that fire some time after their execution (`omni.graph.action`, `omni.graph.nodes`). Times are simulation time."""
+"""Nodes that fire after a delay in simulation time (`omni.graph.action`, `omni.graph.nodes`)."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from graphengine.nodes.clocked import ClockNode
 
 
 class Delay(ClockNode, type="omni.graph.action.Delay"):
-    """Fires `finished` in the first tick that is `duration` or more after the last execution."""
+    """Fires `finished` once, in the first tick in which `duration` has passed since the last execution."""
 
     exec_in = ExecIn(doc="starts or restarts the wait")
     duration: float = In(default=0.0, unit="s", doc="simulation time to wait; a change during the wait has no effect")
@@ -27,7 +27,7 @@ class Delay(ClockNode, type="omni.graph.action.Delay"):
         self.active = True
 
     def update(self) -> Fire:
-        """Return `finished`, to fire in the next tick, if `duration` has passed by then."""
+        """Return `finished` if the wait is over in the next tick. The engine fires the returned output in the next tick."""
         ticks_left = (self.end - self.clock.time) / self.clock.delta
         if ticks_left > 1.0 + 1e-6:  # a sum of periods may be a little more than the time it should be
             return None
@@ -36,13 +36,13 @@ class Delay(ClockNode, type="omni.graph.action.Delay"):
 
 
 class Timer(ClockNode, type="omni.graph.nodes.Timer"):
-    """Moves `value` from `startValue` to `endValue` in `duration` seconds; fires `updated` in each tick of this motion.
+    """Moves `value` from `startValue` to `endValue` in `duration` seconds of simulation time.
 
-    `finished` fires in the tick after the motion.
+    `updated` fires in each tick of this motion, `finished` in the first tick after it.
     """
 
     play = ExecIn(doc="starts the motion of `value` in the next tick; ignored during a motion")
-    duration: float = In(default=1.0, unit="s", doc="simulation time the motion takes; numbers below 0 count as 0")
+    duration: float = In(default=1.0, unit="s", doc="simulation time of the motion; numbers below 0 count as 0")
     start_value: float = In(default=0.0, doc="first `value` of the motion")
     end_value: float = In(default=1.0, doc="last `value` of the motion")
     updated = ExecOut()
@@ -59,7 +59,7 @@ class Timer(ClockNode, type="omni.graph.nodes.Timer"):
             self.active = True
 
     def update(self) -> Fire:
-        """Set the value for the next tick.
+        """Set `value` for the next tick, and return the output to fire in the next tick: `updated` or `finished`.
 
         Raises:
             BadValueError: `duration`, `startValue` or `endValue` is not finite.
@@ -76,16 +76,16 @@ class Timer(ClockNode, type="omni.graph.nodes.Timer"):
 
 
 class Countdown(Node, type="omni.graph.action.Countdown"):
-    """Counts `duration` ticks after an execution; fires `tick` every `period` ticks and `finished` in the last one."""
+    """Counts `duration` ticks after an execution. Fires `tick` every `period` ticks, and `finished` in the last tick."""
 
-    exec_in = ExecIn(doc="starts or restarts the count at 0; nothing fires in this tick")
+    exec_in = ExecIn(doc="starts or restarts the count at 0; the outputs do not fire in the tick of this execution")
     duration: Int = In(default=5, doc="number of ticks to count")
     period: Int = In(default=1, ge=0, doc="number of ticks from one `tick` to the next; 0 counts as 1")
     tick = ExecOut()
     tick_value: Int = Out(
-        doc="number of ticks since `execIn`: 0 in the tick of `execIn`, `duration` when `finished` fires"
+        doc="number of ticks since the last execution: 0 in the tick of the execution, `duration` when `finished` fires"
     )
-    alpha: Float = Out(doc="`tickValue` / `duration`, 0 to 1")
+    alpha: Float = Out(doc="`tickValue` / `duration`, from 0 to 1")
     finished = ExecOut()
 
     count: Int = State(default=-1)
@@ -97,7 +97,7 @@ class Countdown(Node, type="omni.graph.action.Countdown"):
         self.active = True
 
     def update(self) -> Fire:
-        """Count the next tick."""
+        """Count the next tick, set the outputs for it, and return the outputs to fire in it."""
         self.count += 1
         self.tick_value = self.count
         self.alpha = min(1.0, self.count / max(1, self.duration))

@@ -1,1 +1,1 @@
-"""The nodes of `isaacsim.core.nodes`: time, state and pose, render products."""
+"""Nodes of `isaacsim.core.nodes` for time, robot states, poses, images, render products and viewports."""

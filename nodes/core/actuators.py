@@ -1,4 +1,4 @@
-"""Feed-forward efforts of a robot's drives (`isaacsim.core.experimental.actuators`)."""
+"""The node that sets feed-forward efforts of a robot's drives (`isaacsim.core.experimental.actuators`)."""
 
 from __future__ import annotations
 
@@ -18,13 +18,14 @@ class ArticulationActuators(Node, type="isaacsim.core.experimental.actuators.Art
     """Sets feed-forward efforts, which are added to the efforts of the joints' drives.
 
     The actuators are the drives in the robot file: a drive with `stiffness` and `damping` corresponds to Isaac Sim's PD
-    actuator, and `max_force` to its effort limit. A feed-forward effort acts from the next physics step until it is set again
-    or replaced by the `effortCommand` of an IsaacArticulationController. Joints without a drive ignore it, as in Isaac Sim.
+    actuator, and `max_force` to the effort limit of that actuator. A feed-forward effort acts from the next physics step until it
+    is set again or replaced by the `effortCommand` of an IsaacArticulationController. As in Isaac Sim, a feed-forward effort has
+    no effect on a joint without a drive.
 
-    Drives act in every physics step, also if `autoStepPrePhysics` is false; in Isaac Sim, they then act only when the node is
-    executed. `stepDt` has no effect, because PID and neural controllers, which use it in Isaac Sim, are not available; nor are
-    delays and motor curves. The joint's effort limit applies to the feed-forward effort alone and `max_force` to the drive
-    alone; Isaac Sim limits their sum.
+    Drives act in every physics step, even if `autoStepPrePhysics` is false. In Isaac Sim, drives then act only when the node is
+    executed. The joint's effort limit bounds the feed-forward effort, and `max_force` bounds the effort of the drive; Isaac Sim
+    limits the sum of the two. Isaac Sim's PID and neural controllers, delays and motor curves are not available. `stepDt` has no
+    effect, because only those controllers use it.
     """
 
     exec_in = ExecIn()
@@ -34,16 +35,17 @@ class ArticulationActuators(Node, type="isaacsim.core.experimental.actuators.Art
     auto_step_pre_physics: bool = In(default=True, doc="no effect: drives act in every physics step")
     step_dt: float = In(default=0.016667, unit="s", doc="no effect: drives do not integrate errors")
     feedforward_command: Floats = In(
-        unit="N m, N", doc="feed-forward effort of each selected joint, or one for all; empty: keep the present efforts"
+        unit="N m, N",
+        doc="feed-forward efforts: one per selected joint, or one for all selected joints; if empty, efforts do not change",
     )
-    indices: Ints = In(doc="must be empty or 0, as `robotPath` is a single robot")
-    dof_indices: Ints = In(doc="indices of the joints to set; if empty, all")
+    indices: Ints = In(doc="index of the robot: empty or [0], because `robotPath` selects a single robot")
+    dof_indices: Ints = In(doc="indices of the joints whose efforts are set; if empty, all joints")
 
     articulation: Articulation = Bound()
     has_drive: NDArray[np.bool_] = Bound()
 
     def setup(self, context: Context) -> None:
-        """Bind the robot and find the joints with drives."""
+        """Look up the robot at `robotPath` and its joints with drives; warn of inputs that have no effect."""
         self.articulation = context.articulation(self.robot_path)
         positions, velocities = self.articulation.set_points()
         self.has_drive = ~(np.isnan(positions) & np.isnan(velocities))
@@ -53,20 +55,21 @@ class ArticulationActuators(Node, type="isaacsim.core.experimental.actuators.Art
             context.log("warning", f"{self.robot_path} has no joint with a drive: feedforwardCommand has no effect")
 
     def compute(self) -> None:
-        """Set the efforts, or none on an error.
+        """Set the feed-forward efforts of the selected joints that have a drive. On an error, no effort changes.
 
         Raises:
-            BadValueError: no robot or joint has an index, the numbers of efforts and joints differ, or an effort is too large.
+            BadValueError: `indices` contains an index other than 0, an index in `dofIndices` is out of range, the number of
+                efforts is neither 1 nor the number of selected joints, or an effort is infinite or too large.
         """
         efforts = self.feedforward_command.tolist()
         if not efforts:
             return
         if set(self.indices.tolist()) - {0}:
-            raise BadValueError("indices", self.indices, "0, as robotPath is one robot")
+            raise BadValueError("indices", self.indices, "empty or [0], because robotPath selects a single robot")
         selection = self.select()
         joints = len(selection.names)
         if len(efforts) not in (1, joints):
-            legal = f"one, or one for each of {joints} joints of {self.articulation.prim_path}"
+            legal = f"one effort, or one for each of {joints} joints of {self.articulation.prim_path}"
             raise BadValueError("feedforwardCommand, dofIndices", efforts, legal)
         driven = self.has_drive[self.dof_indices] if len(self.dof_indices) else self.has_drive
         try:
@@ -75,10 +78,10 @@ class ArticulationActuators(Node, type="isaacsim.core.experimental.actuators.Art
             raise BadValueError("feedforwardCommand", efforts) from error
 
     def select(self) -> JointSelection:
-        """Return the joints that `dofIndices` selects.
+        """Return the joints that `dofIndices` selects; all joints if it is empty.
 
         Raises:
-            BadValueError: no joint has an index.
+            BadValueError: an index in `dofIndices` is out of range.
         """
         try:
             return self.articulation.select((), self.dof_indices.tolist())
@@ -86,5 +89,5 @@ class ArticulationActuators(Node, type="isaacsim.core.experimental.actuators.Art
             raise BadValueError("dofIndices", self.dof_indices) from error
 
     def writes(self) -> Iterable[str]:
-        """Return the resource keys of the robot's drive targets."""
+        """Return the resource key of the robot's drive targets."""
         return (drives_of(self.robot_path),) if self.robot_path else ()

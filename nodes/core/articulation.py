@@ -1,4 +1,4 @@
-"""The joints of a robot (`isaacsim.core.nodes`)."""
+"""Nodes that read and command the joints of a robot (`isaacsim.core.nodes`), and lints of their commands."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 
 class RobotNode(Node):
-    """Base of nodes that need a robot, given as a target or by its path."""
+    """Base of nodes that need a robot, selected by the target `targetPrim` or by the path in `robotPath`."""
 
     exec_in = ExecIn()
     target_prim: Target = In(required="robot", setup=True, doc="the robot's prim, base link or articulation root")
@@ -32,10 +32,10 @@ class RobotNode(Node):
     articulation: Articulation = Bound()
 
     def prim(self) -> str:
-        """Return the path of the prim that the inputs give for the robot.
+        """Return `robotPath`, or the path of `targetPrim` if `robotPath` is empty.
 
         Raises:
-            BadValueError: `targetPrim` and `robotPath` are empty.
+            BadValueError: both inputs are empty.
         """
         if not (self.robot_path or self.target_prim):
             raise BadValueError(
@@ -45,30 +45,34 @@ class RobotNode(Node):
 
 
 class SelectedJointsNode(RobotNode):
-    """Base of nodes that read or command selected joints of a robot."""
+    """Base of nodes that read or command joints of a robot; `jointNames` or `jointIndices` selects the joints."""
 
-    joint_names: Tokens = In(doc="names of the joints to use, in order; if empty, `jointIndices` selects them")
-    joint_indices: Ints = In(doc="indices of the joints to use if `jointNames` is empty; if both are empty, all joints")
+    joint_names: Tokens = In(
+        doc="names of the joints to use, in this order; if empty, `jointIndices` selects the joints"
+    )
+    joint_indices: Ints = In(
+        doc="indices of the joints to use, if `jointNames` is empty; if both inputs are empty, all joints are used"
+    )
 
     selection: JointSelection = Bound()
     selected: tuple[object, object] = Bound()
 
     def setup(self, context: Context) -> None:
-        """Bind the robot and the joints that the inputs select now."""
+        """Look up the robot and the joints that the inputs select at the start."""
         self.articulation = context.articulation(self.prim())
         self.select()
 
     def select(self) -> JointSelection:
-        """Look up the joints that the inputs select, and keep the result for `joints`."""
+        """Look up the joints that the inputs select, store the selection for `joints`, and return it."""
         self.selection = self.articulation.select(self.joint_names, self.joint_indices.tolist())
         self.selected = (self.joint_names, self.joint_indices)
         return self.selection
 
     def joints(self) -> JointSelection:
-        """Return the joints that the inputs select; they are looked up again after a change of an input.
+        """Return the joints that the inputs select; look them up only if an input has changed.
 
         Raises:
-            BadValueError: the robot has no joint with a name or index.
+            BadValueError: a name in `jointNames` is unknown, or an index in `jointIndices` is out of range.
         """
         names, indices = self.selected
         if names is self.joint_names and indices is self.joint_indices:
@@ -81,31 +85,34 @@ class SelectedJointsNode(RobotNode):
 
 
 class IsaacArticulationController(SelectedJointsNode, type="isaacsim.core.nodes.IsaacArticulationController"):
-    """Sets targets of joints, which act from the next physics step until the next command.
+    """Sets the position, velocity and effort targets of joints. A target acts from the next physics step until it is set again.
 
-    A command to a mimic joint logs a warning: without a drive, the command has no effect; with one, the drive works against the
-    joint that it mimics.
+    A command to a mimic joint logs a warning. If the mimic joint has no drive, the command has no effect. If it has a drive, the
+    drive works against the joint that is mimicked.
     """
 
     position_command: Doubles = In(
-        unit="rad, m", doc="target of each joint; NaN keeps a joint's target, an empty array keeps all targets"
+        unit="rad, m",
+        doc="position targets, one per selected joint; NaN keeps the target of a joint, an empty array keeps all targets",
     )
     velocity_command: Doubles = In(
-        unit="rad/s, m/s", doc="target of each joint; NaN keeps a joint's target, an empty array keeps all targets"
+        unit="rad/s, m/s",
+        doc="velocity targets, one per selected joint; NaN keeps the target of a joint, an empty array keeps all targets",
     )
     effort_command: Doubles = In(
-        unit="N m, N", doc="target of each joint; NaN keeps a joint's target, an empty array keeps all targets"
+        unit="N m, N",
+        doc="effort targets, one per selected joint; NaN keeps the target of a joint, an empty array keeps all targets",
     )
 
     logger: Context = Bound()
 
     def setup(self, context: Context) -> None:
-        """Bind the robot and the joints that the inputs select now."""
+        """Look up the robot and the joints that the inputs select at the start."""
         self.logger = context
         super().setup(context)
 
     def select(self) -> JointSelection:
-        """Look up the joints that the inputs select, and warn of those that mimic other joints."""
+        """Look up the joints that the inputs select, and warn of joints selected by name or index that mimic other joints."""
         selection, robot = super().select(), self.articulation
         chosen = set(selection.names) if self.joint_names or len(self.joint_indices) else ()
         for name, leader in zip(robot.joint_names, robot.leaders, strict=True):
@@ -115,10 +122,10 @@ class IsaacArticulationController(SelectedJointsNode, type="isaacsim.core.nodes.
         return selection
 
     def compute(self) -> None:
-        """Apply all commands, or none on an error.
+        """Set the targets of the selected joints. On an error, no target changes.
 
         Raises:
-            BadValueError: a joint is unknown, a command does not have one number per joint, or a number is too large.
+            BadValueError: a joint is unknown, a command does not have one number per joint, or a number is infinite or too large.
         """
         selection = self.joints()
         commands = self.position_command.tolist(), self.velocity_command.tolist(), self.effort_command.tolist()
@@ -128,52 +135,55 @@ class IsaacArticulationController(SelectedJointsNode, type="isaacsim.core.nodes.
                 raise BadValueError(
                     f"{name}, jointNames, jointIndices",
                     command,
-                    f"one per joint, for {joints} joints of {self.articulation.prim_path}",
+                    f"one number per joint, for {joints} joints of {self.articulation.prim_path}",
                 )
         position, velocity, effort = commands
         selection.command(position or None, velocity or None, effort or None)
 
     def writes(self) -> Iterable[str]:
-        """Return the resource keys of the robot's drive targets."""
+        """Return the resource key of the robot's drive targets."""
         return (drives_of(self.prim()),) if self.robot_path or self.target_prim else ()
 
 
 class IsaacArticulationState(SelectedJointsNode, type="isaacsim.core.nodes.IsaacArticulationState"):
-    """Reads positions, velocities and efforts of selected joints; all outputs have the same order.
+    """Reads the positions, velocities and efforts of the selected joints. All outputs list the joints in the same order.
 
-    `measuredJointForces` and `measuredJointTorques` take longer than a physics step, so they are computed only if one of them
-    is wired.
+    The computation of `measuredJointForces` and `measuredJointTorques` takes longer than a physics step, so the node computes
+    them only if one of the two is wired.
     """
 
     joint_positions: Doubles = Out(unit="rad, m")
     joint_velocities: Doubles = Out(unit="rad/s, m/s")
-    measured_joint_efforts: Doubles = Out(unit="N m, N", doc="effort of the drive plus commanded effort, per joint")
+    measured_joint_efforts: Doubles = Out(
+        unit="N m, N", doc="for each joint, effort of its drive plus commanded effort"
+    )
     measured_joint_forces: Double3s = Out(
-        unit="N", doc="force of each joint's parent link on its child link, in the child link's frame"
+        unit="N", doc="for each joint, force of the parent link on the child link, in the frame of the child link"
     )
     measured_joint_torques: Double3s = Out(
         unit="N m",
-        doc="torque of each joint's parent link on its child link, about the child link's origin and in its frame",
+        doc="for each joint, torque of the parent link on the child link about the origin of the child link, in the frame of "
+        "the child link",
     )
     joint_names_out: Tokens = Out(name="jointNames", doc="names of the joints, in the order of the other outputs")
 
     has_wrenches: bool = Bound()
 
     def setup(self, context: Context) -> None:
-        """Bind the robot and find out which outputs are wired."""
+        """Look up the robot and the selected joints, and check whether the output of forces or torques is wired."""
         super().setup(context)
         self.has_wrenches = context.wired("measured_joint_forces") or context.wired("measured_joint_torques")
 
     def compute(self) -> None:
-        """Read the joints.
+        """Output the current state of the selected joints.
 
         Raises:
-            BadValueError: a joint is unknown.
+            BadValueError: a joint is unknown, or `jointNames` contains an actuator that moves several joints or none.
         """
         robot = self.articulation
         self.joint_names_out = names = self.joints().names
         if not set(names) <= set(robot.joint_names):
-            legal = "joints, as an actuator of anything else has no state"
+            legal = "names of joints, because only joints have a state"
             raise BadValueError("jointNames", self.joint_names, legal)
         chosen = [robot.joint_names.index(name) for name in names]
         self.joint_positions, self.joint_velocities = robot.positions()[chosen], robot.velocities()[chosen]
@@ -184,9 +194,10 @@ class IsaacArticulationState(SelectedJointsNode, type="isaacsim.core.nodes.Isaac
 
 
 class IsaacJointNameResolver(RobotNode, type="isaacsim.core.nodes.IsaacJointNameResolver"):
-    """Translates joint names given by `isaac:nameOverride`, as in ROS messages, to those of the robot description.
+    """Translates published joint names to the joint names in the robot description.
 
-    Names that are no override are output unchanged.
+    The published name of a joint, used in ROS messages, is its `isaac:nameOverride`. A name that is not an override of any joint
+    is output unchanged.
     """
 
     joint_names: Tokens = In(doc="names to translate, such as `jointNames` of ROS2SubscribeJointState")
@@ -199,29 +210,29 @@ class IsaacJointNameResolver(RobotNode, type="isaacsim.core.nodes.IsaacJointName
     own_names: dict[str, str] = Bound()
 
     def setup(self, context: Context) -> None:
-        """Look up the names and output them before the first tick."""
+        """Look up the names of the robot's joints, and set the outputs before the first tick."""
         self.articulation = context.articulation(self.prim())
         published = context.joint_names(self.prim())
         self.own_names = dict(zip(published, self.articulation.joint_names, strict=True))
         self.compute()
 
     def compute(self) -> None:
-        """Translate the names."""
+        """Translate the input names, and output them with the path of the robot's prim."""
         self.joint_names_out = tuple(self.own_names.get(name, name) for name in self.joint_names)
         self.robot_path_out = self.articulation.prim_path
 
 
 _KINDS = {"position_command": "stiffness", "velocity_command": "damping", "effort_command": ""}
-"""For each kind of command, the drive gain without which it has no effect."""
+"""Drive gain that each command needs to have an effect, by the input's Python name; empty if the command needs no drive."""
 _EXAMPLES = {"stiffness": 1000, "damping": 50}
-"""Example gains for a new drive."""
+"""Example values of drive gains, for messages that advise to add a drive."""
 NO_JOINTS = "look for `enabled: false`, `keep_only_joints` and fixed joints in the robot file and its description"
-"""Advice for a robot none of whose joints can move."""
+"""Message text: the remedy for a robot that has no movable joints."""
 
 
 @dataclass(frozen=True, slots=True)
 class _Command:
-    """The joints that one controller commands."""
+    """One IsaacArticulationController of a graph, with the joints that it commands."""
 
     graph: Graph
     instance: Instance
@@ -229,12 +240,12 @@ class _Command:
     joints: tuple[str, ...]
     kinds: tuple[str, ...]
     chosen: bool
-    """Whether the controller chooses joints, by name or index, rather than commanding all."""
+    """Whether the inputs of the controller select joints by name or index; false if it commands all joints."""
 
 
 @lint("W207")
 def lint_joints_commanded_twice(context: LintContext) -> None:
-    """Warn of joints that two graphs command; the graph that runs last wins."""
+    """Warn of joints that get the same kind of command from two graphs. The command of the graph that runs last wins."""
     first: dict[tuple[str, str, str], _Command] = {}
     for command in _commands(context):
         others: dict[int, tuple[_Command, dict[str, None]]] = {}
@@ -249,17 +260,17 @@ def lint_joints_commanded_twice(context: LintContext) -> None:
                 f"command the same joints of {command.robot.path}",
                 command.instance.span,
                 listing(joints, "joints"),
-                "the later command of a tick wins; remove one, or give each its own jointNames",
+                "the later command of a tick wins; remove one node, or give each node its own jointNames",
                 related=[(other.instance.span, "the other one")],
             )
 
 
 @lint("W209")
 def lint_commands_without_drive(context: LintContext) -> None:
-    """Report commands that have no effect because the drives of their joints have no stiffness or damping.
+    """Report controllers whose commands have no effect on some joints, because the drives of these joints lack the needed gain.
 
-    The report is an error if the inputs select one of these joints by name or index, and this joint has no drive at all and
-    mimics no other joint; otherwise it is a warning.
+    Position commands need a drive with stiffness, velocity commands a drive with damping. The finding is an error if the inputs
+    select such a joint by name or index, and the joint has no drive and mimics no other joint. Otherwise it is a warning.
     """
     for command in _commands(context):
         joints = {prim.facts["joint"]: prim.facts for prim in command.robot.descendants() if prim.kind == "joint"}
@@ -275,27 +286,29 @@ def lint_commands_without_drive(context: LintContext) -> None:
         passive = {joint for joint, facts in joints.items() if facts["drive"] is None and not facts["leader"]}
         free = [joint for joint in idle if command.chosen and joint in passive]
         if free:
-            message = f"{node.id} sets targets of joints of {robot} that move freely: they have no drive"
+            message = f"{node.id} sets targets of joints of {robot}, but these joints have no drive and move freely"
             drive = ", ".join(f"{gain}: {_EXAMPLES[gain]}" for gain in _EXAMPLES if gain in gains or gain == "damping")
             way = f"write `{free[0]}: {{drive: {{{drive}}}}}` below `joints:` of the robot file, or command efforts"
             context.findings.add("G310", message, node.span, listing(free, "joints"), way, related=node.entry.via)
         else:
-            message = f"{node.id} commands joints of {robot} that have no drive for it: nothing moves"
-            way = f"give them a drive with {' or '.join(gains)} below `joints:` of the robot file, or command efforts"
+            message = f"{node.id} commands joints of {robot} that have no drive for this kind of command: nothing moves"
+            way = f"give these joints a drive with {' or '.join(gains)} below `joints:` of the robot file, or command efforts"
             context.findings.add("W209", message, node.span, listing(idle, "joints"), way, related=node.entry.via)
 
 
 @lint("W211")
 def lint_robots_without_joints(context: LintContext) -> None:
-    """Warn of nodes that command a robot none of whose joints can move."""
+    """Warn of controllers that command a robot without movable joints."""
     for command in _commands(context):
         if not command.joints:
-            message = f"{command.instance.id} commands the joints of {command.robot.path}, none of which moves"
+            message = (
+                f"{command.instance.id} commands the joints of {command.robot.path}, but no joint of the robot can move"
+            )
             context.findings.add("W211", message, command.instance.span, NO_JOINTS, related=command.instance.entry.via)
 
 
 def _commands(context: LintContext) -> Iterator[_Command]:
-    """Yield the wired controllers whose robot and joints are known before the run."""
+    """Yield all controllers that can be executed and whose robot and joints are known before the run."""
     for graph, instance, node in context.nodes(IsaacArticulationController):
         index, wires = instance.index, graph.data_wires
         wired = {wire.target_field for wire in wires if wire.target == index}
@@ -315,7 +328,10 @@ def _commands(context: LintContext) -> Iterator[_Command]:
 
 
 def robot_of(context: LintContext, node: RobotNode) -> Prim | None:
-    """Return the robot of a node; None if the node's inputs name no robot, which `check` reports when it sets up the node."""
+    """Return the robot that the inputs of a node select, or None if they select no robot.
+
+    In the latter case, `graphrun check` reports an error when it sets up the node.
+    """
     try:
         return context.stage.stands_for_robot(context.stage.find(node.prim()))
     except GraphError:

@@ -1,4 +1,4 @@
-"""Events of physics steps, and gates that count executions (`isaacsim.core.nodes`)."""
+"""The event node for physics steps, and gates that count executions (`isaacsim.core.nodes`)."""
 
 from __future__ import annotations
 
@@ -13,17 +13,17 @@ class OnPhysicsStep(Node, type="isaacsim.core.nodes.OnPhysicsStep"):
     step = ExecOut(doc="fires after every physics step")
     delta_simulation_time: float = Out(unit="s", doc="duration of a physics step")
     delta_system_time: float = Out(
-        unit="s", doc="wall time since the previous tick; 0 from the second step of a tick on"
+        unit="s", doc="in the first physics step of a tick, wall time since the previous tick; in the other steps, 0"
     )
 
     clock: Clock = Bound()
     last_wall_time: float = State(default=math.nan)
 
     def setup(self, context: Context) -> None:
-        """Bind the clock, which counts physics steps.
+        """Store the clock of the node's graph in `clock`.
 
         Raises:
-            ContextError: the graph runs once per tick.
+            ContextError: the graph runs once a tick instead of at every physics step.
         """
         if context.runs != "physics_step":
             raise ContextError(
@@ -34,7 +34,7 @@ class OnPhysicsStep(Node, type="isaacsim.core.nodes.OnPhysicsStep"):
         self.clock = context.clock
 
     def compute(self) -> None:
-        """Read the clock."""
+        """Output the duration of the step and the elapsed wall time."""
         now = self.clock.wall_time
         self.delta_simulation_time = self.clock.delta
         self.delta_system_time = now - self.last_wall_time if self.last_wall_time == self.last_wall_time else 0.0
@@ -42,10 +42,12 @@ class OnPhysicsStep(Node, type="isaacsim.core.nodes.OnPhysicsStep"):
 
 
 class IsaacSimulationGate(Node, type="isaacsim.core.nodes.IsaacSimulationGate", gated=True, counts=True):
-    """Fires once per `step` executions since play."""
+    """Fires at every `step`-th execution since play."""
 
     exec_in = ExecIn()
-    step: UInt = In(default=1, doc="number of executions per firing: 3 fires at the third, sixth, …; 0 never fires")
+    step: UInt = In(
+        default=1, doc="number of executions per firing: with 3, fires at the third, sixth, … execution; with 0, never"
+    )
     exec_out = ExecOut()
 
     executions: int = State(default=0)
@@ -65,7 +67,7 @@ class OgnIsaacRunOneSimulationFrame(Node, type="isaacsim.core.nodes.OgnIsaacRunO
     done: bool = State(default=False)
 
     def compute(self) -> Fire:
-        """Fire at the first execution since play."""
+        """Fire if this is the first execution since play."""
         if self.done:
             return None
         self.done = True

@@ -1,7 +1,7 @@
-"""Nodes that convert images in buffers (`isaacsim.core.nodes`).
+"""Nodes that convert images (`isaacsim.core.nodes`).
 
-In Isaac Sim, these nodes get their buffers from the renderer. Here they convert the pictures of the camera that
-`renderProductPath` selects, or a buffer that another node outputs, if it is wired to `dataPtr`.
+In Isaac Sim, these nodes get a buffer from the renderer. Here they convert the buffer that another node outputs to `dataPtr`. If
+`dataPtr` is not wired, they convert the images of the camera that `renderProductPath` selects.
 """
 
 from __future__ import annotations
@@ -17,14 +17,14 @@ from graphengine.node.types import Buffer, Float, Int, Token, UInt, UInt64
 from graphengine.nodes.checked import one_of
 
 _R32_SFLOAT = 33
-"""Carbonite's number of the format with one float32 per pixel."""
+"""Number of Carbonite's image format with one float32 per pixel."""
 _HOST = "no effect: buffers are in host memory"
 
 
 class ImageBufferNode(Node):
-    """Base of nodes that convert the image in a buffer, or else the newest picture of a camera.
+    """Base of nodes that convert the image in a buffer, or the newest image of a camera if there is no buffer.
 
-    A subclass converts in `from_buffer` and `from_picture`, and defines `exec_out`.
+    A subclass implements the conversion in `from_buffer` and `from_picture`, and defines `exec_out`.
     """
 
     exec_out: ClassVar[ExecOut]
@@ -34,25 +34,31 @@ class ImageBufferNode(Node):
         default="",
         setup=True,
         extension=True,
-        doc="camera whose pictures to convert if `dataPtr` is empty: path from IsaacCreateRenderProduct, or prim path",
+        doc="camera whose images are converted if `dataPtr` is empty: path from IsaacCreateRenderProduct, or prim path",
     )
     cuda_device_index: Int = In(default=-1, doc=_HOST)
     width: UInt = In(default=0, unit="pixel", doc="width of the image in `dataPtr`")
     height: UInt = In(default=0, unit="pixel", doc="height of the image in `dataPtr`")
-    buffer_size: UInt = In(default=0, doc="no effect: the size is that of the buffer in `dataPtr`")
+    buffer_size: UInt = In(default=0, doc="no effect: the node knows the size of the buffer in `dataPtr`")
     cuda_device_index_out: Int = Out(default=-1, name="cudaDeviceIndex", doc="always -1: host memory")
 
     camera: Camera | None = Bound()
 
     def setup(self, context: Context) -> None:
-        """Bind the camera, if one is given."""
+        """Look up the camera that `renderProductPath` selects, if it is not empty."""
         self.camera = context.device(Camera, self.render_product_path) if self.render_product_path else None
 
     def converted(self, buffer: Buffer) -> bool:
-        """Convert the buffer if it is given, otherwise this tick's picture of the camera; return False if there is no picture.
+        """Convert the image in the buffer; without a buffer, convert the image that the camera delivers in this tick.
+
+        Args:
+            buffer: buffer with an image, or the integer 0 for no buffer.
+
+        Returns:
+            Whether an image was converted; False if there is no buffer and the camera delivers no image in this tick.
 
         Raises:
-            BadValueError: neither a buffer nor a camera is given, or the buffer does not have the size of the image.
+            BadValueError: there is neither a buffer nor a camera, or the size of the buffer does not match `width` and `height`.
         """
         if not isinstance(buffer, int):
             self.from_buffer(memoryview(buffer))
@@ -67,10 +73,15 @@ class ImageBufferNode(Node):
         return picture is not None
 
     def pixels(self, buffer: memoryview, dtype: str, channels: int) -> NDArray[np.generic]:
-        """Return a buffer as an image of shape (height, width, channels).
+        """Return the image in a buffer as an array of shape (height, width, channels).
+
+        Args:
+            buffer: the buffer, top row first.
+            dtype: NumPy type of one channel of a pixel.
+            channels: number of channels of a pixel.
 
         Raises:
-            BadValueError: the buffer has another size, or the image is empty.
+            BadValueError: `width` or `height` is 0, or the size of the buffer does not match them.
         """
         if not (self.width and self.height):
             raise BadValueError("width, height", [self.width, self.height], "above 0")
@@ -86,16 +97,16 @@ class ImageBufferNode(Node):
         raise NotImplementedError
 
     def from_picture(self, camera: Camera, picture: Picture) -> None:
-        """Set the outputs from a picture of the camera."""
+        """Set the outputs from an image of the camera."""
         raise NotImplementedError
 
 
 class IsaacConvertRGBAToRGB(ImageBufferNode, type="isaacsim.core.nodes.IsaacConvertRGBAToRGB", gated=True):
     """Converts an rgba8 image to rgb8 and fires.
 
-    The image is the buffer in `dataPtr`. If `dataPtr` is empty, the node outputs the pictures of the camera that
-    `renderProductPath` selects; execute it in every tick then: it fires once per picture. Isaac Sim converts only buffers on
-    the GPU, and outputs buffers in host memory with their alpha.
+    The node converts the image in the buffer `dataPtr`. If `dataPtr` is empty, the node outputs the images of the camera that
+    `renderProductPath` selects; in this case, execute the node in every tick: it fires once per image. Isaac Sim's node converts
+    only buffers in GPU memory; it outputs buffers in host memory unchanged, with their alpha.
     """
 
     data_ptr: Buffer = In(default=0, doc="rgba8 image: buffer with four bytes per pixel, top row first")
@@ -111,20 +122,21 @@ class IsaacConvertRGBAToRGB(ImageBufferNode, type="isaacsim.core.nodes.IsaacConv
     buffer_size_out: UInt = Out(name="bufferSize", doc="size of the rgb8 image in bytes")
 
     def compute(self) -> Fire:
-        """Convert an image.
+        """Convert an image and fire; do not fire if the camera delivers no image in this tick.
 
         Raises:
-            BadValueError: the encoding is not rgba8, there is no image, or its buffer has another size.
+            BadValueError: `encoding` is not rgba8, there is neither a buffer nor a camera, or the size of the buffer does not
+                match `width` and `height`.
         """
         return self.exec_out if self.converted(self.data_ptr) else None
 
     def from_buffer(self, buffer: memoryview) -> None:
-        """Drop the alpha of each pixel."""
+        """Output the image in the buffer without its alpha channel."""
         one_of("encoding", self.encoding, ("rgba8",))
         self.put_out(np.ascontiguousarray(self.pixels(buffer, "u1", 4)[:, :, :3]))
 
     def from_picture(self, camera: Camera, picture: Picture) -> None:
-        """Output the colours of a picture."""
+        """Output the colours of an image of the camera."""
         self.put_out(np.ascontiguousarray(picture.rgb))
 
     def put_out(self, image: NDArray[np.generic]) -> None:
@@ -140,46 +152,49 @@ class IsaacConvertDepthToPointCloud(
 
     The pixel in column u and row v with depth z is the point z ((u - width / 2) / f, (v - height / 2) / f, 1) with the focal
     length f = `width` * `focalLength` / `horizontalAperture` in pixels. This is Isaac Sim's formula: it uses the upper left
-    corner of each pixel, while ROS2CameraHelper with `type: depth_pcl` uses the centre. Each pixel has a point, which is NaN
-    where there is no surface.
+    corner of each pixel, while ROS2CameraHelper with `type: depth_pcl` uses the centre. The output has one point per pixel; the
+    coordinates are NaN at pixels without a surface.
 
-    The image is the buffer in `dataPtr`. If `dataPtr` is empty, the node converts the pictures of the camera that
-    `renderProductPath` selects, with the camera's size and focal length; execute it in every tick then: it fires once per
-    picture.
+    The node converts the image in the buffer `dataPtr`. If `dataPtr` is empty, the node converts the images of the camera that
+    `renderProductPath` selects, with the camera's image size and focal length; in this case, execute the node in every tick: it
+    fires once per image.
     """
 
     data_ptr: Buffer = In(
-        default=0, doc="depth image, m: buffer with one float32 per pixel, top row first; inf where there is no surface"
+        default=0,
+        doc="depth image, m: buffer with one float32 per pixel, top row first; inf at pixels without a surface",
     )
     focal_length: Float = In(
         default=0.0, unit="mm", doc="focal length of the camera, in the same unit as `horizontalAperture`"
     )
-    horizontal_aperture: Float = In(default=0.0, unit="mm", doc="width of the camera's aperture")
+    horizontal_aperture: Float = In(
+        default=0.0, unit="mm", doc="width of the camera's aperture, in the same unit as `focalLength`"
+    )
     vertical_aperture: Float = In(default=0.0, unit="mm", doc="no effect: pixels are square")
     format: UInt64 = In(default=_R32_SFLOAT, doc="format of the image in `dataPtr`: 33 (R32_SFLOAT)")
     exec_out = ExecOut()
     data_ptr_out: Buffer = Out(
         default=0,
         name="dataPtr",
-        doc="points for ROS2PublishPointCloud, m: buffer with x, y, z as three float32 per pixel",
+        doc="points for ROS2PublishPointCloud, m: buffer with x, y and z of one point per pixel as float32",
     )
-    buffer_size_out: UInt = Out(name="bufferSize", doc="size of the points in bytes")
+    buffer_size_out: UInt = Out(name="bufferSize", doc="size of the buffer of points in bytes")
     height_out: UInt = Out(default=1, name="height", doc="always 1")
     width_out: UInt = Out(default=0, name="width", doc="number of points")
 
     def compute(self) -> Fire:
-        """Convert an image.
+        """Convert a depth image and fire; do not fire if the camera delivers no image in this tick.
 
         Raises:
-            BadValueError: the format is not 33, there is no image, its buffer has another size, or the focal length is not
-                above 0.
+            BadValueError: `format` is not 33, there is neither a buffer nor a camera, the size of the buffer does not match
+                `width` and `height`, or the focal length or the aperture is not above 0.
         """
         return self.exec_out if self.converted(self.data_ptr) else None
 
     def from_buffer(self, buffer: memoryview) -> None:
-        """Convert the depths of a buffer."""
+        """Output the points of the depth image in the buffer."""
         if self.format != _R32_SFLOAT:
-            raise BadValueError("format", self.format, f"{_R32_SFLOAT}, one float32 per pixel")
+            raise BadValueError("format", self.format, f"{_R32_SFLOAT} (one float32 per pixel)")
         if not (self.focal_length > 0.0 and self.horizontal_aperture > 0.0):
             given = [self.focal_length, self.horizontal_aperture]
             raise BadValueError("focalLength, horizontalAperture", given, "above 0")
@@ -187,11 +202,16 @@ class IsaacConvertDepthToPointCloud(
         self.put_out(self.pixels(buffer, "<f4", 1)[:, :, 0].astype(np.float32), focal)
 
     def from_picture(self, camera: Camera, picture: Picture) -> None:
-        """Convert the depths of a picture."""
+        """Output the points of the camera's depth image."""
         self.put_out(picture.depth, camera.intrinsics[0])
 
     def put_out(self, depth: NDArray[np.float32], focal: float) -> None:
-        """Set the outputs to the points of a depth image, m; `focal` is the focal length in pixels."""
+        """Set the outputs to the points of a depth image.
+
+        Args:
+            depth: depth of each pixel, m, shape (height, width); inf without a surface.
+            focal: focal length, pixels.
+        """
         height, width = depth.shape
         right, down = (np.arange(width) - width / 2) / focal, (np.arange(height) - height / 2) / focal
         points = np.full((height, width, 3), np.nan, np.float32)

@@ -1,4 +1,4 @@
-"""Odometry from the ground truth of the simulation (`isaacsim.core.nodes`)."""
+"""The node that computes ground-truth odometry from the state of the simulation (`isaacsim.core.nodes`)."""
 
 from __future__ import annotations
 
@@ -12,28 +12,31 @@ from graphengine.nodes.touched import reading_poses
 
 
 class IsaacComputeOdometry(Node, type="isaacsim.core.nodes.IsaacComputeOdometry"):
-    """Computes ground truth odometry of a body: its pose relative to its start pose, its velocities and accelerations.
+    """Computes the ground-truth odometry of a body: its pose relative to its start pose, its velocities and its accelerations.
 
-    The start pose is the body's pose at the first execution after play. An acceleration is the difference between the velocities
-    of two executions, divided by the simulation time between them.
+    The start pose is the body's pose at the first execution after play. Accelerations are differences between the velocities at
+    this execution and at the previous one, divided by the simulation time between the two.
     """
 
     exec_in = ExecIn()
-    chassis_prim: Target = In(required=True, setup=True, doc="rigid body, or a prim that is fixed to one")
+    chassis_prim: Target = In(
+        required=True, setup=True, doc="prim of a rigid body, or prim that is fixed to a rigid body"
+    )
     exec_out = ExecOut()
-    position: Vector3d = Out(unit="m", doc="position relative to the body's pose at the first execution after play")
+    position: Vector3d = Out(unit="m", doc="position of the body in the frame of its start pose")
     orientation: Quaterniond = Out(
-        default=(0.0, 0.0, 0.0, 1.0), doc="orientation (x, y, z, w) relative to that at the first execution after play"
+        default=(0.0, 0.0, 0.0, 1.0), doc="orientation (x, y, z, w) of the body relative to its start pose"
     )
     linear_velocity: Vector3d = Out(unit="m/s", doc="velocity in the body's frame")
     angular_velocity: Vector3d = Out(unit="rad/s", doc="angular velocity in the world frame")
     linear_acceleration: Vector3d = Out(
         unit="m/s2",
-        doc="time derivative of the components of `linearVelocity`, without ω x v (0 on a circle at constant speed)",
+        doc="time derivative of the components of `linearVelocity`; it lacks the term ω x v, so it is 0 on a circle at "
+        "constant speed",
     )
     angular_acceleration: Vector3d = Out(unit="rad/s2", doc="time derivative of `angularVelocity`, in the world frame")
     global_linear_velocity: Vector3d = Out(unit="m/s", doc="velocity in the world frame")
-    global_linear_acceleration: Vector3d = Out(unit="m/s2", doc="acceleration in the world frame")
+    global_linear_acceleration: Vector3d = Out(unit="m/s2", doc="time derivative of `globalLinearVelocity`")
 
     body: Body = Bound()
     clock: Clock = Bound()
@@ -41,12 +44,12 @@ class IsaacComputeOdometry(Node, type="isaacsim.core.nodes.IsaacComputeOdometry"
     last_time: float = State(default=math.nan)
 
     def setup(self, context: Context) -> None:
-        """Bind the body; its pose at the next execution is the start pose."""
+        """Look up the body of `chassisPrim`. The pose of the body at the next execution becomes the start pose."""
         self.body, self.clock = context.body(self.chassis_prim[0]), context.clock
         self.start, self.last_time = None, math.nan
 
     def compute(self) -> None:
-        """Read the body's state and transform it into the frames of the outputs."""
+        """Output the current pose, velocities and accelerations of the body."""
         position, orientation = self.body.pose()
         velocity, angular = self.body.velocity()
         if self.start is None:

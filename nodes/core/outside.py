@@ -1,6 +1,6 @@
-"""Environment variables and files of the machine that runs the graph (`isaacsim.core.nodes`).
+"""Nodes that read environment variables and files of the machine that runs the graph (`isaacsim.core.nodes`).
 
-Both are read once, before the first tick.
+The nodes read variables and files once, before the first tick.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from graphengine.node import Bound, Context, In, Node, Out, String
 
 
 class IsaacReadEnvVar(Node, type="isaacsim.core.nodes.IsaacReadEnvVar"):
-    """Reads an environment variable that the user allowed with `--env NAME`."""
+    """Outputs the value of an environment variable. The user must allow this variable with the option `--env NAME`."""
 
     env_var: String = In(default="", setup=True, required=True, doc="name of the variable")
     value: String = Out(doc="value of the variable; empty if it is not set")
@@ -19,34 +19,40 @@ class IsaacReadEnvVar(Node, type="isaacsim.core.nodes.IsaacReadEnvVar"):
     found: str = Bound()
 
     def setup(self, context: Context) -> None:
-        """Read the variable once.
+        """Read the environment variable.
 
         Raises:
-            ContextError: the user did not allow the variable.
+            ContextError: the user does not allow graphs to read the variable.
         """
         self.found = context.environment(self.env_var)
 
     def compute(self) -> None:
-        """Output the value that `setup` has read."""
+        """Output the value that `setup` read."""
         self.value = self.found
 
 
 class IsaacReadFilePath(Node, type="isaacsim.core.nodes.IsaacReadFilePath"):
-    """Reads a text file from the graph file's folder, from the included files, or from a folder given by `--allow`."""
+    """Outputs the text of a file.
 
-    path: Any = In(type="path", default="", setup=True, required=True, doc="path relative to the graph file's folder")
+    The file must be in the graph file's folder, among the graphs and scenes that come with graphengine, or in a folder given by
+    the option `--allow`.
+    """
+
+    path: Any = In(
+        type="path", default="", setup=True, required=True, doc="path of the file, relative to the graph file's folder"
+    )
     file_contents: Any = Out(type="string|token")
 
     found: str = Bound()
 
     def setup(self, context: Context) -> None:
-        """Read the file once.
+        """Read the file.
 
         Raises:
-            ContextError: the file does not exist, may not be read, is too large, or is not text.
+            ContextError: the file does not exist, may not be read, is too large, or is not UTF-8 text.
         """
         self.found = context.read_file(self.path)[1]
 
     def compute(self) -> None:
-        """Output the text that `setup` has read."""
+        """Output the text that `setup` read."""
         self.file_contents = self.found

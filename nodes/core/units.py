@@ -1,4 +1,4 @@
-"""The unit of length on the stage (`isaacsim.core.nodes`), which is the metre."""
+"""The node that converts lengths between metres and stage units (`isaacsim.core.nodes`)."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ class OgnIsaacScaleToFromStageUnit(Node, type="isaacsim.core.nodes.OgnIsaacScale
     conversion: Token = In(
         default="Convert to stage units",
         tokens=("Convert to stage units", "Convert to meters"),
-        doc="direction of the conversion; both leave the value unchanged",
+        doc="direction of the conversion; the value is unchanged in both directions",
     )
     value: Any = In(
         type=NUMERICS, couple="length", required=True, unit="m", doc="length to convert: number, tuple or array"
@@ -22,5 +22,5 @@ class OgnIsaacScaleToFromStageUnit(Node, type="isaacsim.core.nodes.OgnIsaacScale
     result: Any = Out(type=NUMERICS, couple="length", unit="m")
 
     def compute(self) -> None:
-        """Copy the value."""
+        """Copy `value` to `result`."""
         self.result = self.value

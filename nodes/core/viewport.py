@@ -1,4 +1,4 @@
-"""Viewports, which consist only of a render product here (`isaacsim.core.nodes`)."""
+"""Nodes for viewports (`isaacsim.core.nodes`). Here a viewport has no window; it is only a named render product."""
 
 from __future__ import annotations
 
@@ -9,46 +9,48 @@ DEFAULT = "Viewport"
 
 
 class IsaacCreateViewport(Node, type="isaacsim.core.nodes.IsaacCreateViewport"):
-    """Creates a viewport, or uses the one that has this name. IsaacSetCameraOnRenderProduct sets its camera."""
+    """Creates the viewport `name` if it does not exist. Use IsaacSetCameraOnRenderProduct to set its camera."""
 
     exec_in = ExecIn()
-    name: Token = In(default="", setup=True, doc="name of the viewport; empty to use `viewportId`")
-    viewport_id: UInt = In(default=0, setup=True, doc=f"number of the viewport if `name` is empty; 0 is {DEFAULT!r}")
+    name: Token = In(default="", setup=True, doc="name of the viewport; if empty, `viewportId` selects the name")
+    viewport_id: UInt = In(
+        default=0, setup=True, doc=f"number to use as the viewport's name if `name` is empty; 0 selects {DEFAULT!r}"
+    )
     viewport: Token = Out(doc="name of the viewport")
     exec_out = ExecOut()
 
     title: str = Bound()
 
     def setup(self, context: Context) -> None:
-        """Create the viewport, so that other nodes find it before the first tick."""
+        """Create the viewport and output its name, so that other nodes find the viewport before the first tick."""
         self.title = self.name or (str(self.viewport_id) if self.viewport_id else DEFAULT)
         context.viewport(self.title, make=True)
         self.viewport = self.title
 
     def compute(self) -> None:
-        """Fire; `setup` has set the name."""
+        """Output the name of the viewport."""
         self.viewport = self.title
 
 
 class IsaacSetViewportResolution(Node, type="isaacsim.core.nodes.IsaacSetViewportResolution"):
-    """Sets the size of a viewport's pictures, at the start of the run and whenever an input changes."""
+    """Sets the image size of a viewport, at the start of the run and whenever an input changes."""
 
     exec_in = ExecIn()
-    viewport: Token = In(default="", setup=True, doc=f"name of the viewport; empty for {DEFAULT!r}")
+    viewport: Token = In(default="", setup=True, doc=f"name of the viewport; if empty, {DEFAULT!r}")
     width: UInt = In(default=1280, setup=True, unit="pixel")
     height: UInt = In(default=720, setup=True, unit="pixel")
     exec_out = ExecOut()
 
     def setup(self, context: Context) -> None:
-        """Set the size; the engine calls this again when an input changes."""
+        """Set the image size of the viewport; the engine calls `setup` again when an input changes."""
         context.viewport(self.viewport or DEFAULT, (self.width, self.height))
 
     def compute(self) -> None:
-        """Fire; `setup` has set the size."""
+        """Do nothing: `setup` sets the image size."""
 
 
 class IsaacGetViewportRenderProduct(Node, type="isaacsim.core.nodes.IsaacGetViewportRenderProduct"):
-    """Outputs the render product of a viewport, for camera helper nodes."""
+    """Outputs the path of a viewport's render product, for camera helper nodes."""
 
     exec_in = ExecIn()
     viewport: Token = In(default="", setup=True, doc="name of the viewport, from IsaacCreateViewport")
@@ -58,9 +60,9 @@ class IsaacGetViewportRenderProduct(Node, type="isaacsim.core.nodes.IsaacGetView
     path: str = Bound()
 
     def setup(self, context: Context) -> None:
-        """Find the render product, so that helper nodes know its path before the first tick."""
+        """Look up the render product and output its path, so that helper nodes know the path before the first tick."""
         self.path = self.render_product_path = context.viewport(self.viewport)
 
     def compute(self) -> None:
-        """Fire; `setup` has set the path."""
+        """Output the path of the render product."""
         self.render_product_path = self.path

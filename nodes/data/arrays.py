@@ -28,10 +28,10 @@ SEQUENCES = f"{ARRAYS}|string"
 
 
 class ArrayNode(Node):
-    """Base class of nodes whose array ports all have one type, and whose element ports have the element type of the arrays."""
+    """Base class of nodes whose array ports all have the same type. Element ports have the element type of these arrays."""
 
     def resolve_types(self, known: Mapping[str, PortType], variables: Mapping[str, PortType]) -> Mapping[str, PortType]:
-        """Return the types of the array and element ports; empty until the type of one array is known."""
+        """Return the types of the array and element ports, or an empty mapping until the type of one array is known."""
         fields = type(self).fields.items()
         unions = {name: port.type for name, port in fields if isinstance(port.type, UnionType)}
         arrays = [name for name, union in unions.items() if PortType("bool", array=True) in union.alternatives]
@@ -52,7 +52,7 @@ class ArrayEdit(ArrayNode):
     array_out: Any = Out(type=SEQUENCES, name="array")
 
     def compute(self) -> None:
-        """Set the output to the new array, joined from its parts.
+        """Set the output to the changed copy of the array.
 
         Raises:
             BadValueError: an index is out of range, or the new array is too long.
@@ -227,7 +227,7 @@ class ArrayReverse(ArrayEdit, type="omni.graph.nodes.ArrayReverse"):
 
 
 class ArraySlice(ArrayEdit, type="omni.graph.nodes.ArraySlice"):
-    """Extracts the elements from index `start` to the end of an array, or up to but not including index `end`."""
+    """Extracts the elements of an array from index `start` to the end, or to the element before index `end`."""
 
     start: Int = In(
         default=0,

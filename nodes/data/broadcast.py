@@ -1,4 +1,4 @@
-"""Element-wise operations on port values of different types: their result types, and their computation with numpy.
+"""Functions that compute element-wise operations on port values with numpy, and determine the types of the results.
 
 Shapes: a scalar combines with any value, and a tuple combines with a tuple of the same length. An array combines with an array
 of the same length or of one element; it also combines with a scalar or a tuple, which is applied to each element.
@@ -90,7 +90,7 @@ def type_of(value: Any) -> PortType:
 def lift(
     function: Operation, inputs: Sequence[PortType], output: PortType, on_numbers: Operation | None = None
 ) -> Operation:
-    """Return a function of port values that applies a function of numpy arrays.
+    """Wrap a function of numpy arrays, and return a function that takes and returns port values.
 
     The returned function raises BadValueError if two arrays differ in length.
 

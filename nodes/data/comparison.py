@@ -125,7 +125,7 @@ class AnyZero(_Zero, type="omni.graph.nodes.AnyZero"):
     result: bool = Out(doc="whether any number is 0; for an array of tuples, whether any tuple consists only of zeros")
 
     def lifted(self, inputs: Sequence[PortType], output: PortType) -> Operation:
-        """Return a function of the port values that checks whether any number or tuple is 0."""
+        """Return a function that takes the port values and checks whether any number or tuple is 0."""
         zeros = _zeros(inputs[1])
         return lift(lambda tolerance, value: np.any(zeros(tolerance, value)), inputs, output)
 
@@ -136,7 +136,7 @@ class EachZero(_Zero, type="omni.graph.nodes.EachZero"):
     result: Any = Out(type=BOOLEANS, doc="bool for a number; array of bools, one per element, for a tuple or an array")
 
     def lifted(self, inputs: Sequence[PortType], output: PortType) -> Operation:
-        """Return a function of the port values that checks for each number or tuple whether it is 0."""
+        """Return a function that takes the port values and checks for each number or tuple whether it is 0."""
         return lift(_zeros(inputs[1]), inputs, output)
 
     def result_type(self, given: Mapping[str, PortType]) -> PortType:

@@ -33,7 +33,7 @@ _TYPES |= {"Path": "path", "String": "string", "Target": "target", "Token": "tok
 
 def _constant(suffix: str, port_type: str) -> type[Node]:
     """Return the node type of a constant; its only port is the input `value`."""
-    # A quaternion that the file does not set is no rotation.
+    # OmniGraph's default is (0, 0, 0, 0), which is not a rotation.
     initial = {"default": (0.0, 0.0, 0.0, 0.0)} if suffix.startswith("Quat") else {}
     namespace = {
         "__module__": __name__,

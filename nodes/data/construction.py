@@ -34,7 +34,7 @@ class ConstructedNode(Node):
         """Return the first element type to which all other elements convert; None until the types of all elements are known.
 
         Raises:
-            ValueError: the elements have no such type.
+            ValueError: there is no element type to which all elements convert.
         """
         elements = self.elements()
         given = [known[name] for name in elements if name in known]
@@ -52,7 +52,9 @@ class ConstructedNode(Node):
         raise NotImplementedError
 
     def resolve_types(self, known: Mapping[str, PortType], variables: Mapping[str, PortType]) -> Mapping[str, PortType]:
-        """Return the type of the array, and the element type for each input that does not convert to the element type.
+        """Return the type of the array, and the required type of each input whose own type does not convert to the element type.
+
+        The compiler converts the literal of such an input to the required type, or reports an error.
 
         Raises:
             ValueError: the elements have incompatible types.
@@ -87,7 +89,7 @@ class ConstructArray(ConstructedNode, type="omni.graph.nodes.ConstructArray"):
     array_type: Token = In(
         default="auto",
         tokens=ARRAY_TYPES,
-        doc="type of the array; auto: its elements have the first input type to which all other inputs convert",
+        doc="type of the array; auto: array of the first input type to which all other inputs convert",
     )
     input0: Any = In(
         type=ELEMENTS, required=True, doc="first element; a graph file can add inputs `input1`, `input2`, …"
@@ -107,7 +109,9 @@ class ConstructArray(ConstructedNode, type="omni.graph.nodes.ConstructArray"):
         return element_of(asked)
 
     def resolve_types(self, known: Mapping[str, PortType], variables: Mapping[str, PortType]) -> Mapping[str, PortType]:
-        """Return the type of the array, and the element type for each input that does not convert to the element type.
+        """Return the type of the array, and the required type of each input whose own type does not convert to the element type.
+
+        The compiler converts the literal of such an input to the required type, or reports an error.
 
         Raises:
             ValueError: the elements have incompatible types, or the input numbers have a gap.
@@ -119,7 +123,7 @@ class ConstructArray(ConstructedNode, type="omni.graph.nodes.ConstructArray"):
 
 
 class MakeArray(ConstructedNode, type="omni.graph.nodes.MakeArray"):
-    """Builds an array of `arraySize` elements from `a` to `e`; after the fifth element, `e` is repeated.
+    """Builds an array of `arraySize` elements from the inputs `a` to `e`; after the fifth element, `e` is repeated.
 
     ConstructArray is the newer node type.
     """

@@ -48,7 +48,7 @@ class Conversion(Node):
         """Set the output to the converted value.
 
         Raises:
-            BadValueError: a real number is to become an integer, but it is NaN or too large.
+            BadValueError: the output consists of integers, and a real number in the input is NaN or too large.
         """
         value = np.frombuffer(self.value.encode(), np.uint8) if isinstance(self.value, str) else self.value
         given = self.settled.get("value") or type_of(self.value)
@@ -62,7 +62,7 @@ def numbers(array: np.ndarray[Any, Any], base: str) -> np.ndarray[Any, Any]:
     On conversion to integers, real numbers are truncated toward 0, and numbers out of range wrap around as in C.
 
     Raises:
-        BadValueError: a real number is to become an integer of n bits, but it is NaN or its magnitude is 2^n or more.
+        BadValueError: the base type is an integer of n bits, and a real number is NaN or has a magnitude of 2^n or more.
     """
     dtype = PortType(base).dtype
     if array.dtype.kind == "f" and np.dtype(dtype).kind in "iu":
@@ -85,7 +85,7 @@ class RoledConversion(Conversion):
     role: Token
 
     def result_type(self, given: PortType) -> PortType:
-        """Return the output type for the given input type, with the chosen role if the role has tuples of that length."""
+        """Return the output type for an input type, with the chosen role if this role has tuples of the input's length."""
         bare, role = super().result_type(given), _ROLES[self.role]
         wanted, legal = replace(bare, role=role), type(self).fields["converted"].type
         assert isinstance(legal, UnionType)

@@ -23,7 +23,7 @@ class TypedNode(Node):
     """
 
     def resolve_types(self, known: Mapping[str, PortType], variables: Mapping[str, PortType]) -> Mapping[str, PortType]:
-        """Return the types of the outputs; empty until the types of all inputs are known.
+        """Return the types of the outputs, or an empty mapping until the types of all inputs are known.
 
         Raises:
             ValueError: the input types are incompatible.
@@ -50,7 +50,7 @@ class TypedNode(Node):
         return common(given)
 
     def port_types(self) -> Mapping[str, PortType]:
-        """Return the types of all ports by Python name. Outside a graph, types are those of the values."""
+        """Return the types of all ports by Python name. Outside a graph, the types follow from the values of the inputs."""
         fields = type(self).fields.values()
         known = {port.field: port.type for port in fields if isinstance(port.type, PortType)} | dict(self.settled)
         for port in fields:
@@ -63,8 +63,8 @@ class Elementwise(TypedNode):
     """Base class of nodes with one output that apply the same operation to all numbers of their operands.
 
     `operation` takes one numpy array per operand, in the order of the ports; the arrays broadcast against each other. A subclass
-    can add faster functions that replace `operation`: `on_numbers` takes Python numbers and computes scalars and components of
-    tuples, `on_tuples` takes whole values of which none is an array.
+    can add faster functions that replace `operation`. `on_numbers` takes Python numbers, and computes scalars and the components
+    of tuples. `on_tuples` takes scalars and whole tuples; it is used if no operand is an array.
     """
 
     operation: ClassVar[Operation]

@@ -92,7 +92,7 @@ class Ease(Elementwise, type="omni.graph.nodes.Ease"):
     ease_func: Token = In(
         default="EaseInOut",
         tokens=EASINGS,
-        doc="easing function; names with In start gently, names with Out end gently",
+        doc="easing function; functions with In in their name start gently, functions with Out end gently",
     )
     end: Any = In(type=DECIMALS, required=True, doc="value at `alpha` = 1")
     start: Any = In(type=DECIMALS, required=True, doc="value at `alpha` = 0")
@@ -111,7 +111,7 @@ class Ease(Elementwise, type="omni.graph.nodes.Ease"):
 
     def compute(self) -> None:
         """Set `result` to the value that the easing function gives for `alpha`."""
-        with np.errstate(all="ignore"):  # an exponent below 0 leaves alpha 0 no value
+        with np.errstate(all="ignore"):  # with an exponent below 0, there is no value at alpha 0
             share = curve(self.ease_func, self.blend_exponent)(np.clip(self.alpha, 0.0, 1.0))
         self.result = self.operate(self.start, self.end, share)
 

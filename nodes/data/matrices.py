@@ -157,7 +157,7 @@ _FACTORS = "|".join((with_arrays(f"{REAL_TUPLES}|{MATRICES}"), DECIMAL_TUPLES.re
 
 
 class MatrixMultiply(Elementwise, type="omni.graph.nodes.MatrixMultiply"):
-    """Computes the matrix product of `a` and `b`. A vector is a row vector as `a`, and a column vector as `b`."""
+    """Computes the matrix product of `a` and `b`. A vector `a` is a row vector, a vector `b` a column vector."""
 
     a: Any = In(type=_FACTORS, required=True, doc="left factor: matrix, row vector, or array of these")
     b: Any = In(type=_FACTORS, required=True, doc="right factor: matrix, column vector, or array of these")
@@ -209,7 +209,7 @@ class Transpose(Elementwise, type="omni.graph.nodes.Transpose"):
 
     @staticmethod
     def operation(matrix: Any) -> Any:
-        """Return the transposed matrices; all matrices are given as numbers (..., n * n)."""
+        """Return the transposed matrices; input and result are arrays (..., n * n), row by row."""
         return flat(np.swapaxes(square(matrix), -1, -2))
 
 
@@ -221,7 +221,7 @@ class InvertMatrix(Elementwise, type="omni.graph.nodes.OgnInvertMatrix"):
 
     @staticmethod
     def operation(matrix: Any) -> Any:
-        """Return the inverse matrices; all matrices are given as numbers (..., n * n)."""
+        """Return the inverse matrices; input and result are arrays (..., n * n), row by row."""
         squares = square(matrix)
         identity = np.eye(squares.shape[-1])
         finite = np.where(np.isfinite(squares).all(axis=(-2, -1), keepdims=True), squares, 0.0)

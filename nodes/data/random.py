@@ -90,7 +90,8 @@ class RandomNumeric(TypedNode, RandomNode, type="omni.graph.nodes.RandomNumeric"
         type=NUMERICS, name="max", default=1.0, doc="upper bound; inclusive for integers, exclusive for real numbers"
     )
     random: Any = Out(
-        type=NUMERICS, doc="random numbers, as many as in `min` or `max`; a scalar bound applies to all of them"
+        type=NUMERICS,
+        doc="random number, tuple or array, of the size of `min` and `max`; a scalar bound applies to all numbers",
     )
 
     def compute(self) -> None:
@@ -122,7 +123,8 @@ class RandomGaussian(TypedNode, RandomNode, type="omni.graph.nodes.RandomGaussia
     )
     use_log: bool = In(default=False, doc="true: draw from a log-normal distribution; false: from a normal one")
     random: Any = Out(
-        type=DECIMALS, doc="random numbers, as many as in `mean` or `stdev`; a scalar input applies to all of them"
+        type=DECIMALS,
+        doc="random number, tuple or array, of the size of `mean` and `stdev`; a scalar input applies to all numbers",
     )
 
     def compute(self) -> None:
@@ -143,12 +145,12 @@ class RandomGaussian(TypedNode, RandomNode, type="omni.graph.nodes.RandomGaussia
 
 
 def drawn(node: TypedNode, inputs: tuple[str, str], draw: Operation) -> Any:
-    """Return random numbers in the common shape of two inputs, as a value of the output `random`.
+    """Return random numbers as a value for the output `random`; their shape is the common shape of two inputs.
 
     Args:
         node: node with the two inputs and the output.
         inputs: Python names of the two inputs.
-        draw: function that takes the values of the inputs as two arrays, which broadcast, and returns random numbers.
+        draw: function that takes the values of the two inputs as arrays, broadcasts them and returns random numbers.
     """
     known = node.port_types()
     operands = [Operand.of(known[name], type(node).fields[name].name) for name in inputs]

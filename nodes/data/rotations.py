@@ -279,7 +279,7 @@ class RotateVector(Elementwise, type="omni.graph.nodes.RotateVector"):
     result: Any = Out(type=VECTORS, doc="rotated vector, of the same type")
 
     def lifted(self, inputs: Sequence[PortType], output: PortType) -> Operation:
-        """Return a function that rotates vectors; a matrix also applies its scale."""
+        """Return a function that rotates vectors. If the rotation is a matrix, its scale is applied too."""
         linear = inputs[0].count > 4
 
         def turned(rotation: Any, vector: Any) -> Any:

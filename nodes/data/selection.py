@@ -27,13 +27,13 @@ class SelectIf(Node, type="omni.graph.nodes.SelectIf"):
     if_false: Any = In(type=ANYTHING, required=True)
     result: Any = Out(
         type=ANYTHING,
-        doc="selected value, or an array if any input is an array; the other inputs then apply to all elements",
+        doc="selected value, or array of selected elements if any input is an array; a single value applies to all elements",
     )
 
     choose: Operation = Bound()
 
     def resolve_types(self, known: Mapping[str, PortType], variables: Mapping[str, PortType]) -> Mapping[str, PortType]:
-        """Return the type of the output, to which both values convert; empty until all input types are known.
+        """Return the type of the output, to which both values convert, or an empty mapping until all input types are known.
 
         Raises:
             ValueError: the values have no common type.

@@ -37,7 +37,7 @@ def as_array(value: Any) -> Any:
 
 
 def joined(like: Any, *parts: Any) -> Any:
-    """Return arrays and lists of elements, joined to one array of the same type as `like`.
+    """Concatenate arrays and lists of elements, and return one array of the same type as `like`.
 
     Raises:
         BadValueError: the joined array has more than `MAX_LENGTH` elements.
@@ -92,7 +92,7 @@ def position(index: int, length: int) -> int:
 
 
 def zeros(array: Any, count: int) -> Any:
-    """Return `count` zeros, or empty strings for an array of strings; none if `count` is negative."""
+    """Return `count` zeros, or `count` empty strings if `array` holds strings; a negative count is treated as 0."""
     if isinstance(array, tuple):
         return ("",) * count
     return np.zeros((max(count, 0), *array.shape[1:]), array.dtype)

@@ -11,17 +11,17 @@ from graphengine.node.types import ROLES
 
 
 def arrays_of(union: str) -> str:
-    """Return the union of the array types for all types in a union."""
+    """Return the union of the types `T[]` for all types `T` in a union."""
     return "|".join(f"{element}[]" for element in union.split("|"))
 
 
 def with_arrays(union: str) -> str:
-    """Return a union extended by the array types for all its types."""
+    """Return a union extended by the type `T[]` for each of its types `T`."""
     return f"{union}|{arrays_of(union)}"
 
 
 def tuples(*bases: str) -> str:
-    """Return the union of all tuples of two to four numbers of the given base types."""
+    """Return the union of the types of tuples of two to four numbers with the given base types."""
     return "|".join(f"{base}[{count}]" for base in bases for count in (2, 3, 4))
 
 

@@ -1,4 +1,4 @@
-"""Publisher of commands for an Ackermann vehicle."""
+"""A node that publishes drive commands for a vehicle with Ackermann steering."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from graphengine.nodes.ros2.publisher import SensorPublisher
 
 
 class ROS2PublishAckermannDrive(SensorPublisher, type="isaacsim.ros2.bridge.ROS2PublishAckermannDrive"):
-    """Publishes a command as ackermann_msgs/AckermannDriveStamped, in single precision."""
+    """Publishes a drive command as ackermann_msgs/AckermannDriveStamped, which holds float32 values."""
 
     message_type: ClassVar[str] = "ackermann_msgs/msg/AckermannDriveStamped"
 
@@ -23,7 +23,7 @@ class ROS2PublishAckermannDrive(SensorPublisher, type="isaacsim.ros2.bridge.ROS2
     jerk: float = In(default=0.0, unit="m/s3")
 
     def message(self) -> Any:
-        """Build the command message."""
+        """Return the command message with the values of the inputs."""
         values = (self.steering_angle, self.steering_angle_velocity, self.speed, self.acceleration, self.jerk)
         drive = messages.message_class("ackermann_msgs/msg/AckermannDrive")(*values)
         return messages.message_class(self.message_type)(self.header(), drive)

@@ -1,4 +1,7 @@
-"""Action client and server nodes for any action type, with a port for each field; a server consists of three nodes."""
+"""Nodes for an action client or an action server of any action type, with a port for each field.
+
+An action server consists of three nodes: ROS2ActionServerGoal, ROS2ActionServerFeedback and ROS2ActionServerResult.
+"""
 
 from __future__ import annotations
 
@@ -15,21 +18,24 @@ from graphengine.nodes.ros2.fields import Layout, expect, find_action
 
 
 class ActionNode(Node):
-    """Base of nodes for an action whose type the graph file selects; a port for each field is made before wires are read."""
+    """Base of action nodes that have a port for each field of the action type.
+
+    The graph file must name the action type by literals, because these ports are created before wires are read.
+    """
 
     goal: ClassVar[Layout]
     result: ClassVar[Layout]
     feedback: ClassVar[Layout]
 
     message_package: String = In(required=True, setup=True, doc="package of the action type, such as `control_msgs`")
-    message_subfolder: String = In(default="action", setup=True, doc="folder of the action type in the package")
+    message_subfolder: String = In(default="action", setup=True, doc="folder of the package that holds the action type")
     message_name: String = In(required=True, setup=True, doc="name of the action type, such as `FollowJointTrajectory`")
 
     def bind(self) -> str:
         """Return the action type that the inputs name, such as control_msgs/action/FollowJointTrajectory.
 
         Raises:
-            ContextError: the ports were made for another action type.
+            ContextError: the node's ports were created for an action type other than the one that the inputs name.
         """
         parts = (getattr(self, part, None) for part in ("goal", "result", "feedback"))
         layout: Layout | None = next((part for part in parts if part is not None), None)
@@ -37,10 +43,12 @@ class ActionNode(Node):
 
 
 class NamedActionNode(ActionNode):
-    """Base of nodes that offer or call an action by its name."""
+    """Base of nodes that create an action server or client, with inputs for the action's name, namespace, QoS and domain."""
 
     exec_in = ExecIn()
-    context: UInt64 = In(default=0, setup=True, doc="domain handle from a ROS2Context; 0: the session's domain")
+    context: UInt64 = In(
+        default=0, setup=True, doc="handle of a ROS domain, from a ROS2Context; 0: the session's domain"
+    )
     node_namespace: String = In(
         default="", setup=True, doc="ROS namespace of the action; `isaac:namespace` of prims is not added"
     )
@@ -52,18 +60,18 @@ class NamedActionNode(ActionNode):
     )
 
     def endpoint(self) -> dict[str, Any]:
-        """Return the namespace, QoS and domain inputs as options for the action."""
+        """Return the namespace, QoS and domain inputs as keyword arguments for the creation of an action server or client."""
         return {"namespace": self.node_namespace, "qos_profile": self.qos_profile, "ros_context": self.context}
 
 
 class ROS2ActionServerGoal(NamedActionNode, type="graphengine.ros2.ROS2ActionServerGoal"):
-    """Offers an action and outputs the fields of each goal, such as `Goal:order` for Fibonacci. Execute it in every tick.
+    """Creates an action server and outputs the fields of each goal, such as `Goal:order` for Fibonacci.
 
-    `graphrun nodes ROS2ActionServerGoal --message example_interfaces/action/Fibonacci` lists these outputs. `onGoal` fires once
-    for each goal; the goal is then accepted, unless a ROS2ActionServerResult downstream of `onGoal` ends it as `rejected`. At
-    most one goal is active: a new goal aborts it if `preempts` is true, otherwise the new goal is rejected. Wire `serverHandle`
-    to a ROS2ActionServerFeedback, which sends feedback, and to a ROS2ActionServerResult, which ends the goal. When the
-    simulation stops, the goal is aborted.
+    Execute the node in every tick. `graphrun nodes ROS2ActionServerGoal --message example_interfaces/action/Fibonacci` lists the
+    outputs for the fields. `onGoal` fires once for each goal. Afterwards the goal is accepted, unless a ROS2ActionServerResult
+    downstream of `onGoal` has ended it as `rejected`. At most one goal is active: a new goal aborts the active goal if `preempts`
+    is true, otherwise the new goal is rejected. Wire `serverHandle` to a ROS2ActionServerFeedback, which sends feedback, and to a
+    ROS2ActionServerResult, which ends the goal. When the simulation stops, the active goal is aborted.
     """
 
     preempts: bool = In(
@@ -71,7 +79,7 @@ class ROS2ActionServerGoal(NamedActionNode, type="graphengine.ros2.ROS2ActionSer
     )
     on_goal = ExecOut(doc="fires once for each goal that arrives")
     on_cancel = ExecOut(
-        doc="fires once when a client requests to cancel the active goal; if not wired, the goal ends as canceled"
+        doc="fires once when a client requests to cancel the active goal; if nothing is wired to it, the goal ends as canceled"
     )
     server_handle: UInt64 = Out(
         default=0, doc="handle of this action server, for ROS2ActionServerFeedback and ROS2ActionServerResult"
@@ -84,18 +92,18 @@ class ROS2ActionServerGoal(NamedActionNode, type="graphengine.ros2.ROS2ActionSer
 
     @classmethod
     def dynamic_ports(cls, literals: Mapping[str, Any], definitions: Definitions) -> Mapping[str, Any]:
-        """Make an output for each field of the goal."""
+        """Return the layout of the goal, and an output for each of its fields."""
         goal, _, _ = find_action(literals, definitions)
         return {"goal": goal, **goal.ports(Out)}
 
     def setup(self, context: Context) -> None:
-        """Offer the action."""
+        """Create the action server `actionName`."""
         self.server = context.action_server(self.bind(), self.action_name, **self.endpoint())
         self.server_handle = self.server.handle
         self.tells_of_cancel = context.wired("on_cancel")
 
     def compute(self) -> Pushes:
-        """Fire `onCancel` if the active goal is to be cancelled, then set the outputs and fire `onGoal` for each new goal."""
+        """Fire `onCancel` if the cancellation of the active goal is requested, then output each new goal and fire `onGoal`."""
         server = self.server
         self.server_handle = server.handle
         arrived, active = server.goals(), server.current
@@ -124,25 +132,28 @@ class ROS2ActionServerGoal(NamedActionNode, type="graphengine.ros2.ROS2ActionSer
 
 
 class PursuingNode(ActionNode):
-    """Base of nodes that send feedback on the goal of a ROS2ActionServerGoal, or its result; the fields are inputs."""
+    """Base of nodes that send feedback on the current goal of a ROS2ActionServerGoal, or the result of the goal.
+
+    The fields of the feedback or of the result are inputs.
+    """
 
     part: ClassVar[str]
     """Part of the action that the node sends: `feedback` or `result`."""
 
     exec_in = ExecIn()
-    server_handle: UInt64 = In(required=True, doc="action server: `serverHandle` of its ROS2ActionServerGoal")
+    server_handle: UInt64 = In(required=True, doc="handle of the action server, from a ROS2ActionServerGoal")
 
     door: Context = Bound()
 
     @classmethod
     def dynamic_ports(cls, literals: Mapping[str, Any], definitions: Definitions) -> Mapping[str, Any]:
-        """Make an input for each field of the feedback or result that the node sends."""
+        """Return the layout of the feedback or result that the node sends, and an input for each of its fields."""
         _, result, feedback = find_action(literals, definitions)
         layout = {"result": result, "feedback": feedback}[cls.part]
         return {cls.part: layout, **layout.ports(In)}
 
     def setup(self, context: Context) -> None:
-        """Check that the inputs' values can be sent, and that the server has the same action type, if its handle is known."""
+        """Check the values of the field inputs and, if `serverHandle` is already set, the action type of the server."""
         self.door = context
         self.bind()
         if self.server_handle:
@@ -160,10 +171,12 @@ class PursuingNode(ActionNode):
         return server
 
     def find(self) -> tuple[ActionServer, Goal | None]:
-        """Return the action server whose handle is `serverHandle`, and its current goal unless it has ended.
+        """Return the action server with the handle `serverHandle`, and its current goal.
+
+        The goal is None if the server has no goal that is new or active.
 
         Raises:
-            BadValueError: no server has the handle, or its type differs.
+            BadValueError: no action server has this handle, or the server has another action type.
         """
         try:
             server = self._find()
@@ -176,8 +189,8 @@ class PursuingNode(ActionNode):
 class ROS2ActionServerFeedback(PursuingNode, type="graphengine.ros2.ROS2ActionServerFeedback", gated=True):
     """Sends feedback on the active goal of a ROS2ActionServerGoal; the fields of the feedback are inputs.
 
-    `graphrun nodes ROS2ActionServerFeedback --message example_interfaces/action/Fibonacci` lists these inputs. Executed
-    downstream of `onGoal`, the node accepts the goal. Without a goal, it sends nothing and does not fire.
+    `graphrun nodes ROS2ActionServerFeedback --message example_interfaces/action/Fibonacci` lists these inputs. If the node is
+    executed downstream of `onGoal`, it accepts the new goal. Without a goal, it sends nothing and does not fire.
     """
 
     part: ClassVar[str] = "feedback"
@@ -185,10 +198,11 @@ class ROS2ActionServerFeedback(PursuingNode, type="graphengine.ros2.ROS2ActionSe
     exec_out = ExecOut(doc="fires if the server has a goal")
 
     def compute(self) -> Fire:
-        """Accept the goal if it is new, and send feedback if the topic has subscribers.
+        """Accept the goal if it is new, and send feedback if the feedback topic has subscribers.
 
         Raises:
-            BadValueError: no server has the handle, or the feedback cannot hold an input's value.
+            BadValueError: no action server has the handle, the server has another action type, or the value of an input does not
+                fit its field.
         """
         server, goal = self.find()
         if goal is None:
@@ -211,15 +225,17 @@ class ROS2ActionServerResult(PursuingNode, type="graphengine.ros2.ROS2ActionServ
     status: Token = In(
         default="succeeded",
         tokens=("succeeded", "aborted", "canceled", "rejected"),
-        doc="final status of the goal; `canceled` without a client's request and `rejected` after acceptance count as `aborted`",
+        doc="final status of the goal; `aborted` is sent instead of `canceled` if no client requested to cancel the goal, and "
+        "instead of `rejected` if the goal was already accepted",
     )
     exec_out = ExecOut(doc="fires when the node has ended a goal")
 
     def compute(self) -> Fire:
-        """End the goal.
+        """Send the result and end the goal, or reject a new goal if `status` is `rejected`.
 
         Raises:
-            BadValueError: no server has the handle, or the result cannot hold an input's value.
+            BadValueError: no action server has the handle, the server has another action type, or the value of an input does not
+                fit its field.
         """
         server, goal = self.find()
         if goal is None:
@@ -242,17 +258,18 @@ class ROS2ActionServerResult(PursuingNode, type="graphengine.ros2.ROS2ActionServ
 
 
 class ROS2ActionClient(NamedActionNode, type="graphengine.ros2.ROS2ActionClient"):
-    """Sends goals to an action server; goal fields are inputs, feedback and result fields are outputs, such as `Result:sequence`.
+    """Sends goals to an action server, and outputs feedback and results.
 
+    The fields of a goal are inputs, such as `Goal:order`; those of feedback and result are outputs, such as `Result:sequence`.
     `graphrun nodes ROS2ActionClient --message example_interfaces/action/Fibonacci` lists these ports. Every execution of `execIn`
-    creates a goal; it is sent at the end of the tick, or when a server appears. The outputs belong to the latest goal; events of
-    older goals are ignored. If several feedback messages arrive in a tick, the newest is output.
+    creates a goal, which is sent at the end of the tick, or later when a server appears. The outputs belong to the latest goal;
+    events of older goals are ignored. If several feedback messages arrive in a tick, the newest one is output.
     """
 
     cancel = ExecIn(control=True, doc="requests that the server cancel the latest goal")
     on_accepted = ExecOut(doc="fires when the server has accepted the latest goal")
     on_rejected = ExecOut(doc="fires when the server has rejected the latest goal")
-    on_feedback = ExecOut(doc="fires in each tick in which feedback arrives")
+    on_feedback = ExecOut(doc="fires in each tick in which feedback on the latest goal arrives")
     on_result = ExecOut(doc="fires when the latest goal has ended; `status` is its final status")
     status: Token = Out(
         default="",
@@ -265,22 +282,22 @@ class ROS2ActionClient(NamedActionNode, type="graphengine.ros2.ROS2ActionClient"
 
     @classmethod
     def dynamic_ports(cls, literals: Mapping[str, Any], definitions: Definitions) -> Mapping[str, Any]:
-        """Make an input for each field of the goal, and an output for each field of feedback and result."""
+        """Return the layouts of goal, result and feedback, an input for each goal field and an output for each other field."""
         goal, result, feedback = find_action(literals, definitions)
         made = {"goal": goal, "result": result, "feedback": feedback}
         return {**made, **goal.ports(In), **feedback.ports(Out), **result.ports(Out)}
 
     def setup(self, context: Context) -> None:
-        """Open the client."""
+        """Create the client of the action `actionName`."""
         action_type = self.bind()
         self.goal.check(self)
         self.client = context.action_client(action_type, self.action_name, **self.endpoint())
 
     def compute(self) -> None:
-        """Cancel the latest goal, or send a new one.
+        """Request to cancel the latest goal if `cancel` is executed, and send a new goal if `execIn` is executed.
 
         Raises:
-            BadValueError: the goal cannot hold an input's value.
+            BadValueError: the value of an input does not fit its field of the goal.
         """
         if self.cancel and self.active and not self.cancelling:
             self.cancelling = True
@@ -295,7 +312,7 @@ class ROS2ActionClient(NamedActionNode, type="graphengine.ros2.ROS2ActionClient"
         self.active = True
 
     def update(self) -> Fire:
-        """Output the server's events for the latest goal, and fire the outputs that belong to them."""
+        """Set the outputs from the server's events for the latest goal, and fire the execution outputs of these events."""
         fired = 0
         for event in self.client.events():
             if event.goal != self.latest:

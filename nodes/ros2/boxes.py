@@ -1,4 +1,4 @@
-"""Bounding boxes of visible objects, in 2D in a camera's picture and in 3D."""
+"""Nodes and functions that publish bounding boxes of the objects in a camera image, in 2D and 3D."""
 
 from __future__ import annotations
 
@@ -19,22 +19,23 @@ DETECTIONS = "vision_msgs/msg/Detection2DArray"
 DETECTIONS_3D = "vision_msgs/msg/Detection3DArray"
 _EDGES_OF_A_BOX = [(edge, "<i4") for edge in ("x_min", "y_min", "x_max", "y_max")]
 BOX = np.dtype([("semanticId", "<u4"), *_EDGES_OF_A_BOX, ("occlusionRatio", "<f4")])
-"""Record of one box: the number of its object, and its edges in pixels from the upper left corner of the picture."""
+"""Record of one 2D box: the segmentation ID of its object, its edges in pixels from the upper left corner of the image, and an
+occlusion ratio, which is not used."""
 
 
 def tight_boxes(segmentation: NDArray[np.int32]) -> NDArray[Any]:
-    """Return a box around the visible pixels of each object, in ascending order of the object numbers.
+    """Return a 2D box around the visible pixels of each object, as BOX records in ascending order of the segmentation IDs.
 
     Edges lie between pixels: a box around the single pixel (u, v) reaches from u to u + 1 and from v to v + 1.
 
     Args:
-        segmentation: object number of each pixel, 0 for no object, shape (height, width).
+        segmentation: segmentation ID of the object in each pixel, 0 for no object, shape (height, width).
     """
     edges = np.zeros(int(segmentation.max(initial=0)) + 1, BOX)
     edges["semanticId"] = np.arange(len(edges))
     for pixels, low, high in ((segmentation.T, "x_min", "x_max"), (segmentation, "y_min", "y_max")):
         numbers, place = pixels.ravel(), np.repeat(np.arange(len(pixels)), pixels.shape[1])
-        # Of several values for one number, the last stays.
+        # If an ID occurs several times, its last value stays.
         edges[low][numbers[::-1]] = place[::-1]
         edges[high][numbers] = place + 1
     return edges[1:][edges["x_max"][1:] > 0]
@@ -44,18 +45,20 @@ _CORNERS = np.array(list(itertools.product((0, 1), repeat=3)))
 _EDGES = np.array(
     [pair for pair in itertools.combinations(range(8), 2) if abs(_CORNERS[pair[0]] - _CORNERS[pair[1]]).sum() == 1]
 )
-"""Corners of a box as low (0) or high (1) coordinates, and the pairs of corners that its twelve edges join."""
+"""The twelve edges of a box, as pairs of indices into _CORNERS, whose rows select the low (0) or high (1) x, y and z."""
 
 
 def loose_boxes(
     solids: NDArray[Any], intrinsics: tuple[float, float, float, float], size: tuple[int, int], near: float
 ) -> NDArray[Any]:
-    """Return 2D boxes around projected 3D boxes, regardless of occlusion; boxes outside the picture are left out.
+    """Return a 2D box, as a BOX record, around the projection of each 3D box into the image; occlusion is ignored.
+
+    3D boxes whose projection lies outside the image are left out.
 
     Args:
         solids: 3D boxes as BOX_3D records, in the camera's optical frame.
         intrinsics: fx, fy, cx, cy in pixels.
-        size: width and height of the picture, pixels.
+        size: width and height of the image, pixels.
         near: smallest visible distance along the optical axis, m.
     """
     low, high, transforms = (solids[name].astype(float)[:, None] for name in ("low", "high", "transform"))
@@ -78,7 +81,7 @@ def loose_boxes(
 
 
 def detections(header: messages.Header, boxes: NDArray[Any]) -> Any:
-    """Build a vision_msgs/Detection2DArray from BOX records; every detection has score 1."""
+    """Return a vision_msgs/Detection2DArray with a detection of score 1 for each BOX record."""
     array, detection, box_2d, pose_2d, point_2d = map(
         _class, ("Detection2DArray", "Detection2D", "BoundingBox2D", "Pose2D", "Point2D")
     )
@@ -91,7 +94,7 @@ def detections(header: messages.Header, boxes: NDArray[Any]) -> Any:
 
 
 def detections_3d(header: messages.Header, boxes: NDArray[Any]) -> Any:
-    """Build a vision_msgs/Detection3DArray from BOX_3D records; every detection has score 1.
+    """Return a vision_msgs/Detection3DArray with a detection of score 1 for each BOX_3D record.
 
     Raises:
         BadValueError: the matrix of a box is singular or not finite.
@@ -102,9 +105,7 @@ def detections_3d(header: messages.Header, boxes: NDArray[Any]) -> Any:
     volumes = np.linalg.det(np.where(np.isfinite(transforms).all(axis=(1, 2), keepdims=True), axes, 0.0))
     unfit = np.flatnonzero(volumes == 0.0)
     if len(unfit):
-        raise BadValueError(
-            "data", transforms[unfit[0]].tolist(), f"finite and invertible in the matrix of box {unfit[0]}"
-        )
+        raise BadValueError("data", transforms[unfit[0]].tolist(), f"a finite and invertible matrix in box {unfit[0]}")
     scales = np.linalg.norm(axes, axis=2)
     centers = origins + np.einsum("ni,nij->nj", (low + high) / 2, axes)
     # A box is the same when it is mirrored, but no quaternion is a mirror.
@@ -119,9 +120,10 @@ def detections_3d(header: messages.Header, boxes: NDArray[Any]) -> Any:
 
 
 def _quaternions(axes: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Rotations that bring x, y and z closest to the rows of matrices, as unit quaternions (x, y, z, w) with w >= 0.
+    """Return, for each matrix, the rotation that brings the axes x, y and z closest to the rows of the matrix.
 
-    Each is the eigenvector of the largest eigenvalue of a symmetric matrix (Bar-Itzhack, J. Guidance 23, 2000).
+    Rotations are unit quaternions (x, y, z, w) with w >= 0. Each is the eigenvector for the largest eigenvalue of a symmetric
+    matrix (Bar-Itzhack, J. Guidance 23, 2000).
     """
     (xx, xy, xz), (yx, yy, yz), (zx, zy, zz) = axes.transpose(1, 2, 0)
     symmetric = [
@@ -145,7 +147,10 @@ def _class(name: str) -> type[Any]:
 
 
 class BoxPublisher(SensorPublisher):
-    """Base of nodes that publish bounding boxes from bytes; a subclass defines `record` and `make`."""
+    """Base of nodes that publish bounding boxes from packed records.
+
+    A subclass defines `record`, the dtype of a box, and `make`, which builds the message from a header and the boxes.
+    """
 
     record: ClassVar[np.dtype[Any]]
     make: ClassVar[Callable[[messages.Header, NDArray[Any]], Any]]
@@ -154,18 +159,18 @@ class BoxPublisher(SensorPublisher):
     data: UChars = In(doc="bounding boxes as packed little-endian records, one per object")
 
     def message(self) -> Any:
-        """Build the message from the bytes."""
+        """Return the message with the boxes in `data`."""
         size = self.record.itemsize
         if len(self.data) % size:
-            raise BadValueError("data", len(self.data), f"of {size} bytes per box")
+            raise BadValueError("data", len(self.data), f"a multiple of {size} bytes, the size of a box")
         return type(self).make(self.header(), np.ascontiguousarray(self.data).view(self.record))
 
 
 class ROS2PublishBbox2D(BoxPublisher, type="isaacsim.ros2.bridge.ROS2PublishBbox2D"):
-    """Publishes 2D boxes in a picture as vision_msgs/Detection2DArray; the class id of a detection is the object's number.
+    """Publishes 2D boxes in an image as vision_msgs/Detection2DArray; the class ID of a detection is its segmentation ID.
 
-    In `data`, a box is a little-endian record of 24 bytes: the object's number (uint32), the edges left, top, right and bottom
-    in pixels (int32 each), and a float32 that is ignored.
+    In `data`, a box is a little-endian record of 24 bytes: the segmentation ID (uint32), the left, top, right and bottom edge in
+    pixels (int32 each), and a float32 that is ignored.
     """
 
     message_type: ClassVar[str] = DETECTIONS
@@ -176,11 +181,12 @@ class ROS2PublishBbox2D(BoxPublisher, type="isaacsim.ros2.bridge.ROS2PublishBbox
 
 
 class ROS2PublishBbox3D(BoxPublisher, type="isaacsim.ros2.bridge.ROS2PublishBbox3D"):
-    """Publishes 3D boxes as vision_msgs/Detection3DArray; the class id of a detection is the object's number.
+    """Publishes 3D boxes as vision_msgs/Detection3DArray; the class ID of a detection is its segmentation ID.
 
-    In `data`, a box is a little-endian record of 96 bytes: the object's number (uint32), two opposite corners (3 float32 each),
-    a 4x4 matrix (16 float32) whose rows are the axes and the origin of the frame in which the corners are given, and a float32
-    that is ignored. The published centre is the midpoint of the corners; Isaac Sim publishes the origin of their frame instead.
+    In `data`, a box is a little-endian record of 96 bytes: the segmentation ID (uint32), two opposite corners of the box in its
+    own frame (3 float32 each), a 4x4 matrix (16 float32) whose rows are the axes and the origin of this frame in the frame
+    `frameId`, and a float32 that is ignored. The published centre is the midpoint of the corners; Isaac Sim publishes the origin
+    of the box's own frame instead.
     """
 
     message_type: ClassVar[str] = DETECTIONS_3D

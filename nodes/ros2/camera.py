@@ -1,4 +1,4 @@
-"""The helper node that publishes a camera's pictures while the simulation plays."""
+"""The helper node that publishes a camera's images while the simulation plays."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from graphengine.nodes.ros2.labels import labels_message
 from graphengine.nodes.ros2.point_cloud import point_cloud
 
 _SEGMENTED = ("instance_segmentation", "semantic_segmentation", "bbox_2d_tight", "bbox_2d_loose", "bbox_3d")
-"""Values of the input `type` that need a segmentation."""
+"""Values of the input `type` for which a segmentation image is rendered."""
 _TYPES = ("rgb", "rgb_h264", "depth", "depth_pcl", *_SEGMENTED)
 _IMAGE = "sensor_msgs/msg/Image"
 _MESSAGES = {"rgb": _IMAGE, "depth": _IMAGE, "depth_pcl": "sensor_msgs/msg/PointCloud2"}
@@ -34,26 +34,34 @@ class ROS2CameraHelper(SkippingHelper, type="isaacsim.ros2.bridge.ROS2CameraHelp
 
     The input `type` selects the message:
 
-    - `rgb`: rgb8 image; with `compression` a CompressedImage, as compressed_image_transport publishes it on IMAGE/compressed.
-    - `depth`: 32FC1 image of distances along the optical axis, m, inf for no hit.
-    - `depth_pcl`: the same depths as points in the optical frame.
-    - `instance_segmentation`, `semantic_segmentation`: the same 32SC1 image; each pixel holds the id of the visible prim, 0 for
-      the background.
+    - `rgb`: rgb8 image; if `compression` is set, a CompressedImage like those that compressed_image_transport publishes on
+      IMAGE/compressed.
+    - `depth`: 32FC1 image of distances along the optical axis, m; inf where no surface is hit.
+    - `depth_pcl`: PointCloud2 of the depth image's points in the optical frame.
+    - `instance_segmentation`, `semantic_segmentation`: 32SC1 image, the same for both; each pixel holds the segmentation ID of
+      the visible prim, 0 for the background.
     - `bbox_2d_tight`: a 2D box around the visible pixels of each prim; the world itself has no box.
-    - `bbox_3d`: for each prim with a visible pixel, a 3D box around the whole prim, along the prim's axes, in the optical frame.
-    - `bbox_2d_loose`: the 2D box around the projection of that 3D box.
+    - `bbox_3d`: a 3D box around each prim that has a visible pixel. The box encloses the whole prim, is parallel to the prim's
+      axes and is given in the optical frame.
+    - `bbox_2d_loose`: for each box of `bbox_3d`, a 2D box around its projection.
 
-    An image is delivered some ticks after its capture and has the stamp of the capture. Images without subscribers are not
-    rendered.
+    An image is published some ticks after its capture, with the time of the capture as stamp. Images are rendered only while the
+    topic has subscribers.
     """
 
     frame_id: String = In(default="sim_camera", setup=True, doc="name of the camera's optical frame")
     topic_name: String = In(default="rgb", setup=True)
     type_in: Token = In(
-        default="rgb", name="type", setup=True, tokens=_TYPES, doc=f"available types: {', '.join(_MESSAGES)}"
+        default="rgb",
+        name="type",
+        setup=True,
+        tokens=_TYPES,
+        doc=f"type of the message; available: {', '.join(_MESSAGES)}",
     )
     enable_semantic_labels: bool = In(
-        default=False, setup=True, doc="publish the prim path of each segmentation id on `semanticLabelsTopicName`"
+        default=False,
+        setup=True,
+        doc="publish the prim path of each segmentation ID on the topic `semanticLabelsTopicName`",
     )
     semantic_labels_topic_name: String = In(default="semantic_labels", setup=True)
     stereo_offset: Float2 = In(
@@ -65,22 +73,22 @@ class ROS2CameraHelper(SkippingHelper, type="isaacsim.ros2.bridge.ROS2CameraHelp
         setup=True,
         extension=True,
         tokens=("", *ENCODINGS),
-        doc="compression of rgb images; if empty, they are not compressed",
+        doc="compression of rgb images; if empty, images are not compressed",
     )
-    jpeg_quality: UInt = In(default=JPEG_QUALITY, extension=True, doc="quality of jpeg, 1 to 100")
+    jpeg_quality: UInt = In(default=JPEG_QUALITY, extension=True, doc="JPEG quality, 1 to 100")
 
     camera: Camera = Bound()
     publisher: Publisher = Bound()
     labels: Publisher | None = Bound()
 
     def setup(self, context: Context) -> None:
-        """Bind the camera and open the topics."""
+        """Look up the camera at `renderProductPath` and create the publishers of images and labels."""
         if self.type_in not in _MESSAGES:
             available = listing(_MESSAGES, "available types")
-            raise ContextError(f"pictures of type {self.type_in!r} are not available", self.type_in, available)
+            raise ContextError(f"images of type {self.type_in!r} are not available", self.type_in, available)
         if self.compression and self.type_in != "rgb":
-            what = f"pictures of type {self.type_in!r} cannot be compressed"
-            raise ContextError(what, self.compression, "legal: an empty `compression`, or the type rgb")
+            what = f"images of type {self.type_in!r} cannot be compressed"
+            raise ContextError(what, self.compression, "leave `compression` empty, or set `type` to rgb")
         super().setup(context)
         self.camera = context.device(Camera, self.render_product_path)
         kind = COMPRESSED_IMAGE if self.compression else _MESSAGES[self.type_in]
@@ -93,7 +101,7 @@ class ROS2CameraHelper(SkippingHelper, type="isaacsim.ros2.bridge.ROS2CameraHelp
             context.log("warning", f"enableSemanticLabels has no effect: {self.type_in} has no labels")
 
     def update(self) -> None:
-        """Request this tick's picture and publish the one delivered in this tick, if there are subscribers."""
+        """If there are subscribers, request the image that is due in this tick, and publish the image delivered in this tick."""
         labels = self.labels if self.labels is not None and self.labels.wanted else None
         if not self.publisher.wanted and labels is None:
             return
@@ -111,7 +119,7 @@ class ROS2CameraHelper(SkippingHelper, type="isaacsim.ros2.bridge.ROS2CameraHelp
             labels.publish(labels_message(self.classes(), header.stamp))
 
     def message(self, header: messages.Header, picture: Picture) -> Any:
-        """Return the message that the input `type` selects; None for a segmentation if the picture has none."""
+        """Return the message that the input `type` selects; None if the message needs a segmentation that the image lacks."""
         height, width = picture.depth.shape
         if self.compression:
             pixels = np.ascontiguousarray(picture.rgb)
@@ -135,7 +143,7 @@ class ROS2CameraHelper(SkippingHelper, type="isaacsim.ros2.bridge.ROS2CameraHelp
         return image(header, "32SC1", (width, height), np.ascontiguousarray(picture.segmentation, "<i4"))
 
     def classes(self) -> dict[str, Any]:
-        """Return the prim path of each segmentation id, as in the labels message; 0 is BACKGROUND."""
+        """Return the entries of the labels message: `{"class": prim path}` by segmentation ID; the ID 0 is BACKGROUND."""
         paths = {0: "BACKGROUND", **self.camera.labels}
         return {str(number): {"class": path} for number, path in paths.items()}
 
@@ -143,10 +151,11 @@ class ROS2CameraHelper(SkippingHelper, type="isaacsim.ros2.bridge.ROS2CameraHelp
 def points_of(depth: NDArray[np.float32], intrinsics: tuple[float, float, float, float]) -> NDArray[np.float32]:
     """Return the points of a depth image in the camera's optical frame, m, shape (n, 3); pixels without a surface are left out.
 
-    The optical frame has x right, y down and z forward: a pixel (u, v) of depth z is z ((u - cx) / fx, (v - cy) / fy, 1).
+    The optical frame has x right, y down and z forward. The point of a pixel (u, v) with depth z is
+    z ((u - cx) / fx, (v - cy) / fy, 1).
 
     Args:
-        depth: distance along the optical axis, m; not finite for a miss.
+        depth: distance along the optical axis, m, shape (height, width); not finite where no surface is hit.
         intrinsics: fx, fy, cx, cy in pixels.
     """
     fx, fy, cx, cy = intrinsics

@@ -1,4 +1,4 @@
-"""CameraInfo messages: the calibration of cameras."""
+"""Nodes that publish the calibration of cameras as sensor_msgs/CameraInfo."""
 
 from __future__ import annotations
 
@@ -20,13 +20,13 @@ from graphengine.nodes.ros2.publisher import SensorPublisher
 
 _NO_DISTORTION = read_only(np.zeros(5))
 _PARALLEL = 1e-3
-"""Largest angle between the optical axes of a stereo pair, rad: a pixel at a focal length of 1000 pixels."""
+"""Largest angle between the optical axes of a stereo pair, rad; it shifts an image by one pixel if fx is 1000 pixels."""
 
 Matrices = tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]
 
 
 class ROS2PublishCameraInfo(SensorPublisher, type="isaacsim.ros2.bridge.ROS2PublishCameraInfo"):
-    """Publishes camera matrices and distortion as sensor_msgs/CameraInfo; matrices that are not given are zero."""
+    """Publishes camera matrices and distortion as sensor_msgs/CameraInfo; a matrix that is not given is published as zeros."""
 
     message_type: ClassVar[str] = "sensor_msgs/msg/CameraInfo"
 
@@ -35,7 +35,7 @@ class ROS2PublishCameraInfo(SensorPublisher, type="isaacsim.ros2.bridge.ROS2Publ
     width: UInt = In(default=0, unit="pixel")
     height: UInt = In(default=0, unit="pixel")
     projection_type: Token = In(
-        default="", doc="distortion model to publish, with no coefficients, if `physicalDistortionModel` is empty"
+        default="", doc="distortion model if `physicalDistortionModel` is empty; it is published without coefficients"
     )
     k: Doubles = In(doc="camera matrix, 9 numbers row by row: focal lengths and principal point, pixels")
     r: Doubles = In(doc="rectification matrix of a stereo camera, 9 numbers row by row")
@@ -44,7 +44,7 @@ class ROS2PublishCameraInfo(SensorPublisher, type="isaacsim.ros2.bridge.ROS2Publ
     physical_distortion_coefficients: Floats = In()
 
     def message(self) -> messages.CameraInfo:
-        """Build the message from the inputs."""
+        """Return the CameraInfo message with the values of the inputs."""
         model, coefficients = self.physical_distortion_model, self.physical_distortion_coefficients
         matrices = _matrix("k", self.k, 9), _matrix("r", self.r, 9), _matrix("p", self.p, 12)
         if not model:
@@ -62,7 +62,15 @@ def _matrix(name: str, given: NDArray[np.float64], count: int) -> NDArray[np.flo
 def camera_info(
     header: messages.Header, size: tuple[int, int], model: str, distortion: NDArray[np.float64], matrices: Matrices
 ) -> messages.CameraInfo:
-    """Build the message for a full picture without binning; `matrices` are K, R and P."""
+    """Return a CameraInfo message for images of the full sensor without binning.
+
+    Args:
+        header: time and optical frame.
+        size: width and height, pixels.
+        model: distortion model, such as `plumb_bob`.
+        distortion: coefficients of the distortion model.
+        matrices: K, R and P, row by row.
+    """
     k, r, p = matrices
     whole = messages.RegionOfInterest(0, 0, 0, 0, False)  # zeros stand for all of the sensor
     return messages.CameraInfo(header, size[1], size[0], model, distortion, k, r, p, 0, 0, whole)
@@ -70,11 +78,11 @@ def camera_info(
 
 @functools.lru_cache(maxsize=64)
 def pinhole_matrices(intrinsics: tuple[float, float, float, float], baseline: float = 0.0) -> Matrices:
-    """Return K, R and P of a pinhole camera with a rectified picture, as read-only arrays that messages share.
+    """Return K, R and P of a pinhole camera with rectified images, as read-only arrays that messages share.
 
     Args:
         intrinsics: fx, fy, cx, cy in pixels.
-        baseline: for the right camera of a stereo pair, its distance from the left camera, m; 0 for other cameras.
+        baseline: distance from the left camera if this is the right camera of a stereo pair, m; otherwise 0.
     """
     fx, fy, cx, cy = intrinsics
     k = np.array([fx, 0.0, cx, 0.0, fy, cy, 0.0, 0.0, 1.0])
@@ -84,7 +92,7 @@ def pinhole_matrices(intrinsics: tuple[float, float, float, float], baseline: fl
 
 @dataclass(frozen=True, slots=True)
 class Eye:
-    """A camera whose calibration is published, with its stereo baseline (m)."""
+    """A camera with its stereo baseline (m) and the publisher of its calibration."""
 
     camera: Camera
     baseline: float
@@ -92,11 +100,11 @@ class Eye:
 
 
 class ROS2CameraInfoHelper(SkippingHelper, type="isaacsim.ros2.bridge.ROS2CameraInfoHelper"):
-    """Publishes the calibration of a camera or a stereo pair as CameraInfo, once for each picture.
+    """Publishes the calibration of a camera or a stereo pair as CameraInfo, once for each image.
 
-    A message has the stamp of its picture and is sent in the same tick, even if the picture itself is not rendered. Cameras are
+    A message has the stamp of its image and is published in the same tick, even if the image itself is not rendered. Cameras are
     pinholes with square pixels and without distortion. Pixel coordinates begin at the centre of the first pixel: cx is
-    (width - 1) / 2. The cameras of a stereo pair have parallel axes and stand side by side, so their pictures are already
+    (width - 1) / 2. The cameras of a stereo pair have parallel axes and stand side by side, so their images are already
     rectified: R is the identity, and Tx in P of the right camera is -fx times the baseline.
     """
 
@@ -107,14 +115,14 @@ class ROS2CameraInfoHelper(SkippingHelper, type="isaacsim.ros2.bridge.ROS2Camera
     frame_id_right: String = In(default="sim_camera_right", setup=True)
     topic_name_right: String = In(default="camera_info_right", setup=True)
     render_product_path_right: Token = In(
-        default="", setup=True, doc="render product of the right camera, for a stereo pair"
+        default="", setup=True, doc="render product of the right camera of a stereo pair; empty for a single camera"
     )
 
     eyes: tuple[Eye, ...] = Bound()
     captured: deque[tuple[int, float]] = State(factory=deque)
 
     def setup(self, context: Context) -> None:
-        """Bind the cameras and open the topics."""
+        """Look up the cameras at the render products and create a publisher for each."""
         super().setup(context)
         left = context.device(Camera, self.render_product_path)
         self.eyes = (self.eye(context, left, 0.0, self.topic_name, self.frame_id),)
@@ -124,7 +132,7 @@ class ROS2CameraInfoHelper(SkippingHelper, type="isaacsim.ros2.bridge.ROS2Camera
             self.eyes += (self.eye(context, right, baseline, self.topic_name_right, self.frame_id_right),)
 
     def eye(self, context: Context, camera: Camera, baseline: float, topic: str, frame_id: str) -> Eye:
-        """Open the topic of a camera and return its `Eye`."""
+        """Create the publisher of a camera's calibration, and return it with the camera and its baseline (m) as an `Eye`."""
         publisher = self.open_for(context, camera, "sensor_msgs/msg/CameraInfo", topic, frame_id=frame_id)
         return Eye(camera, baseline, publisher)
 
@@ -146,7 +154,7 @@ class ROS2CameraInfoHelper(SkippingHelper, type="isaacsim.ros2.bridge.ROS2Camera
             raise ContextError(f"{pair} move relative to each other", path, "mount both cameras on the same body")
         (x, y, z), (qx, qy, qz, _) = link.fixed
         if max(abs(qx), abs(qy), abs(qz)) > _PARALLEL / 2 or max(abs(y), abs(z)) > _PARALLEL * abs(x):
-            legal = "the axes have to be parallel, and the cameras side by side"
+            legal = "the optical axes must be parallel, and the cameras side by side"
             raise ContextError(f"{pair} are not a rectified stereo pair", path, legal)
         if x <= 0.0:
             raise ContextError(
@@ -155,13 +163,13 @@ class ROS2CameraInfoHelper(SkippingHelper, type="isaacsim.ros2.bridge.ROS2Camera
         return x
 
     def compute(self) -> None:
-        """Start publishing if `enabled` is true, else stop."""
+        """Start publishing if `enabled` is true, otherwise stop."""
         super().compute()
         if not self.enabled:
             self.captured.clear()
 
     def update(self) -> None:
-        """Publish the calibration for the picture of this tick, if there are subscribers."""
+        """Publish the calibration for the image that is delivered in this tick, if there are subscribers."""
         camera, clock = self.eyes[0].camera, self.clock
         if camera.due and not self.left_out(camera.index):
             self.captured.append((clock.frame + camera.latency, clock.time))
@@ -173,7 +181,7 @@ class ROS2CameraInfoHelper(SkippingHelper, type="isaacsim.ros2.bridge.ROS2Camera
                 eye.publisher.publish(self.message(eye, time))
 
     def message(self, eye: Eye, time: float) -> messages.CameraInfo:
-        """Build the message of one camera for a picture captured at `time`."""
+        """Return the CameraInfo message of one camera for an image captured at `time`, in s after play."""
         header = messages.header(self.stamp(time), eye.publisher.claim.frame_id)
         matrices = pinhole_matrices(eye.camera.intrinsics, eye.baseline)
         return camera_info(header, eye.camera.size, "plumb_bob", _NO_DISTORTION, matrices)

@@ -1,4 +1,4 @@
-"""ROS 2 domains for topics and services."""
+"""A node that selects the ROS 2 domain of other nodes' topics, services and actions."""
 
 from __future__ import annotations
 
@@ -6,20 +6,26 @@ from graphengine.node import Bound, Context, In, Node, Out, UChar, UInt64
 
 
 class ROS2Context(Node, type="isaacsim.ros2.bridge.ROS2Context"):
-    """Provides the handle of a ROS 2 domain."""
+    """Outputs the handle of a ROS 2 domain, for the input `context` of other ROS 2 nodes."""
 
     domain_id: UChar = In(
-        default=0, setup=True, name="domain_id", doc="domain id if `ROS_DOMAIN_ID` is unset or not used"
+        default=0,
+        setup=True,
+        name="domain_id",
+        doc="domain ID, unless `useDomainIDEnvVar` is true and `ROS_DOMAIN_ID` is set",
     )
     use_domain_id_env_var: bool = In(
-        default=True, setup=True, name="useDomainIDEnvVar", doc="use `ROS_DOMAIN_ID` as domain id, if it is set"
+        default=True,
+        setup=True,
+        name="useDomainIDEnvVar",
+        doc="use the environment variable `ROS_DOMAIN_ID`, if it is set",
     )
     context: UInt64 = Out(default=0)
 
     handle: int = Bound()
 
     def setup(self, context: Context) -> None:
-        """Choose the domain."""
+        """Select the domain and keep its handle."""
         self.handle = context.ros_context(self.domain_id, self.use_domain_id_env_var)
 
     def compute(self) -> None:

@@ -1,8 +1,8 @@
-"""Ports for the fields of a message, as on OmniGraph's generic ROS 2 nodes.
+"""Creates ports for the fields of a message, as OmniGraph's generic ROS 2 nodes do.
 
-The port of a nested field is named by its path, such as `header:frame_id`. Integers of up to 32 bits are `int` and `uint`,
-except `byte` and `char`, which are `uchar`; strings are tokens, arrays are arrays of these types. An array of messages is an
-array of tokens, each of which is one message as JSON.
+The port of a nested field is named by its path, such as `header:frame_id`. A field of type `byte` or `char` becomes a `uchar`
+port, another integer of up to 32 bits an `int` or `uint` port, and a string a `token` port. Arrays of these types become array
+ports. An array of messages becomes an array of tokens, each with one message as JSON.
 """
 
 from __future__ import annotations
@@ -35,30 +35,31 @@ from graphengine.messages.plain import from_plain
 from graphengine.node import BadValueError, ContextError, Node, PortType
 
 MAX_PORTS = 2000
-"""Maximum number of ports of a message; the largest message of ROS 2 Jazzy makes 38."""
+"""Maximum number of ports for the fields of one message type; the largest message type of ROS 2 Jazzy needs 38."""
 
 PORT_TYPES = dict.fromkeys(("byte", "char"), "uchar") | dict.fromkeys(("string", "wstring"), "token")
 PORT_TYPES |= dict.fromkeys(("int8", "int16", "int32"), "int") | dict.fromkeys(("uint8", "uint16", "uint32"), "uint")
 PORT_TYPES |= {"bool": "bool", "int64": "int64", "uint64": "uint64", "float32": "float", "float64": "double"}
-"""OmniGraph type of a port, by the ROS type of its field."""
+"""OmniGraph type of the port for a field, by the ROS type of the field."""
 _NARROW = {
     "int8": (-(2**7), 2**7 - 1),
     "uint8": (0, 2**8 - 1),
     "int16": (-(2**15), 2**15 - 1),
     "uint16": (0, 2**16 - 1),
 }
-"""Range of each integer type that has fewer bits in a message than on a port."""
+"""Lowest and highest value of each ROS integer type that has fewer bits than the type of its port."""
 
 
 class Leaf:
-    """A message field with one port: a number, a string or an array.
+    """A message field that is represented by one port: a number, a string or an array.
 
     Args:
-        path: ROS names of the nested fields from the message to this field.
-        attributes: Python names of these fields.
+        path: ROS names of the nested fields that lead from the message to this field.
+        attributes: Python names of the same fields.
         kind: type of the field.
-        definitions: message types.
-        part: `Request` or `Response` of a service, `Goal`, `Result` or `Feedback` of an action; empty for a message.
+        definitions: definitions of all known message types.
+        part: `Request` or `Response` if the message is that part of a service, `Goal`, `Result` or `Feedback` if it is that part
+            of an action; empty for the message of a topic.
     """
 
     def __init__(
@@ -66,27 +67,35 @@ class Leaf:
     ) -> None:
         inner = element_of(kind)
         self.name = ":".join((part, *path) if part else path)
-        """Name of the port."""
+        """OmniGraph name of the port."""
         self.attribute = "__".join((part.lower() or "message", *path))
-        """Python name of the port; unique, as ROS names have no double underscore and no other attribute has this prefix."""
+        """Name of the port's attribute in the node class.
+
+        It is unique: ROS names have no double underscore, and no other attribute of a node begins with this prefix."""
         self.of = operator.attrgetter(".".join(attributes))
-        """Gets the value from a message."""
+        """Function that returns the field's value in a message."""
         self.kind = kind
         self.definitions = definitions
         self.is_array = inner is not kind
         self.element: str = "" if message_of(inner) else inner[1][0]
-        """ROS type of the value, or of the elements of an array; empty for messages."""
+        """ROS type of the field's value, or of the elements if the field is an array; empty for an array of messages."""
         is_bounded = self.element in TEXTS and inner[1][1] > 0
         self.plain = not self.is_array and self.element != "byte" and not is_bounded
-        """Whether the message gets the port's value unchanged; then only the encoder checks it."""
+        """Whether `from_port` returns the port's value unchanged and unchecked; the encoder checks it later."""
 
     @functools.cached_property
     def port_dtype(self) -> Any:
-        """The numpy dtype of the port's array."""
+        """The numpy dtype of the port, which must be an array of numbers."""
         return PortType(PORT_TYPES[self.element]).dtype
 
     def port(self, make: Callable[..., Any], name: str, initial: Any) -> Any:
-        """Make the port for a node class; its default is `initial`, the value in a new message."""
+        """Return a new port for this field.
+
+        Args:
+            make: `In` or `Out`.
+            name: OmniGraph name of the port.
+            initial: value of the field in a new message, which becomes the default of the port.
+        """
         facts: dict[str, Any] = {"name": name, "doc": written(self.kind)}
         facts["type"] = PORT_TYPES.get(self.element, "token") + ("[]" if self.is_array else "")
         if self.element in _NARROW and not self.is_array:
@@ -94,7 +103,7 @@ class Leaf:
         return make(default=self.to_port(initial), **facts)
 
     def to_port(self, value: Any) -> Any:
-        """Convert a message's value to the port's representation."""
+        """Convert the field's value in a message to a value for the port."""
         if not self.is_array:
             return value & 0xFF if self.element == "byte" else value
         if not self.element:
@@ -106,10 +115,10 @@ class Leaf:
         return value.astype(self.port_dtype, copy=False)
 
     def from_port(self, value: Any) -> Any:
-        """Convert a port's value to the message's representation.
+        """Convert the port's value to a value for the message.
 
         Raises:
-            MessageError: the message cannot hold the value. Only the encoder checks the range of scalars.
+            MessageError: the value does not fit the field. The range of a single number is checked later, by the encoder.
         """
         if self.plain:
             return value
@@ -125,7 +134,7 @@ class Leaf:
         return value
 
     def takes(self, value: Any) -> bool:
-        """Return whether a message can hold the port's value."""
+        """Return whether the port's value fits the field."""
         try:
             return not find_fault(self.from_port(value), self.kind, self.name, self.definitions.fields)
         except MessageError:
@@ -137,7 +146,7 @@ class Leaf:
         low, high = _NARROW.get(self.element, (0, 0))
         if high and len(value) and (value.max() > high or (low and value.min() < low)):
             wrong = next(number for number in value.tolist() if not low <= number <= high)
-            raise MessageError(f"{self.name} contains {wrong}, which is not a {self.element}")
+            raise MessageError(f"{self.name} contains {wrong}, which is out of the range of {self.element}")
         return np.ascontiguousarray(value, dtype_of(self.element))
 
     def _message(self, text: str, place: str) -> Any:
@@ -152,12 +161,12 @@ class Leaf:
 class Layout:
     """The mapping between the ports of a node and the fields of a message.
 
-    Two layouts of the same message class are equal.
+    Two layouts are equal if they have the same message class and part.
 
     Args:
         message_class: class of the message.
-        definitions: message types.
-        part: as for `Leaf`, used as prefix of port names.
+        definitions: definitions of all known message types.
+        part: part of a service or action, as for `Leaf`; it is the prefix of the port names.
     """
 
     message_class: type[Any]
@@ -166,12 +175,12 @@ class Layout:
 
     @property
     def message_type(self) -> str:
-        """ROS name of the message."""
+        """ROS name of the message type, such as `geometry_msgs/msg/Twist`."""
         return str(self.message_class.__msgtype__)
 
     @functools.cached_property
     def leaves(self) -> tuple[Leaf, ...]:
-        """The leaves of the message, one per port, in the order of the definition."""
+        """All fields that have a port, including fields of nested messages, in the order of the message definition."""
         fields = _leaves(self.message_type, (), (), self.definitions, self.part)
         found = tuple(itertools.islice(fields, MAX_PORTS + 1))
         if len(found) > MAX_PORTS:
@@ -182,11 +191,11 @@ class Layout:
         return found
 
     def ports(self, make: Callable[..., Any], taken: Container[str] = ()) -> dict[str, Any]:
-        """Make the ports of all leaves, by attribute name of the node class.
+        """Return a dict with a new port for each leaf; the keys are attribute names of the node class.
 
         Args:
             make: `In` or `Out`.
-            taken: names of the node's other ports; a field with such a name gets the prefix `message:`.
+            taken: names of the node's other ports; if a leaf has one of these names, its port gets the prefix `message:`.
         """
         initial, found = self.definitions.initial(self.message_type), dict[str, Any]()
         for leaf in self.leaves:
@@ -198,15 +207,15 @@ class Layout:
         """Return a message with the values of the node's ports.
 
         Raises:
-            MessageError: the message cannot hold a value.
+            MessageError: the value of a port does not fit its field.
         """
         return self._make(iter([leaf.from_port(getattr(node, leaf.attribute)) for leaf in self.leaves]))
 
     def send(self, node: Node, publish: Callable[[Any], object]) -> None:
-        """Call `publish` with a message of the ports' values.
+        """Build a message from the values of the node's ports, and call `publish` with it.
 
         Raises:
-            BadValueError: the message cannot hold a value.
+            BadValueError: the value of a port does not fit its field.
         """
         try:
             publish(self.read(node))
@@ -219,15 +228,15 @@ class Layout:
             raise BadValueError(ports, wrong[0][1] if wrong else [value for *_, value in held]) from error
 
     def write(self, node: Node, message: Any) -> None:
-        """Set the ports to the values of a message."""
+        """Set the node's ports to the values of a message."""
         for leaf in self.leaves:
             setattr(node, leaf.attribute, leaf.to_port(leaf.of(message)))
 
     def check(self, node: Node) -> None:
-        """Check that a message can hold the ports' values.
+        """Check that the value of each port of the node fits its field.
 
         Raises:
-            ContextError: the message cannot hold a value.
+            ContextError: the value of a port does not fit its field.
         """
         for leaf in self.leaves:
             value = getattr(node, leaf.attribute)
@@ -242,7 +251,7 @@ class Layout:
 
 
 def _maker(message_type: str, definitions: Definitions) -> Callable[[Iterator[Any]], Any]:
-    """A function that builds a message from the values of its leaves, in order."""
+    """Return a function that builds a message from an iterator over the values of its leaves."""
     message_class = definitions.message_class(message_type)
     nested = [message_of(kind) for _, kind in definitions.fields(message_type)]
     parts = [_maker(part, definitions) if part else next for part in nested]
@@ -250,17 +259,18 @@ def _maker(message_type: str, definitions: Definitions) -> Callable[[Iterator[An
 
 
 class MissingMessageError(ContextError):
-    """The graph file does not name the message or service type of a node."""
+    """The graph file does not name the message, service or action type of a node."""
 
     code = "G208"
 
 
 def find_layout(literals: Mapping[str, Any], definitions: Definitions) -> Layout:
-    """Return the layout of the message type that `messagePackage`, `messageSubfolder` and `messageName` of a node select.
+    """Return the layout of the message type that a node's inputs name.
 
     Args:
-        literals: these inputs, as the graph file sets them, by name.
-        definitions: message types.
+        literals: values of the inputs in the graph file, by input name; `messagePackage`, `messageSubfolder` and `messageName`
+            are used.
+        definitions: definitions of all known message types.
 
     Raises:
         MissingMessageError: the graph file does not set `messagePackage` or `messageName`.
@@ -270,10 +280,9 @@ def find_layout(literals: Mapping[str, Any], definitions: Definitions) -> Layout
 
 
 def find_service(literals: Mapping[str, Any], definitions: Definitions) -> tuple[Layout, Layout]:
-    """Return the request and response layouts of the service type that a node's message inputs select.
+    """Return the layouts of the request and the response of the service type that a node's inputs name.
 
-    The inputs are `messagePackage`, `messageSubfolder` and `messageName`. Takes the same arguments and raises the same errors
-    as `find_layout`.
+    Arguments and errors are the same as those of `find_layout`.
     """
     parts = definitions.service_parts(_named(literals, "srv"))
     request, response = (definitions.message_class(part) for part in parts)
@@ -281,9 +290,9 @@ def find_service(literals: Mapping[str, Any], definitions: Definitions) -> tuple
 
 
 def find_action(literals: Mapping[str, Any], definitions: Definitions) -> tuple[Layout, Layout, Layout]:
-    """Return the goal, result and feedback layouts of the action type that a node's message inputs select.
+    """Return the layouts of goal, result and feedback of the action type that a node's inputs name.
 
-    Uses the same inputs, takes the same arguments and raises the same errors as `find_service`.
+    Arguments and errors are the same as those of `find_layout`.
     """
     parts = zip(definitions.action_parts(_named(literals, "action")), ("Goal", "Result", "Feedback"), strict=True)
     goal, result, feedback = (Layout(definitions.message_class(kind), definitions, part) for kind, part in parts)
@@ -291,10 +300,16 @@ def find_action(literals: Mapping[str, Any], definitions: Definitions) -> tuple[
 
 
 def expect(layout: Layout | None, package: str, subfolder: str, name: str) -> str:
-    """Return the message, service or action type that a node's inputs name, after checking that the node's ports fit this type.
+    """Return the type that a node's inputs name, after checking that the node's ports were created for this type.
+
+    Args:
+        layout: layout of the ports, or of one part of a service or action; None if the node has no ports for fields.
+        package: value of `messagePackage`.
+        subfolder: value of `messageSubfolder`.
+        name: value of `messageName`.
 
     Raises:
-        ContextError: the ports were made for another type.
+        ContextError: the ports were created for another type.
     """
     named = f"{package}/{subfolder}/{name}"
     made_of = layout.message_type.removesuffix(f"_{layout.part}") if layout else None
@@ -302,17 +317,19 @@ def expect(layout: Layout | None, package: str, subfolder: str, name: str) -> st
         raise ContextError(
             f"the ports are those of {made_of or 'no message'}, but the inputs name {named}",
             name,
-            "write messagePackage and messageName below `inputs:`; --set takes effect after the ports are made",
+            "write messagePackage and messageName below `inputs:`; --set takes effect only after the ports are created",
         )
     return named
 
 
 def _named(literals: Mapping[str, Any], subfolder: str) -> str:
-    """The type named by literals; `subfolder` is the default of the folder in the package."""
+    """Return the name of the type that the literals give; without a `messageSubfolder`, `subfolder` is used."""
     words = {"messageSubfolder": subfolder, **literals}
     names = [words.get(name) for name in ("messagePackage", "messageSubfolder", "messageName")]
     if None in names or "" in names:
-        remedy = "write messagePackage and messageName below `inputs:`; a wire takes effect after the ports are made"
+        remedy = (
+            "write messagePackage and messageName below `inputs:`; a wire takes effect only after the ports are created"
+        )
         raise MissingMessageError(
             "the ports are the fields of a message, but the inputs name no message type", None, remedy
         )

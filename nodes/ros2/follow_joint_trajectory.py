@@ -1,4 +1,4 @@
-"""A joint trajectory controller: moves a robot's joints along trajectories from an action server and a topic."""
+"""A joint trajectory controller node, which receives trajectories as action goals and as topic messages."""
 
 from __future__ import annotations
 
@@ -34,21 +34,21 @@ class ROS2FollowJointTrajectory(RobotActionNode, type="graphengine.ros2.ROS2Foll
     """Moves a robot's joints along trajectories, like joint_trajectory_controller of ros2_controllers.
 
     Trajectories are goals of the action `<controllerName>/follow_joint_trajectory`, or messages on the topic
-    `<controllerName>/joint_trajectory`. The joints follow a spline that starts at once from the present set points: linear
-    between points with positions only, cubic with velocities, quintic with velocities and accelerations. Times of points are
-    relative to the header's stamp, or to the present time if the stamp is 0; points in the past are left out. Wire the outputs
-    to an IsaacArticulationController. Outputs are the set points for the end of the execution, so that drives with
-    `interpolate: true` have the smallest error.
+    `<controllerName>/joint_trajectory`. The joints follow a spline that starts at once from the current set points. It is linear
+    between points that have only positions, cubic between points with velocities, and quintic between points with velocities
+    and accelerations. The times of the points are relative to the header's stamp, or to the current time if the stamp is 0;
+    points in the past are skipped. Wire the outputs to an IsaacArticulationController. They are the set points for the end of
+    the tick, so that drives with `interpolate: true` follow the spline with the smallest error.
 
-    A new trajectory replaces the present one and aborts its goal. The joints hold their measured positions if a goal is canceled
+    A new trajectory replaces the current one and aborts its goal. The joints hold their measured positions if a goal is canceled
     or violates its tolerances, or if a trajectory has no points. A goal succeeds when the time of its last point has passed and
     all joints are within the goal tolerances.
 
-    An invalid goal is accepted and aborted at once, so that the client gets an error code and the reason; the present trajectory
+    An invalid goal is accepted and aborted at once, so that the client gets an error code and the reason; the current trajectory
     continues (joint_trajectory_controller rejects such goals without a reason). The error codes are INVALID_JOINTS for unknown,
     missing and mimic joints, OLD_HEADER_TIMESTAMP for a trajectory that ends in the past, and INVALID_GOAL for wrong lengths,
     times that do not increase, numbers that are not finite, positions beyond the limits of a joint, and a last point with
-    nonzero velocity. A trajectory that exceeds a joint's velocity limit is followed, with a warning.
+    nonzero velocity. A trajectory that exceeds a joint's velocity limit is followed, but a warning is logged.
     """
 
     joint_names: Tokens = In(
@@ -63,31 +63,37 @@ class ROS2FollowJointTrajectory(RobotActionNode, type="graphengine.ros2.ROS2Foll
     )
     allow_partial_joints_goal: bool = In(
         default=False,
-        doc="true: a trajectory may leave out joints, which keep their set points; false: such a goal is invalid",
+        doc="true: joints that a trajectory leaves out keep their set points; false: such a trajectory is invalid",
     )
     path_tolerances: Doubles = In(
         default=_NONE,
         setup=True,
         unit="rad, m",
-        doc="largest position errors during a trajectory: one number, or one for each joint; 0: no limit",
+        doc="maximum position error during a trajectory: one number for all joints, or one for each joint; empty or 0: no limit",
     )
     goal_tolerances: Doubles = In(
         default=_NONE,
         setup=True,
         unit="rad, m",
-        doc="largest position errors at the end of a trajectory: one number, or one for each joint; 0: no limit",
+        doc="maximum position error at the end of a trajectory: one number, or one for each joint; empty or 0: no limit",
     )
     stopped_velocity_tolerance: float = In(
-        default=0.01, ge=0.0, setup=True, unit="rad/s, m/s", doc="largest speed at the end of a trajectory; 0: no limit"
+        default=0.01,
+        ge=0.0,
+        setup=True,
+        unit="rad/s, m/s",
+        doc="maximum joint speed at the end of a trajectory; 0: no limit",
     )
     goal_time: float = In(
         default=0.0,
         ge=0.0,
         setup=True,
         unit="s",
-        doc="time after the end of a trajectory in which joints may still reach the goal; 0: no limit",
+        doc="time after the end of a trajectory during which the joints may still reach the goal; 0: no limit",
     )
-    feedback_rate: float = In(default=20.0, ge=0.0, unit="Hz", doc="rate of the action's feedback; 0: no feedback")
+    feedback_rate: float = In(
+        default=20.0, ge=0.0, unit="Hz", doc="maximum rate of the action's feedback; 0: no feedback"
+    )
 
     joints: ControlledJoints = Bound()
     subscription: Subscription = Bound()
@@ -99,7 +105,7 @@ class ROS2FollowJointTrajectory(RobotActionNode, type="graphengine.ros2.ROS2Foll
     reported: float = State(default=-np.inf)
 
     def setup(self, context: Context) -> None:
-        """Bind the joints, and open the action server and the topic."""
+        """Look up the robot and its joints, and create the action server and the subscription on the trajectory topic."""
         controller = self.controller_name.rstrip("/")
         self.bind(context, ACTION, f"{controller}/follow_joint_trajectory")
         topic = f"{controller}/joint_trajectory"
@@ -113,14 +119,16 @@ class ROS2FollowJointTrajectory(RobotActionNode, type="graphengine.ros2.ROS2Foll
         joints = len(names)
         for port, given in (("pathTolerances", self.path_tolerances), ("goalTolerances", self.goal_tolerances)):
             if len(given) not in (0, 1, joints) or not (given >= 0.0).all():
-                raise ContextError(f"{port} must be one number, or {joints}, that are not negative", given.tolist())
+                raise ContextError(
+                    f"{port} must be one number for all joints or {joints} numbers, 0 or more", given.tolist()
+                )
         self.defaults = Tolerances.by_default(
             joints, self.path_tolerances, self.goal_tolerances, self.stopped_velocity_tolerance, self.goal_time
         )
         self.commanded = tuple(names)
 
     def compute(self) -> Fire:
-        """Start trajectories that arrived, and follow the present one."""
+        """Start the trajectories that arrived in this tick, and follow the current one."""
         fired = self.drop()
         newest = self.subscription.newest()
         if newest is not None:
@@ -134,7 +142,10 @@ class ROS2FollowJointTrajectory(RobotActionNode, type="graphengine.ros2.ROS2Foll
         return fired
 
     def drop(self) -> Fire:
-        """Hold the joints if the goal ended outside this node, or if the node was set up with other joints."""
+        """Hold the joints if the server of the current goal was closed, or if `setup` has chosen other joints to command.
+
+        Return the port to fire, or None if the joints are not held.
+        """
         if self.goal is not None and not self.goal.active:  # its server was closed
             self.goal = None
         elif self.spline is None or self.followed == self.commanded:
@@ -142,7 +153,14 @@ class ROS2FollowJointTrajectory(RobotActionNode, type="graphengine.ros2.ROS2Foll
         return self.hold(codes.INVALID_GOAL, "the controller was set up again", "abort")
 
     def begin(self, trajectory: Any, goal: Goal | None) -> Fire:
-        """Replace the present trajectory by the one of a goal or topic message, unless the new one is invalid."""
+        """Replace the current trajectory by a new one, and abort the current goal.
+
+        If the new trajectory is invalid, log the reason and abort the new goal instead.
+
+        Args:
+            trajectory: the new trajectory_msgs/JointTrajectory.
+            goal: goal to which the trajectory belongs; None if it arrived on the topic.
+        """
         try:
             if goal is not None and len(goal.message.multi_dof_trajectory.joint_names):
                 raise TrajectoryError(codes.INVALID_GOAL, "joints with several degrees of freedom are not supported")
@@ -168,7 +186,7 @@ class ROS2FollowJointTrajectory(RobotActionNode, type="graphengine.ros2.ROS2Foll
         return None
 
     def set_point(self) -> JointPoint:
-        """Return the present set point of the trajectory, or of the joints' drives if there is no trajectory."""
+        """Return the current set point of the trajectory, or that of the joints' drives if there is no trajectory."""
         now, zeros = self.clock.time, np.zeros(len(self.joints.names))
         if self.spline is not None:
             return JointPoint(now, *self.spline.sample(now), zeros)
@@ -179,7 +197,10 @@ class ROS2FollowJointTrajectory(RobotActionNode, type="graphengine.ros2.ROS2Foll
         return JointPoint(now, positions, np.nan_to_num(velocities), zeros)
 
     def follow(self, spline: JointSpline, tolerances: Tolerances) -> Fire:
-        """Compare the joints with the spline, and output the next set points."""
+        """Send feedback and output the next set points; return the port to fire.
+
+        End the trajectory and its goal if the goal is canceled, if a tolerance is violated, or when the motion is complete.
+        """
         now, indices = self.clock.time, list(self.joints.indices)
         desired = spline.sample(now)
         actual = self.articulation.positions()[indices], self.articulation.velocities()[indices]
@@ -203,7 +224,13 @@ class ROS2FollowJointTrajectory(RobotActionNode, type="graphengine.ros2.ROS2Foll
         return self.command(*spline.sample(now + self.clock.delta))
 
     def hold(self, code: int, text: str, ending: str) -> int:
-        """End the present goal and trajectory, and output the measured positions."""
+        """End the current goal and trajectory, and output the measured positions as set points; return the port to fire.
+
+        Args:
+            code: error code for the result of the goal; if it is not 0, `text` is logged as a warning.
+            text: reason, for the result and the log.
+            ending: name of the method of `Goal` that ends the goal, such as `abort`.
+        """
         if code:
             self.logger.log("warning", f"{self.server.action}: {text}")
         self.end(code, text, ending)
@@ -211,17 +238,22 @@ class ROS2FollowJointTrajectory(RobotActionNode, type="graphengine.ros2.ROS2Foll
         return self.command(positions, np.zeros_like(positions))
 
     def end(self, code: int, text: str, ending: str) -> None:
-        """End the present trajectory, and its goal by the method of `Goal` with the name `ending`, such as `abort`."""
+        """End the current trajectory and its goal; `ending` is the method of `Goal` to call, such as `abort`."""
         if self.goal is not None:
             getattr(self.goal, ending)(self.result(code, text))
         self.goal = self.spline = self.tolerances = None
 
     def result(self, code: int, text: str) -> Any:
-        """Build the result of a goal."""
+        """Return a FollowJointTrajectory result with an error code and its reason."""
         return message(f"{ACTION}_Result", code, text)
 
     def report(self, goal: Goal, *states: tuple[Floats, Floats]) -> None:
-        """Send desired and actual positions and velocities, and their differences, as feedback, if the topic has subscribers."""
+        """Send feedback on a goal, if the feedback topic has subscribers.
+
+        Args:
+            goal: the goal.
+            states: three pairs of positions and velocities: desired, actual, and their difference.
+        """
         if not self.server.endpoints.feedback.wanted:
             return
         elapsed, none = self.clock.time - self.started, np.zeros(0)
@@ -238,7 +270,7 @@ class ROS2FollowJointTrajectory(RobotActionNode, type="graphengine.ros2.ROS2Foll
 
 @lint("W209")
 def lint_trajectories_without_drive(context: LintContext) -> None:
-    """Report controllers whose joints have no position drive."""
+    """Warn about trajectory controllers that command joints without a position drive: these joints will not move."""
     for _, instance, node in context.nodes(ROS2FollowJointTrajectory):
         robot = robot_of(context, node)
         if robot is None:

@@ -1,4 +1,4 @@
-"""Publisher and subscriber for any message type, with a port for each field."""
+"""A publisher node and a subscriber node for any message type, with a port for each message field."""
 
 from __future__ import annotations
 
@@ -13,31 +13,34 @@ from graphengine.nodes.ros2.publisher import TopicNode
 
 
 class GenericNode(TopicNode):
-    """Base of nodes with one topic of any message type, which the graph file sets: ports are made before wires are read."""
+    """Base of nodes with one topic of any message type and a port for each message field.
+
+    The graph file must name the message type by literals, because these ports are created before wires are read.
+    """
 
     layout: ClassVar[Layout]
 
     topic_name: String = In(default="topic", setup=True)
     message_package: String = In(required=True, setup=True, doc="package of the message type, such as geometry_msgs")
-    message_subfolder: String = In(default="msg", setup=True, doc="folder of the message type in the package")
+    message_subfolder: String = In(default="msg", setup=True, doc="folder of the package that holds the message type")
     message_name: String = In(required=True, setup=True, doc="name of the message type, such as Twist")
 
     def bind(self) -> Layout:
         """Return the mapping between the node's ports and the fields of the message.
 
         Raises:
-            ContextError: the inputs name a message type other than the one the ports were made for.
+            ContextError: the node's ports were created for a message type other than the one that the inputs name.
         """
         expect(getattr(self, "layout", None), self.message_package, self.message_subfolder, self.message_name)
         return self.layout
 
 
 class ROS2Publisher(GenericNode, type="isaacsim.ros2.bridge.ROS2Publisher"):
-    """Publishes a message of any type; its fields are inputs, such as `linear:x` of a Twist.
+    """Publishes messages of any type; the message fields are inputs, such as `linear:x` of a Twist.
 
-    `graphrun nodes ROS2Publisher --message geometry_msgs/msg/Twist` lists them. An input for an array of messages takes
-    tokens, each with one message as JSON. An input that is not set has the ROS 2 default of its field: 0, but 1 for the w of a
-    quaternion.
+    `graphrun nodes ROS2Publisher --message geometry_msgs/msg/Twist` lists these inputs. An array of messages is an array of
+    tokens, each with one message as JSON. An input that is not set has the default that ROS 2 defines for its field, for
+    example 0 for a number, but 1 for `w` of a quaternion.
     """
 
     exec_out = ExecOut()
@@ -46,38 +49,39 @@ class ROS2Publisher(GenericNode, type="isaacsim.ros2.bridge.ROS2Publisher"):
 
     @classmethod
     def dynamic_ports(cls, literals: Mapping[str, Any], definitions: Definitions) -> Mapping[str, Any]:
-        """Make an input for each field."""
+        """Return the layout of the message, and an input for each of its fields."""
         layout = find_layout(literals, definitions)
         return {"layout": layout, **layout.ports(In, {port.name for port in cls.fields.values()})}
 
     def setup(self, context: Context) -> None:
-        """Open the topic."""
+        """Check the values of the inputs, and create the publisher on `topicName`."""
         layout = self.bind()
         layout.check(self)
         self.publisher = self.open_topic(context, layout.message_type, self.topic_name)
 
     def compute(self) -> None:
-        """Publish a message, if the topic has subscribers.
+        """Publish a message with the values of the inputs, if the topic has subscribers.
 
         Raises:
-            BadValueError: the message cannot hold an input's value.
+            BadValueError: the value of an input does not fit its message field.
         """
         if self.publisher.wanted:
             self.layout.send(self, self.publisher.publish)
 
 
 class ROS2Subscriber(GenericNode, type="isaacsim.ros2.bridge.ROS2Subscriber"):
-    """Receives messages of any type; their fields are outputs, such as `linear:x` of a Twist.
+    """Receives messages of any type; the message fields are outputs, such as `linear:x` of a Twist.
 
-    `graphrun nodes ROS2Subscriber --message geometry_msgs/msg/Twist` lists them. An array of messages is an array of tokens,
-    each of which is one message as JSON. Each message that arrived in a tick fires `execOut` once, oldest first.
+    `graphrun nodes ROS2Subscriber --message geometry_msgs/msg/Twist` lists these outputs. An array of messages is an array of
+    tokens, each with one message as JSON. `execOut` fires once for each message that arrived in the tick, oldest first, or only
+    for the newest one, as `delivery` selects.
     """
 
     delivery: Token = In(
         default="each",
         tokens=("each", "newest"),
         extension=True,
-        doc="which messages of a tick fire: each, or the newest",
+        doc="messages that are output if several arrived in a tick: each of them, or only the newest",
     )
     exec_out = ExecOut(doc="fires once for each message that is output")
 
@@ -85,16 +89,16 @@ class ROS2Subscriber(GenericNode, type="isaacsim.ros2.bridge.ROS2Subscriber"):
 
     @classmethod
     def dynamic_ports(cls, literals: Mapping[str, Any], definitions: Definitions) -> Mapping[str, Any]:
-        """Make an output for each field."""
+        """Return the layout of the message, and an output for each of its fields."""
         layout = find_layout(literals, definitions)
         return {"layout": layout, **layout.ports(Out)}
 
     def setup(self, context: Context) -> None:
-        """Open the topic."""
+        """Create the subscription on `topicName`."""
         self.subscription = self.listen(context, self.bind().message_type, self.topic_name)
 
     def compute(self) -> Pushes:
-        """Yield once for each message, after setting the outputs."""
+        """Set the outputs from each message, or from the newest only, and yield the port to fire after each."""
         if self.delivery == "newest":
             newest = self.subscription.newest()
             arrived = () if newest is None else (newest,)

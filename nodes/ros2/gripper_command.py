@@ -1,4 +1,4 @@
-"""A gripper controller: an action server that moves the fingers of a robot with limited effort."""
+"""A gripper controller node: an action server that moves the fingers of a robot with limited effort."""
 
 from __future__ import annotations
 
@@ -17,47 +17,50 @@ from graphengine.nodes.ros2.robot_action import RobotActionNode, message
 
 _TYPES = ("GripperCommand", "ParallelGripperCommand")
 _LARGEST = 1e6
-"""Largest legal number of a goal."""
+"""Maximum magnitude of the position, effort and velocity of a goal."""
 _APPROACH = 4.0
-"""Smallest number of ticks in which the velocity set point covers the rest of the finger's way, if effort is limited."""
+"""Minimum number of ticks to the target at the velocity set point, which is kept low enough if the effort is limited."""
 
 
 class ROS2GripperCommand(RobotActionNode, type="graphengine.ros2.ROS2GripperCommand", gated=True):
     """Moves a gripper, like gripper_controllers and parallel_gripper_controller of ros2_controllers.
 
-    A goal is a position of the joint `jointName`; fingers that mimic this joint move with it. Wire the outputs to an
+    A goal is a position of the joint `jointName`; fingers whose joints mimic this joint move with it. Wire the outputs to an
     IsaacArticulationController. If a maximum effort is set, the position set point stays so close to the finger that the drive's
-    spring exerts at most this effort. The node then keeps commanding the joint after the goal, so that the gripper holds an
-    object with this effort.
+    spring exerts at most this effort. In this case the node keeps commanding the joint after the goal has ended, so that the
+    gripper holds an object with this effort.
 
-    A goal succeeds when the finger is within `goalTolerance`. If the finger rests for `stallTimeout` before that, for example
-    on an object, the goal ends with `stalled`: it succeeds if `allowStalling` is true, otherwise it is aborted. A new goal
-    aborts the present one. If a goal is canceled, the finger holds its position. Goals with numbers that are not finite, or for
-    another joint, are rejected.
+    A goal succeeds when the finger's position is within `goalTolerance` of the goal. If the finger rests for `stallTimeout`
+    before that, for example on an object, the goal ends and its result has `stalled` set: the goal succeeds if `allowStalling`
+    is true, otherwise it is aborted. A new goal aborts the current one. If a goal is canceled, the finger holds its position.
+    Goals for another joint, and goals with numbers that are not finite, are rejected.
     """
 
     joint_name: String = In(
-        default="", required=True, setup=True, doc="joint that moves the fingers; not a mimic joint"
+        default="", required=True, setup=True, doc="joint that moves the fingers; it must not be a mimic joint"
     )
     action_name: String = In(default="gripper_controller/gripper_cmd", setup=True, doc="name of the gripper's action")
-    action_type: Token = In(default="GripperCommand", setup=True, tokens=_TYPES, doc="action type in `control_msgs`")
+    action_type: Token = In(
+        default="GripperCommand", setup=True, tokens=_TYPES, doc="name of the action type in the package control_msgs"
+    )
     max_effort: float = In(
         default=0.0,
         ge=0.0,
         unit="N m, N",
-        doc="largest effort for goals that set none; 0: only the drive limits the effort",
+        doc="maximum effort if the goal does not set one; 0: only the drive limits the effort",
     )
     goal_tolerance: float = In(
-        default=0.01, ge=0.0, unit="rad, m", doc="largest position error with which a goal succeeds"
+        default=0.01, ge=0.0, unit="rad, m", doc="maximum position error with which a goal succeeds"
     )
     allow_stalling: bool = In(
-        default=False, doc="true: a goal succeeds when the finger has stalled, as on an object; false: it is aborted"
+        default=False,
+        doc="true: a goal succeeds if the finger stalls, for example on an object; false: such a goal is aborted",
     )
     stall_timeout: float = In(
         default=1.0, ge=0.0, unit="s", doc="time at rest after which the finger counts as stalled and the goal ends"
     )
     stall_velocity_threshold: float = In(
-        default=0.001, ge=0.0, unit="rad/s, m/s", doc="speed up to which the finger counts as resting"
+        default=0.001, ge=0.0, unit="rad/s, m/s", doc="maximum speed at which the finger counts as resting"
     )
 
     index: int = Bound()
@@ -70,17 +73,17 @@ class ROS2GripperCommand(RobotActionNode, type="graphengine.ros2.ROS2GripperComm
     moved: float = State(default=0.0)
 
     def setup(self, context: Context) -> None:
-        """Bind the joint and open the action server."""
+        """Look up the joint `jointName`, and create the action server `actionName`."""
         self.bind(context, f"control_msgs/action/{self.action_type}", self.action_name)
         robot = self.articulation
         (self.index,) = joint_numbers(robot, [self.joint_name])
         self.published = context.joint_names(self.prim())[self.index]
         if leader := robot.leaders[self.index]:
-            raise ContextError(f"joint {self.joint_name!r} follows {leader!r}", self.joint_name, f"name {leader}")
+            raise ContextError(f"mimic joint {self.joint_name!r} follows {leader!r}", self.joint_name, f"name {leader}")
         self.commanded = (self.joint_name,)
 
     def compute(self) -> Fire:
-        """Start goals that arrived, and move towards the present one."""
+        """Start the goals that arrived in this tick, and move the finger towards its target."""
         fired = None
         if (self.goal is not None and not self.goal.active) or (
             self.target is not None and self.moving != self.commanded
@@ -97,10 +100,10 @@ class ROS2GripperCommand(RobotActionNode, type="graphengine.ros2.ROS2GripperComm
         return fired
 
     def begin(self, goal: Goal) -> None:
-        """Accept a goal in place of the present one, or reject it."""
+        """Accept a new goal and abort the current one, or reject the new goal and log the reason if it is invalid."""
         position, effort, speed, fault = self.read(goal.message.command)
         if not all(abs(number) <= _LARGEST for number in (position, effort, speed)):  # false for NaN
-            fault = fault or f"position, effort and velocity must be numbers up to {_LARGEST:g}"
+            fault = fault or f"position, effort and velocity must be finite, with a magnitude up to {_LARGEST:g}"
         if fault:
             self.logger.log("warning", f"{self.server.action}: {fault}")
             goal.reject()
@@ -116,25 +119,34 @@ class ROS2GripperCommand(RobotActionNode, type="graphengine.ros2.ROS2GripperComm
         self.effort, self.speed = effort or self.max_effort or math.inf, speed or math.inf
 
     def read(self, command: Any) -> tuple[float, float, float, str]:
-        """Return position, effort (0: the default) and velocity (0: any) of a goal, and why it is invalid (empty if valid)."""
+        """Return the position, effort and velocity of a goal, and the reason why the goal is invalid.
+
+        The reason is empty if the goal is valid. An effort of 0 selects the default of the node; a velocity of 0 means no limit.
+        """
         if self.action_type == _TYPES[0]:
             return command.position, abs(command.max_effort), 0.0, ""
         if len(command.position) != 1 or len(command.velocity) > 1 or len(command.effort) > 1:
-            return 0.0, 0.0, 0.0, f"a goal has one position, this one has {len(command.position)}"
+            return (
+                0.0,
+                0.0,
+                0.0,
+                f"a goal has one position, and at most one velocity and effort; this one has {len(command.position)} positions",
+            )
         if list(command.name) not in ([], [self.published]):
-            return 0.0, 0.0, 0.0, f"the gripper's joint is {self.published}"
+            return 0.0, 0.0, 0.0, f"the goal is for another joint; the gripper's joint is {self.published}"
         effort, speed = (abs(float(values[0])) if len(values) else 0.0 for values in (command.effort, command.velocity))
         return float(command.position[0]), effort, speed, ""
 
     def move(self, target: float) -> Fire:
-        """Output the next set point, and end the goal if the finger arrived or stalled."""
+        """Output the next set point, and end the goal if the finger arrived or stalled; return the port to fire."""
         robot, index, now = self.articulation, self.index, self.clock.time
         position, speed = robot.positions()[index], abs(robot.velocities()[index])
         step = self.speed * self.clock.delta
         self.set_point += min(max(target - self.set_point, -step), step)
         reach = self.effort / robot.stiffness[index] if robot.stiffness[index] else math.inf
         ahead = self.set_point - position
-        # The drive's damping would brake a finger that little effort moves, so the drive follows its speed while it is far away.
+        # The drive's damping would brake a finger that is moved with little effort, so the velocity set point follows the
+        # finger's speed while the target is far away.
         most = ahead / (_APPROACH * self.clock.delta) if abs(ahead) > reach else 0.0
         follow = min(max(robot.velocities()[index], min(most, 0.0)), max(most, 0.0))
         command = position + follow * self.clock.delta + min(max(ahead, -reach), reach)
@@ -153,12 +165,12 @@ class ROS2GripperCommand(RobotActionNode, type="graphengine.ros2.ROS2GripperComm
         return self.command(np.array([command]), np.array([follow]))
 
     def hold(self) -> int:
-        """Drop the goal, and output the measured position."""
+        """Forget the goal and its target, and output the measured position as set point; return the port to fire."""
         self.goal = self.target = None
         return self.command(self.articulation.positions()[[self.index]], np.zeros(1))
 
     def result(self, *, stalled: bool, reached: bool) -> Any:
-        """Build a result with the finger's present state."""
+        """Return a result with the finger's measured state; `stalled` and `reached` are its flags."""
         robot, index = self.articulation, self.index
         result = DEFINITIONS.initial(f"control_msgs/action/{self.action_type}_Result")
         state = robot.positions()[[index]], robot.velocities()[[index]], robot.efforts()[[index]]

@@ -1,4 +1,4 @@
-"""Publisher of the transform that corrects odometry to the true pose of a robot."""
+"""A node that publishes the transform map -> odom, which corrects odometry to the true pose of a robot."""
 
 from __future__ import annotations
 
@@ -16,22 +16,28 @@ from graphengine.nodes.touched import reading_poses
 
 _MESSAGE = "tf2_msgs/msg/TFMessage"
 _LATE = (
-    "{parent} -> {child} is not published: the odometry of this tick must be there first, stamped with simulation time; "
-    "list the graph that publishes it before this one"
+    "{parent} -> {child} is not published: the odometry of this tick must be published first, stamped with simulation time; "
+    "list the graph that publishes the odometry before this one"
 )
 
 
 class ROS2PublishGroundTruthTransform(TopicNode, type="graphengine.ros2.ROS2PublishGroundTruthTransform"):
     """Publishes map -> odom, so that map -> odom -> base link is the true pose of a robot in the world of the scene.
 
-    It replaces localization, such as AMCL. Another node of this session must publish odom -> base link on the same topic
-    earlier in the tick; each execution publishes map -> odom with the stamp of the newest such transform.
+    The node replaces localization, such as AMCL. Another node of the session must publish odom -> base link on the same topic
+    earlier in the tick. Each execution publishes map -> odom with the stamp of the newest odom -> base link.
     """
 
     target_prim: Target = In(required=True, setup=True, doc="the robot: its prim, base link or articulation root")
-    parent_frame_id: String = In(default="map", setup=True, doc="frame of the world's coordinates")
-    child_frame_id: String = In(default="odom", setup=True, doc="parent frame of the odometry's transform")
-    topic_name: String = In(default="tf", setup=True, doc="topic of the odometry's transform and of the published one")
+    parent_frame_id: String = In(
+        default="map", setup=True, doc="frame of the world, the parent frame of the published transform"
+    )
+    child_frame_id: String = In(
+        default="odom", setup=True, doc="parent frame of the odometry, the child frame of the published transform"
+    )
+    topic_name: String = In(
+        default="tf", setup=True, doc="topic of the odometry transform, on which this node publishes too"
+    )
 
     publisher: Publisher = Bound()
     links: Mapping[str, Frame] = Bound()
@@ -40,7 +46,7 @@ class ROS2PublishGroundTruthTransform(TopicNode, type="graphengine.ros2.ROS2Publ
     logger: Context = Bound()
 
     def setup(self, context: Context) -> None:
-        """Open the topic and find the links of the robot."""
+        """Look up the links of the robot, create the publisher, and find the odometry transform on the same topic."""
         self.logger, self.clock = context, context.clock
         self.links = {edge.child_name: edge.child for edge in context.transform_tree(self.target_prim, loops=False)}
         edge = (self.parent_frame_id, self.child_frame_id)
@@ -51,7 +57,7 @@ class ROS2PublishGroundTruthTransform(TopicNode, type="graphengine.ros2.ROS2Publ
         self.odometry = context.published_transform(self.publisher.claim, odom, self.links)
 
     def compute(self) -> None:
-        """Publish the transform, if the topic has subscribers and odometry of this tick is published.
+        """Publish the transform, if the topic has subscribers and the odometry of this tick has been published.
 
         Raises:
             BadValueError: the simulation time is out of the range of a message.
@@ -73,13 +79,13 @@ class ROS2PublishGroundTruthTransform(TopicNode, type="graphengine.ros2.ROS2Publ
         self.publisher.publish(messages.TFMessage([messages.TransformStamped(head, child, pose)]))
 
     def reads(self) -> tuple[str, ...]:
-        """Return keys for the pose of the robot."""
+        """Return the resource key of the pose of the robot."""
         return tuple(reading_poses(self.target_prim))
 
 
 @lint("W203")
 def lint_missing_odometry(context: LintContext) -> None:
-    """Warn of nodes that publish nothing, because no other node publishes odometry of their robot on their topic."""
+    """Warn about a ROS2PublishGroundTruthTransform if no other node publishes the odometry of its robot on its topic."""
     for graph, instance, node in context.nodes(ROS2PublishGroundTruthTransform):
         path = f"{graph.prim_path}/{instance.id}"
         claim = next((claim for claim in context.claims if claim.node == path), None)
@@ -93,10 +99,11 @@ def lint_missing_odometry(context: LintContext) -> None:
         edges = sorted({f"{above} -> {below}" for other in others for above, below in other.transforms})
         context.findings.add(
             "W203",
-            f"no node publishes odometry of {robot} on {claim.topic}, a transform from {child} to its base link: "
+            f"no node publishes odometry of {robot} on {claim.topic}, a transform from {child} to the base link, so "
             f"{parent} -> {child} will not be published",
             instance.span,
-            "publish it, as graphs/wheel_odometry.yaml and graphs/base/state.yaml do",
-            f"if it has another parent frame, set childFrameId; transforms on the topic: {', '.join(edges[:5]) or 'none'}",
+            "publish the odometry, as graphs/wheel_odometry.yaml and graphs/base/state.yaml do",
+            "if the odometry has another parent frame, set childFrameId; "
+            f"transforms on the topic: {', '.join(edges[:5]) or 'none'}",
             related=instance.entry.via,
         )

@@ -1,4 +1,4 @@
-"""The base of helper nodes, which publish a sensor's samples while the simulation plays."""
+"""Base classes of helper nodes, which publish the samples of a sensor while the simulation plays."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ from graphengine.nodes.ros2.publisher import TopicNode
 
 
 class SensorHelper(TopicNode):
-    """Base of nodes that publish a sensor's samples from the first execution until stop.
+    """Base of nodes that publish a sensor's samples from the first execution of the node until the simulation stops.
 
-    A subclass binds the sensor in `setup` and publishes in `update`. The namespace of a topic is collected from the sensor's
+    A subclass looks up the sensor in `setup` and publishes in `update`. The namespace of a topic is collected from the sensor's
     prim and its ancestors.
     """
 
@@ -22,27 +22,27 @@ class SensorHelper(TopicNode):
         required=True, setup=True, doc="path from IsaacCreateRenderProduct, or the sensor's prim path"
     )
     reset_simulation_time_on_stop: bool = In(
-        default=True, doc="true: stamps are time since play; false: since the session began"
+        default=True, doc="true: stamps are the time since play; false: the time since the session began"
     )
-    use_system_time: bool = In(default=False, doc="use wall time for stamps; makes runs irreproducible")
+    use_system_time: bool = In(default=False, doc="stamp with wall time; runs are then not reproducible")
 
     clock: Clock = Bound()
 
     def setup(self, context: Context) -> None:
-        """Bind the clock."""
+        """Keep the clock of the session; a subclass adds the sensor and the publisher."""
         self.clock = context.clock
 
     def open_for(self, context: Context, sensor: TickSensor, message_type: str, topic: str, **facts: Any) -> Publisher:
-        """Open a topic for a sensor's samples; `facts` are keyword arguments of `Context.publisher`."""
+        """Create a publisher for a sensor's samples; `facts` are further keyword arguments of `Context.publisher`."""
         rate = min(sensor.rate, 1.0 / self.clock.delta) / self.samples_per_message()
         return self.open_topic(context, message_type, topic, namespace_from=sensor.prim_path, rate=rate, **facts)
 
     def samples_per_message(self) -> int:
-        """Return n if every nth sample is published; 1 unless a subclass skips samples."""
+        """Return n, where every nth sample is published. Here n is 1, so no sample is skipped."""
         return 1
 
     def compute(self) -> None:
-        """Start publishing if `enabled` is true, else stop."""
+        """Start publishing if `enabled` is true, otherwise stop."""
         self.active = self.enabled
 
     def update(self) -> None:
@@ -50,7 +50,7 @@ class SensorHelper(TopicNode):
         raise NotImplementedError
 
     def stamp(self, time: float) -> float:
-        """Return the stamp (s) of a sample that was taken at `time` seconds after play."""
+        """Return the stamp, in s, of a sample that was taken `time` seconds after play."""
         if self.use_system_time:
             return self.clock.wall_time
         if self.reset_simulation_time_on_stop:
@@ -66,7 +66,7 @@ class SkippingHelper(SensorHelper):
     )
 
     def samples_per_message(self) -> int:
-        """Return n if every nth sample is published."""
+        """Return n, where every nth sample is published: `frameSkipCount` + 1."""
         return self.frame_skip_count + 1
 
     def left_out(self, index: int) -> bool:

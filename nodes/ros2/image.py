@@ -1,4 +1,4 @@
-"""Image messages: rows of pixels with an encoding."""
+"""Builds and publishes sensor_msgs/Image messages."""
 
 from __future__ import annotations
 
@@ -14,16 +14,16 @@ PIXEL_BYTES = {"rgb8": 3, "rgba8": 4, "32FC1": 4, "32SC1": 4}
 
 
 def image(header: messages.Header, encoding: str, size: tuple[int, int], pixels: Buffer) -> messages.Image:
-    """Build an image message that refers to a buffer of pixels without copying it.
+    """Return an image message that refers to a buffer of pixels without copying the buffer.
 
     Args:
         header: time and frame.
-        encoding: one of PIXEL_BYTES.
+        encoding: pixel format, a key of PIXEL_BYTES.
         size: width and height, pixels.
         pixels: rows of pixels, top row first, little-endian.
 
     Raises:
-        BadValueError: the encoding is unknown, or the size of the buffer does not match.
+        BadValueError: the encoding is unknown, or the size of the buffer does not match the image size and the encoding.
     """
     width, height = size
     data, step = bytes_in(pixels), width * PIXEL_BYTES[one_of("encoding", encoding, PIXEL_BYTES)]
@@ -50,6 +50,6 @@ class ROS2PublishImage(SensorPublisher, type="isaacsim.ros2.bridge.ROS2PublishIm
     format: UInt64 = In(default=0, doc="no effect: `encoding` sets the pixel format")
 
     def message(self) -> messages.Image:
-        """Build the message from the pixels."""
+        """Return the image message with the given pixels."""
         pixels = array_or_buffer(self.data, self.data_ptr)
         return image(self.header(), self.encoding, (self.width, self.height), pixels)

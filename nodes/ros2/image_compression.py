@@ -1,4 +1,4 @@
-"""Compresses images to JPEG and PNG, in messages like those of ROS's compressed_image_transport."""
+"""Compresses images to JPEG and PNG, as sensor_msgs/CompressedImage messages like those of compressed_image_transport."""
 
 from __future__ import annotations
 
@@ -16,16 +16,16 @@ COMPRESSED_IMAGE = "sensor_msgs/msg/CompressedImage"
 JPEG_QUALITY = 95
 """Default JPEG quality of compressed_image_transport."""
 _PNG_LEVEL = 3
-"""Default PNG level of compressed_image_transport: larger files than with zlib's default of 6, in half the time."""
+"""Default PNG compression level of compressed_image_transport; zlib's default of 6 gives smaller files in twice the time."""
 
 
 class _Pixels(NamedTuple):
     """Properties of a pixel encoding.
 
     Args:
-        mode: mode of the pixels in pillow.
+        mode: pillow's name of the pixel format.
         size: bytes per pixel.
-        decoded: encoding of the compressed pixels in ROS's format string; empty if they have no colours.
+        decoded: encoding of the decompressed pixels in the message's format string; empty if the pixels have no colours.
     """
 
     mode: str
@@ -53,19 +53,19 @@ def compressed(
     compression: str,
     jpeg_quality: int = JPEG_QUALITY,
 ) -> messages.CompressedImage:
-    """Return the message with the compressed image. The same image gives the same bytes with the same version of pillow.
+    """Return a message with the compressed image. With the same version of pillow, equal images give equal bytes.
 
     Args:
         header: time and frame.
-        encoding: one of `ENCODINGS` of the compression; alpha is dropped.
+        encoding: pixel format that `ENCODINGS` lists for the compression; an alpha channel is dropped.
         size: width and height, pixels.
         pixels: rows of pixels, top row first, little-endian.
         compression: `jpeg` or `png`; only `png` is lossless.
         jpeg_quality: 1 to 100.
 
     Raises:
-        BadValueError: the compression cannot take the encoding, the size of the buffer does not match, or the quality is out of
-            range.
+        BadValueError: the compression does not accept the encoding, the image size is out of range, the size of the buffer does
+            not match the image size and the encoding, or the quality is out of range.
     """
     legal_encodings = ENCODINGS[one_of("format", compression, ENCODINGS)]
     mode, pixel_bytes, decoded = _ENCODINGS[one_of("encoding", encoding, legal_encodings)]
@@ -86,6 +86,6 @@ def compressed(
         picture.save(file, "JPEG", quality=jpeg_quality)
     else:
         raise BadValueError("jpegQuality", jpeg_quality, "from 1 to 100")
-    # Subscribers of image_transport read from this string the encoding to which they convert the decoded pixels.
+    # Subscribers of image_transport read this string to learn the encoding to which they convert the decoded pixels.
     kind = f"{encoding}; {compression} compressed {decoded}"
     return messages.CompressedImage(header, kind, bytes_in(file.getbuffer()))

@@ -1,4 +1,4 @@
-"""Publisher of IMU readings."""
+"""A node that publishes IMU readings."""
 
 from __future__ import annotations
 
@@ -12,12 +12,15 @@ from graphengine.node.types import read_only
 from graphengine.nodes.ros2.publisher import SensorPublisher
 
 _UNKNOWN, _ABSENT = read_only(np.zeros(9)), read_only(np.array([-1.0, *[0.0] * 8]))
-"""Covariances of a quantity measured with unknown accuracy, and of one not measured, as sensor_msgs/Imu defines them."""
-_COVARIANCE = "3 x 3 numbers, row by row; empty: 0, which means unknown"
+"""Covariances that sensor_msgs/Imu defines for a quantity of unknown accuracy and for a quantity that is not measured."""
+_COVARIANCE = "covariance matrix, 3 x 3 numbers row by row; empty: zeros, which mean unknown"
 
 
 class ROS2PublishImu(SensorPublisher, type="isaacsim.ros2.bridge.ROS2PublishImu"):
-    """Publishes a reading as sensor_msgs/Imu; a disabled quantity is zero and has -1 as first number of its covariance."""
+    """Publishes an IMU reading as sensor_msgs/Imu.
+
+    A quantity whose `publish...` input is false is published as zeros, with -1 as the first number of its covariance.
+    """
 
     message_type: ClassVar[str] = "sensor_msgs/msg/Imu"
 
@@ -26,15 +29,17 @@ class ROS2PublishImu(SensorPublisher, type="isaacsim.ros2.bridge.ROS2PublishImu"
     publish_orientation: bool = In(default=True)
     publish_linear_acceleration: bool = In(default=True)
     publish_angular_velocity: bool = In(default=True)
-    orientation: Quaterniond = In(default=(0.0, 0.0, 0.0, 1.0), doc="orientation of the sensor as (x, y, z, w)")
+    orientation: Quaterniond = In(
+        default=(0.0, 0.0, 0.0, 1.0), doc="orientation of the sensor, quaternion (x, y, z, w)"
+    )
     linear_acceleration: Vector3d = In(default=(0.0, 0.0, 0.0), unit="m/s2", doc="acceleration in the sensor's frame")
-    angular_velocity: Vector3d = In(default=(0.0, 0.0, 0.0), unit="rad/s", doc="turn rates in the sensor's frame")
+    angular_velocity: Vector3d = In(default=(0.0, 0.0, 0.0), unit="rad/s", doc="angular velocity in the sensor's frame")
     orientation_covariance: Doubles = In(default=np.zeros(0), extension=True, unit="rad2", doc=_COVARIANCE)
     linear_acceleration_covariance: Doubles = In(default=np.zeros(0), extension=True, unit="m2/s4", doc=_COVARIANCE)
     angular_velocity_covariance: Doubles = In(default=np.zeros(0), extension=True, unit="rad2/s2", doc=_COVARIANCE)
 
     def message(self) -> messages.Imu:
-        """Build the message from the reading."""
+        """Return the message with the reading that the inputs give."""
         turned, turns = self.publish_orientation, self.publish_angular_velocity
         accelerates = self.publish_linear_acceleration
         return messages.Imu(
@@ -48,12 +53,12 @@ class ROS2PublishImu(SensorPublisher, type="isaacsim.ros2.bridge.ROS2PublishImu"
         )
 
     def covariance(self, field: str) -> Doubles:
-        """Return the value of an input for a covariance, or zeros if it is empty.
+        """Return the covariance that an input gives, 9 numbers row by row, or zeros if the input is empty.
 
         Raises:
-            BadValueError: it does not have 9 numbers.
+            BadValueError: the input has neither 9 numbers nor none.
         """
         numbers: Doubles = getattr(self, field)
         if len(numbers) not in (0, 9):
-            raise BadValueError(type(self).fields[field].name, numbers, "of 9 numbers, or empty")
+            raise BadValueError(type(self).fields[field].name, numbers, "9 numbers, or empty")
         return numbers if len(numbers) else _UNKNOWN

@@ -1,7 +1,7 @@
 """Splines through the points of a joint trajectory.
 
-Between two points, joints move by a polynomial of the degree that both points determine, as in joint_trajectory_controller:
-linear for positions, cubic for positions and velocities, quintic for positions, velocities and accelerations.
+Between two points, the positions follow a polynomial, as in joint_trajectory_controller: it is linear if the points have only
+positions, cubic if both have velocities too, and quintic if both have velocities and accelerations.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ class JointPoint(Shared):
     """Positions (rad or m) of joints at one time, and their velocities and accelerations if known."""
 
     time: float
-    """Time in s, on the clock of the run."""
+    """Simulation time since play, s."""
     positions: Floats
     velocities: Floats | None = None
     accelerations: Floats | None = None
@@ -30,10 +30,10 @@ class JointPoint(Shared):
 
 @dataclass(frozen=True, slots=True)
 class JointSpline(Shared):
-    """The motion of joints through points; the joints rest before the first point and after the last one."""
+    """The motion of joints through a sequence of points; before the first point and after the last point, the joints rest."""
 
     points: tuple[JointPoint, ...]
-    """At least one point; times increase strictly."""
+    """One point or more, in order of time; no two points have the same time."""
 
     @property
     def end(self) -> float:
@@ -41,7 +41,7 @@ class JointSpline(Shared):
         return self.points[-1].time
 
     def sample(self, time: float) -> tuple[Floats, Floats]:
-        """Return positions (rad or m) and velocities (rad/s or m/s) at a time (s)."""
+        """Return the positions (rad or m) and the velocities (rad/s or m/s) of the joints at a time (s)."""
         points = self.points
         following = bisect.bisect_right(points, time, key=lambda point: point.time)
         if following in (0, len(points)):
@@ -59,7 +59,8 @@ class JointSpline(Shared):
 def _polynomial(before: JointPoint, after: JointPoint) -> list[Floats]:
     """Return the coefficients of the polynomial between two points, lowest power first, for the time since the first point.
 
-    With s = t / T, the change of position is `step`, and velocities and accelerations at both ends are scaled by T and T^2.
+    They are computed for a time that runs from 0 to 1, in which velocities and accelerations are multiplied by the duration and
+    by its square, and then scaled to seconds.
     """
     duration = after.time - before.time
     start, step = before.positions, after.positions - before.positions

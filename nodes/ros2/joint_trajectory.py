@@ -1,4 +1,4 @@
-"""Checks trajectory_msgs/JointTrajectory messages and converts them to splines that start at the joints' set points."""
+"""Checks trajectory_msgs/JointTrajectory messages, and converts them to splines that start at the joints' set points."""
 
 from __future__ import annotations
 
@@ -24,23 +24,23 @@ PATH_TOLERANCE_VIOLATED, GOAL_TOLERANCE_VIOLATED = -4, -5
 
 MAX_POINTS = 100_000
 _SLACK = 1e-3
-"""Distance beyond a joint's range up to which points are legal, rad or m, because limits in physics are slightly soft."""
+"""Distance by which a point may exceed a joint's range, rad or m, because simulated joint limits are slightly soft."""
 _FASTER = 1.01
-"""Ratio to a joint's velocity limit above which a trajectory is reported."""
+"""Ratio of a joint's speed to its velocity limit above which a warning is logged."""
 _LARGEST = 1e6
-"""Largest legal number of a point; physics takes up to 1e10."""
+"""Maximum magnitude of the positions, velocities and accelerations of a point; the physics accepts up to 1e10."""
 _SOON = 1e-6
-"""Points less than this time ahead, s, count as passed, because a spline cannot reach them in so short a time."""
+"""A point that is due in less than this time, s, counts as passed, because a spline cannot reach it in so short a time."""
 _AT_REST = float(np.finfo(np.float32).eps)
-"""Speed below which a trajectory ends at rest, rad/s or m/s, as in joint_trajectory_controller."""
+"""Maximum speed of a joint in the last point, rad/s or m/s; joint_trajectory_controller uses the same value."""
 
 
 class TrajectoryError(GraphError):
-    """A trajectory is invalid for the joints.
+    """A trajectory or goal is invalid for the joints of the controller.
 
     Args:
         code: error code of control_msgs/action/FollowJointTrajectory.
-        message: the reason.
+        message: why it is invalid.
     """
 
     def __init__(self, code: int, message: str) -> None:
@@ -50,23 +50,23 @@ class TrajectoryError(GraphError):
 
 @dataclass(frozen=True, slots=True)
 class ControlledJoints(Shared):
-    """The joints that a controller moves, in its order, with their limits from the robot description."""
+    """The joints that a controller moves, in the controller's order, with their limits from the robot description."""
 
     names: tuple[str, ...]
-    """Joint names, as messages give them."""
+    """Names of the joints in ROS messages."""
     indices: tuple[int, ...]
     """Indices of the joints in the articulation."""
     units: tuple[str, ...]
     """Unit of each joint's position: `rad` or `m`."""
     ranges: Floats
-    """Lowest and highest position, shape (joints, 2); infinite without limits."""
+    """Lowest and highest position of each joint, rad or m, shape (joints, 2); infinite for a joint without limits."""
     max_velocities: Floats
     leaders: Mapping[str, str]
-    """The joint that each mimic joint of the robot follows, by the name of the mimic joint."""
+    """For all mimic joints of the robot, by name: the name of the joint that the mimic joint follows."""
 
     @property
     def continuous(self) -> NDArray[np.bool_]:
-        """Whether each joint is continuous: a full turn leads to the same pose."""
+        """Whether each joint is continuous, that is, revolute and without limits, so that a full turn leads to the same pose."""
         endless: NDArray[np.bool_] = np.isinf(self.ranges).all(axis=1) & (np.array(self.units) == "rad")
         return endless
 
@@ -76,21 +76,25 @@ class ControlledJoints(Shared):
 
         Args:
             robot: the robot.
-            chosen: one or more joint names of the robot's description.
-            published: names of all joints in messages, in the articulation's order.
+            chosen: names of the joints to select, as in the robot description.
+            published: names of all joints of the robot in ROS messages, in the articulation's order.
 
         Raises:
-            JointError: the robot has no joint with one of the names.
-            ContextError: no joint is chosen, one is chosen twice, or one mimics another joint.
+            JointError: one of the names is not that of a joint of the robot.
+            ContextError: no joint is chosen, a joint is chosen twice, or a chosen joint mimics another joint.
         """
         indices = joint_numbers(robot, chosen)
         if not chosen or len(set(indices)) < len(indices):
             raise ContextError(
-                "a controller needs one or more joints, each once", list(chosen), "name joints with a position drive"
+                "a controller needs one or more joints, each only once",
+                list(chosen),
+                "name joints with a position drive",
             )
         for name, index in zip(chosen, indices, strict=True):
             if leader := robot.leaders[index]:
-                raise ContextError(f"joint {name!r} follows {leader!r}", name, "command the joint that it follows")
+                raise ContextError(
+                    f"mimic joint {name!r} follows {leader!r}", name, "command the joint that it follows"
+                )
         return cls(
             tuple(published[index] for index in indices),
             tuple(indices),
@@ -104,15 +108,15 @@ class ControlledJoints(Shared):
 def read_trajectory(message: Any, joints: ControlledJoints, start: JointPoint, *, partial: bool) -> JointSpline:
     """Convert a trajectory to a spline.
 
-    The spline begins at the present set point; points in the past are left out. Joints that the message does not name keep their
-    set points. All positions of a continuous joint are shifted by the same full turns, so that it takes the shorter way to the
-    first point.
+    The spline begins at the current set point; points in the past are skipped. Joints that the message does not name keep their
+    set points. All positions of a continuous joint are shifted by the same number of full turns, so that the joint takes the
+    shorter way to the first point.
 
     Args:
         message: trajectory_msgs/JointTrajectory with one point or more.
         joints: joints of the controller.
-        start: present set point of these joints, with velocities and accelerations, at the present time.
-        partial: whether the message may leave out joints.
+        start: current set point of these joints, with velocities and accelerations; its time is the current time.
+        partial: whether the message may leave out joints of the controller.
 
     Raises:
         TrajectoryError: the message is not a trajectory that the joints can follow.
@@ -131,7 +135,7 @@ def read_trajectory(message: Any, joints: ControlledJoints, start: JointPoint, *
 
 
 def excess_speed(spline: JointSpline, joints: ControlledJoints) -> str:
-    """Return a message about the joint that exceeds its velocity limit by more than 1 %; empty if there is none."""
+    """Return a warning about the first joint that exceeds its velocity limit by more than 1 %; empty if no joint does."""
     limits = joints.max_velocities * _FASTER
     for before, after in zip(spline.points, spline.points[1:], strict=False):
         speeds = np.abs(after.positions - before.positions) / (after.time - before.time)
@@ -146,7 +150,16 @@ def excess_speed(spline: JointSpline, joints: ControlledJoints) -> str:
 
 
 def _columns(names: Sequence[str], joints: ControlledJoints, *, partial: bool) -> list[int]:
-    """Return the controller's index of each named joint."""
+    """Return the index of each named joint among the joints of the controller.
+
+    Args:
+        names: joint names of a message.
+        joints: joints of the controller.
+        partial: whether the names may leave out joints of the controller.
+
+    Raises:
+        TrajectoryError: a joint is unknown, a mimic joint, named twice or missing, or no joint is named.
+    """
     known = {name: number for number, name in enumerate(joints.names)}
     for name in names:
         if name in known:
@@ -170,7 +183,10 @@ def _columns(names: Sequence[str], joints: ControlledJoints, *, partial: bool) -
 
 
 def _check_numbers(points: Sequence[Any], joints: int) -> None:
-    """Check that each point has one legal position per joint, and velocities and accelerations for all joints or none."""
+    """Check that each point has a position for each joint, and velocities and accelerations for each joint or none.
+
+    The numbers must be finite and not too large, and there must be no efforts and not too many points.
+    """
     if len(points) > MAX_POINTS:
         raise TrajectoryError(INVALID_GOAL, f"{len(points)} points are too many, legal: up to {MAX_POINTS}")
     for name in ("positions", "velocities", "accelerations", "effort"):
@@ -183,12 +199,16 @@ def _check_numbers(points: Sequence[Any], joints: int) -> None:
                 raise TrajectoryError(INVALID_GOAL, f"point {number} has {len(row)} {name} for {joints} joints")
         if not (np.abs(np.concatenate(rows)) <= _LARGEST).all():  # false for NaN
             number = next(number for number, row in enumerate(rows) if not (np.abs(row) <= _LARGEST).all())
-            text = f"{name} of point {number} must be numbers up to {_LARGEST:g}"
+            text = f"{name} of point {number} must be finite numbers up to {_LARGEST:g}"
             raise TrajectoryError(INVALID_GOAL, text)
 
 
 def _times(message: Any, now: float) -> Floats:
-    """Return the time of each point on the clock of the run, s."""
+    """Return the simulation time of each point of a JointTrajectory message, s.
+
+    Raises:
+        TrajectoryError: the times do not increase, the first one is negative, or the trajectory ends in the past.
+    """
     stamp = messages.seconds(message.header.stamp)
     offsets = np.array([messages.seconds(point.time_from_start) for point in message.points])
     times: Floats = offsets + (stamp or now)
@@ -205,7 +225,14 @@ def _times(message: Any, now: float) -> Floats:
 
 
 def _point(time: float, point: Any, columns: Sequence[int], start: JointPoint) -> JointPoint:
-    """Return a point of all joints of the controller; joints without a column keep their set point."""
+    """Return a point for all joints of the controller; a joint that the message does not name keeps its set point.
+
+    Args:
+        time: simulation time of the point, s.
+        point: trajectory_msgs/JointTrajectoryPoint.
+        columns: index in the controller of each joint of the message.
+        start: current set point.
+    """
 
     def spread(values: NDArray[Any], rest: Floats) -> Floats | None:
         if not len(values):
@@ -227,7 +254,7 @@ def _check_end(last: JointPoint, joints: ControlledJoints) -> None:
 
 
 def _turned(points: Sequence[JointPoint], joints: ControlledJoints, start: JointPoint) -> list[JointPoint]:
-    """Shift the positions of continuous joints by full turns towards the set point."""
+    """Return the points with the positions of continuous joints shifted by full turns, so that they start near the set point."""
     turns = np.round((start.positions - points[0].positions) / math.tau) * joints.continuous
     if not turns.any():
         return list(points)

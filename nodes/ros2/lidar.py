@@ -1,4 +1,4 @@
-"""The helper node that publishes a lidar while the simulation plays, and the node that selects metadata of points."""
+"""The helper node that publishes a lidar's samples while the simulation plays, and the node that selects metadata of points."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from graphengine.nodes.ros2.helper import SkippingHelper
 from graphengine.nodes.ros2.point_cloud import FIELDS, point_cloud
 
 _METADATA = ("Intensity", "Timestamp", "EmitterId", "ChannelId", "Ring", "Time")
-"""Kinds of metadata that ray casting provides."""
+"""Kinds of point metadata that a simulated lidar provides."""
 
 
 class ROS2RtxLidarHelper(SkippingHelper, type="isaacsim.ros2.bridge.ROS2RtxLidarHelper"):
@@ -26,10 +26,11 @@ class ROS2RtxLidarHelper(SkippingHelper, type="isaacsim.ros2.bridge.ROS2RtxLidar
     A LaserScan has one range per beam of the ring nearest to the lidar's xy plane and covers exactly the lidar's field of view.
     A PointCloud2 has the points of all rings. With `selectedMetadata: [Intensity, Ring, Time]`, its points have the layout of
     Velodyne's driver (x, y, z, intensity, ring, time), which lidar SLAM such as LIO-SAM expects. `Ring` and `Time` are
-    extensions: the number of the ring from below (uint16), and the time since the stamp in s (float32), which is always 0, as all
-    beams of a sample are cast at the same time. Switch off motion correction in SLAM software that treats 0 as a missing time.
+    extensions. `Ring` is the index of the ring, 0 for the lowest one (uint16). `Time` is the time since the stamp in s (float32);
+    it is always 0, because all beams of a sample are cast at the same time. Switch off motion correction in SLAM software that
+    treats 0 as a missing time.
 
-    The topic's namespace is collected from the lidar's prim and its ancestors. No rays are cast without subscribers.
+    The topic's namespace is collected from the lidar's prim and its ancestors. Without subscribers, no rays are cast.
     """
 
     frame_id: String = In(default="sim_lidar", setup=True)
@@ -39,15 +40,20 @@ class ROS2RtxLidarHelper(SkippingHelper, type="isaacsim.ros2.bridge.ROS2RtxLidar
         name="type",
         setup=True,
         tokens=("laser_scan", "point_cloud"),
-        doc="LaserScan or PointCloud2",
+        doc="message to publish: LaserScan or PointCloud2",
     )
     full_scan: bool = In(default=True, doc="deprecated: samples are always full scans")
     show_debug_view: bool = In(default=False, doc="no effect: there is no viewport")
-    selected_metadata: Tokens = In(setup=True, doc=f"extra fields of a point in a PointCloud2: {', '.join(_METADATA)}")
+    selected_metadata: Tokens = In(
+        setup=True, doc=f"further fields of a point in a PointCloud2: {', '.join(_METADATA)}"
+    )
     enable_object_id_map: bool = In(default=False, doc="no effect: rays do not identify objects")
     object_id_map_topic_name: String = In(default="object_id_map")
     no_return: Token = In(
-        default="inf", tokens=("inf", "max", "minus_one"), extension=True, doc="range of a miss: inf, range_max or -1"
+        default="inf",
+        tokens=("inf", "max", "minus_one"),
+        extension=True,
+        doc="range of a beam that hits nothing: inf, range_max or -1",
     )
 
     lidar: Lidar = Bound()
@@ -55,12 +61,14 @@ class ROS2RtxLidarHelper(SkippingHelper, type="isaacsim.ros2.bridge.ROS2RtxLidar
     level: slice | None = Bound()
 
     def setup(self, context: Context) -> None:
-        """Bind the sensor and open the topic."""
+        """Look up the lidar at `renderProductPath` and create the publisher on `topicName`."""
         unknown = [name for name in self.selected_metadata if name not in _METADATA]
         if unknown:
-            raise ContextError(f"selectedMetadata {unknown[0]!r} is not available", unknown[0], listing(_METADATA))
+            raise ContextError(
+                f"the metadata {unknown[0]!r} in selectedMetadata is not available", unknown[0], listing(_METADATA)
+            )
         if self.enable_object_id_map:
-            context.log("warning", "enableObjectIdMap has no effect: rays do not tell objects apart")
+            context.log("warning", "enableObjectIdMap has no effect: rays do not identify objects")
         super().setup(context)
         self.lidar = context.device(Lidar, self.render_product_path)
         self.level = level_ring(self.lidar) if len(self.lidar.elevations) > 1 else None
@@ -77,7 +85,7 @@ class ROS2RtxLidarHelper(SkippingHelper, type="isaacsim.ros2.bridge.ROS2RtxLidar
         self.publisher.publish(self.laser_scan(scan) if self.type_in == "laser_scan" else self.point_cloud(scan))
 
     def laser_scan(self, scan: Scan) -> messages.LaserScan:
-        """Build a LaserScan with one range per beam; time_increment is 0, as all beams are cast at one instant."""
+        """Return a LaserScan with one range per beam; `time_increment` is 0, because all beams are cast at one instant."""
         first, last, increment = self.lidar.angles
         near, far = self.lidar.ranges
         ranges, intensities = scan.ranges, scan.intensities
@@ -97,13 +105,18 @@ class ROS2RtxLidarHelper(SkippingHelper, type="isaacsim.ros2.bridge.ROS2RtxLidar
         )
 
     def reported(self, ranges: NDArray[np.float32], far: float) -> NDArray[np.float32]:
-        """Return the ranges with the value that `noReturn` selects for misses."""
+        """Return the ranges, with those of beams without a hit replaced by the value that `noReturn` selects.
+
+        Args:
+            ranges: range of each beam, m; inf for a beam without a hit.
+            far: maximum range of the lidar, m.
+        """
         if self.no_return == "inf":
             return ranges
         return np.where(np.isinf(ranges), np.float32(far if self.no_return == "max" else -1.0), ranges)
 
     def point_cloud(self, scan: Scan) -> messages.PointCloud2:
-        """Build a PointCloud2 of the hit points in the lidar's frame; all points have the same time."""
+        """Return a PointCloud2 with the hit points in the lidar's frame; all points have the same time."""
         time, hit = self.stamp(scan.time), np.flatnonzero(np.isfinite(scan.ranges))
         known: dict[str, Any] = {}
         if "Intensity" in self.selected_metadata:
@@ -123,7 +136,7 @@ class ROS2RtxLidarHelper(SkippingHelper, type="isaacsim.ros2.bridge.ROS2RtxLidar
 
 
 class ROS2RtxLidarPointCloudConfig(Node, type="isaacsim.ros2.bridge.ROS2RtxLidarPointCloudConfig"):
-    """Selects metadata of a lidar's points, for `selectedMetadata` of ROS2RtxLidarHelper."""
+    """Selects the metadata of a lidar's points; wire the output to `selectedMetadata` of a ROS2RtxLidarHelper."""
 
     output_intensity: bool = In(default=False)
     output_timestamp: bool = In(default=False)
@@ -138,9 +151,9 @@ class ROS2RtxLidarPointCloudConfig(Node, type="isaacsim.ros2.bridge.ROS2RtxLidar
     output_tick_state: bool = In(default=False)
     output_ring: bool = In(default=False, extension=True)
     output_time: bool = In(default=False, extension=True)
-    selected_metadata: Tokens = Out(doc="names of the selected metadata, in the order of a point's fields")
+    selected_metadata: Tokens = Out(doc="names of the selected metadata, in the order in which they follow x, y and z")
 
     def compute(self) -> None:
-        """Output the names whose inputs are true."""
+        """Output the names of the metadata whose inputs are true."""
         chosen = {port.name for port in type(self).fields.values() if getattr(self, port.field) is True}
         self.selected_metadata = tuple(name for name in FIELDS if f"output{name}" in chosen)

@@ -1,4 +1,4 @@
-"""PointCloud2 messages: points with metadata, packed one point after another."""
+"""Builds and publishes sensor_msgs/PointCloud2 messages, whose points may have metadata."""
 
 from __future__ import annotations
 
@@ -27,10 +27,16 @@ METADATA: dict[str, list[Any]] = {
     "TickState": [("tick_state", "u1")],
     "RadialVelocityMS": [("radial_velocity_ms", "<f4")],
 }
-"""Metadata of Isaac Sim: fields of a point after x, y and z, in this order. A timestamp is two uint32, in ns, low half first."""
+"""Fields of each kind of metadata that Isaac Sim has. In a point, they follow x, y and z in the order of this dict.
+
+A timestamp is in ns and consists of two uint32, low half first.
+"""
 
 FIELDS: dict[str, list[Any]] = METADATA | {"Ring": [("ring", "<u2")], "Time": [("time", "<f4")]}
-"""All metadata. With Intensity, Ring and Time, a point has the layout of Velodyne's driver, which packages for SLAM expect."""
+"""Fields of each kind of metadata, with the extensions Ring and Time.
+
+With Intensity, Ring and Time, a point has the layout of Velodyne's driver, which lidar SLAM expects.
+"""
 
 _DATATYPES = {"f4": 7, "u4": 6, "u2": 4, "u1": 2}
 """Values of `datatype` in sensor_msgs/PointField, by numpy type."""
@@ -38,7 +44,10 @@ _DATATYPES = {"f4": 7, "u4": 6, "u2": 4, "u1": 2}
 
 @functools.cache
 def layout(metadata: tuple[str, ...]) -> tuple[np.dtype[Any], list[messages.PointField]]:
-    """Return the layout of one point with this metadata, as a dtype and as PointFields that all messages share."""
+    """Return the layout of a point with x, y, z and this metadata, as a dtype and as a list of PointFields.
+
+    All messages with the same metadata share the list.
+    """
     extra = [field for name in metadata for field in FIELDS[name]]
     packed = np.dtype([("x", "<f4"), ("y", "<f4"), ("z", "<f4"), *extra])
     fields = []
@@ -51,15 +60,15 @@ def layout(metadata: tuple[str, ...]) -> tuple[np.dtype[Any], list[messages.Poin
 def point_cloud(
     header: messages.Header, positions: NDArray[np.floating[Any]], metadata: Mapping[str, Buffer] | None = None
 ) -> messages.PointCloud2:
-    """Build a cloud of one row of points (height 1).
+    """Return a point cloud that is one row of points (height 1).
 
     Args:
         header: time and frame.
         positions: points in the header's frame, m, shape (n, 3).
-        metadata: buffers with one packed record per point, by name as in FIELDS.
+        metadata: buffers with one packed record per point, by the names in FIELDS.
 
     Raises:
-        BadValueError: a buffer does not have one record per point.
+        BadValueError: the size of a buffer is not that of one record per point.
     """
     given = metadata or {}
     names = tuple(name for name in FIELDS if name in given)
@@ -87,22 +96,23 @@ def _fill(points: NDArray[Any], name: str, buffer: Buffer) -> None:
 
 
 def _port(name: str) -> str:
-    """The input port for a kind of metadata."""
+    """Return the name of the input port that takes the buffer of a kind of metadata."""
     return f"{name[0].lower()}{name[1:]}Ptr"
 
 
 def _points_in(buffer: Buffer) -> NDArray[np.float32]:
     data = bytes_in(buffer)
     if len(data) % 12:
-        raise BadValueError("dataPtr", len(data), "of 12 bytes per point, three float32")
+        raise BadValueError("dataPtr", len(data), "a multiple of 12 bytes, three float32 per point")
     return data.view("<f4").reshape(-1, 3)
 
 
 class ROS2PublishPointCloud(SensorPublisher, type="isaacsim.ros2.bridge.ROS2PublishPointCloud"):
     """Publishes points as sensor_msgs/PointCloud2.
 
-    Points are an array or a buffer of x, y, z in single precision. Each kind of metadata is a buffer with one record per point.
-    Inputs for data types and buffer sizes have no effect: the types are fixed, and a size is that of its buffer.
+    The points are an array or a buffer of x, y, z in single precision. Each kind of metadata is a buffer with one record per
+    point; it is published if its `output...` input is true. The inputs for data types and buffer sizes have no effect: the types
+    are fixed, and the size of a buffer is known from the buffer itself.
     """
 
     message_type: ClassVar[str] = "sensor_msgs/msg/PointCloud2"
@@ -121,8 +131,8 @@ class ROS2PublishPointCloud(SensorPublisher, type="isaacsim.ros2.bridge.ROS2Publ
     output_echo_id: bool = In(default=False)
     output_tick_state: bool = In(default=False)
     output_radial_velocity_ms: bool = In(default=False, name="outputRadialVelocityMS")
-    data_ptr: Buffer = In(default=0, doc="buffer of points, three float32 each, used if `data` is empty")
-    data: Point3fs = In(unit="m", doc="points in the header's frame")
+    data_ptr: Buffer = In(default=0, doc="buffer of points, x, y, z as float32, used if `data` is empty")
+    data: Point3fs = In(unit="m", doc="points in the frame `frameId`")
     cuda_device_index: Int = In(default=-1, doc="no effect: buffers are in host memory")
     buffer_size: UInt = In(default=0)
     intensity_ptr: Buffer = In(default=0, doc="buffer with one float32 per point, 0 to 255")
@@ -165,22 +175,24 @@ class ROS2PublishPointCloud(SensorPublisher, type="isaacsim.ros2.bridge.ROS2Publ
     radial_velocity_ms_buffer_size: UInt64 = In(default=0, name="radialVelocityMSBufferSize")
 
     def message(self) -> messages.PointCloud2:
-        """Build the message from the points and their metadata."""
+        """Return the message with the points and their metadata."""
         points = self.data
         if not len(points) and not isinstance(self.data_ptr, int):
             points = _points_in(self.data_ptr)
         return point_cloud(self.header(), points, self.metadata())
 
     def metadata(self) -> dict[str, Buffer]:
-        """Return the buffers of the metadata to publish, by name.
+        """Return the buffers of the metadata to publish, by the names in METADATA.
 
         Raises:
-            BadValueError: the buffer of a selected kind is missing.
+            BadValueError: metadata is selected, but its buffer is missing.
         """
         ports, chosen = type(self).ports, dict[str, Buffer]()
         for name in METADATA:
             if getattr(self, ports[f"inputs:output{name}"].field):
                 buffer = chosen[name] = getattr(self, ports[f"inputs:{_port(name)}"].field)
                 if isinstance(buffer, int):
-                    raise BadValueError(f"output{name}, {_port(name)}", buffer, "a buffer, as the output is selected")
+                    raise BadValueError(
+                        f"output{name}, {_port(name)}", buffer, "a buffer, because the output is selected"
+                    )
         return chosen

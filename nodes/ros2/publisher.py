@@ -1,4 +1,4 @@
-"""Bases of nodes with topics: inputs for domain, namespace and QoS; nothing is published without subscribers."""
+"""Base classes of nodes with topics, and functions that build headers and publish messages."""
 
 from __future__ import annotations
 
@@ -13,21 +13,23 @@ from graphengine.node import BadValueError, Bound, Buffer, Context, ExecIn, In, 
 
 
 class NetworkNode(Node):
-    """Base of nodes that open topics or services, with inputs for domain and namespace."""
+    """Base of nodes that create publishers, subscriptions or services, with inputs for domain and namespace."""
 
     exec_in = ExecIn()
-    context: UInt64 = In(default=0, setup=True, doc="domain handle from a ROS2Context; 0: the session's domain")
+    context: UInt64 = In(
+        default=0, setup=True, doc="handle of a ROS domain, from a ROS2Context; 0: the session's domain"
+    )
     node_namespace: String = In(
         default="", setup=True, doc="ROS namespace; if empty, collected from `isaac:namespace` of the ancestor prims"
     )
 
     def endpoint(self) -> dict[str, Any]:
-        """Return the options of a topic or service that the inputs set: namespace and domain."""
+        """Return the inputs for namespace and domain as keyword arguments for the creation of a topic or service endpoint."""
         return {"namespace": self.node_namespace, "ros_context": self.context}
 
 
 class TopicNode(NetworkNode):
-    """Base of nodes that open topics, with inputs for the QoS."""
+    """Base of nodes that create publishers or subscriptions, with inputs for their QoS."""
 
     qos_profile: String = In(
         default="", setup=True, doc="JSON from a ROS2QoSProfile; if empty: reliable, volatile, depth `queueSize`"
@@ -35,20 +37,26 @@ class TopicNode(NetworkNode):
     queue_size: UInt64 = In(default=10, setup=True, doc="history depth if `qosProfile` is empty")
 
     def open_topic(self, context: Context, message_type: str, topic: str, **facts: Any) -> Publisher:
-        """Open a topic to publish on; `facts` are keyword arguments of `Context.publisher`."""
+        """Create a publisher with the QoS, namespace and domain inputs; `facts` are further arguments of `Context.publisher`."""
         return context.publisher(message_type, topic, **self.endpoint(), **facts)
 
     def listen(self, context: Context, message_type: str, topic: str, **facts: Any) -> Subscription:
-        """Subscribe to a topic; `facts` are keyword arguments of `Context.subscription`."""
+        """Create a subscription with the QoS, namespace and domain inputs.
+
+        `facts` are further keyword arguments of `Context.subscription`.
+        """
         return context.subscription(message_type, topic, **self.endpoint(), **facts)
 
     def endpoint(self) -> dict[str, Any]:
-        """Return the options of a topic that the inputs set: namespace, QoS and domain."""
+        """Return the inputs for namespace, QoS and domain as keyword arguments for the creation of a topic endpoint."""
         return {**super().endpoint(), "qos_profile": self.qos_profile, "queue_size": self.queue_size}
 
 
 class PublisherNode(TopicNode):
-    """Base of nodes that publish one message per execution; a subclass defines `message_type`, `topicName` and `message`."""
+    """Base of nodes that publish one message per execution; a subclass defines `message_type`, `topic_name` and `message`.
+
+    Nothing is published while the topic has no subscribers.
+    """
 
     message_type: ClassVar[str]
     topic_name: str
@@ -56,39 +64,39 @@ class PublisherNode(TopicNode):
     publisher: Publisher = Bound()
 
     def setup(self, context: Context) -> None:
-        """Open the topic."""
+        """Create the publisher on `topicName`."""
         self.publisher = self.open(context)
 
     def open(self, context: Context, **facts: Any) -> Publisher:
-        """Open the topic `topicName`; `facts` are keyword arguments of `Context.publisher`."""
+        """Create the publisher on `topicName`; `facts` are further keyword arguments of `Context.publisher`."""
         return self.open_topic(context, self.message_type, self.topic_name, **facts)
 
     def compute(self) -> None:
         """Publish a message, if the topic has subscribers.
 
         Raises:
-            BadValueError: the message cannot hold an input's value.
+            BadValueError: the value of an input does not fit its message field.
         """
         if self.publisher.wanted:
             send(self.publisher, self.message())
 
     def message(self) -> Any:
-        """Build the message of this execution."""
+        """Return the message to publish in this execution."""
         raise NotImplementedError
 
 
 class SensorPublisher(PublisherNode):
-    """Base of nodes that publish a measurement from inputs, with a header; a subclass also defines `frameId`."""
+    """Base of nodes that publish a measurement, given by inputs, with a header; a subclass also defines `frame_id`."""
 
     frame_id: str
     time_stamp: float = In(default=0.0, unit="s")
 
     def open(self, context: Context, **facts: Any) -> Publisher:
-        """Open the topic `topicName`, for messages in the frame `frameId`."""
+        """Create the publisher on `topicName`, for messages in the frame `frameId`."""
         return super().open(context, frame_id=self.frame_id, **facts)
 
     def header(self) -> messages.Header:
-        """Build the header of this execution's message."""
+        """Return the header of this execution's message, with `timeStamp` and the published name of `frameId`."""
         return header(self.time_stamp, self.publisher.claim.frame_id)
 
 
@@ -107,7 +115,7 @@ def send(publisher: Publisher, message: Any) -> None:
     """Publish a message.
 
     Raises:
-        BadValueError: a field cannot hold its value.
+        BadValueError: a value does not fit its field of the message.
     """
     try:
         publisher.publish(message)
@@ -116,15 +124,15 @@ def send(publisher: Publisher, message: Any) -> None:
 
 
 def header(seconds: float, frame_id: str, port: str = "timeStamp") -> messages.Header:
-    """Build a header from a frame and a time in seconds, the value of `port`. Raises the same errors as `stamp`."""
+    """Return a header with a frame and a time in seconds, the value of the input `port`. Raises the same errors as `stamp`."""
     return messages.Header(stamp(seconds, port), frame_id)
 
 
 def stamp(seconds: float, port: str = "timeStamp") -> messages.Time:
-    """Convert a time in seconds, the value of `port`, to a ROS time.
+    """Convert a time in seconds, the value of the input `port`, to a ROS time.
 
     Raises:
-        BadValueError: the time is out of the range of a message.
+        BadValueError: the time is out of the range of builtin_interfaces/Time.
     """
     try:
         return messages.stamp(seconds)

@@ -1,4 +1,4 @@
-"""QoS profiles for publishers and subscribers."""
+"""A node that builds QoS profiles for the other ROS 2 nodes."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ _DEFAULT = "defaultPubSub"
 
 
 class ROS2QoSProfile(Node, type="isaacsim.ros2.bridge.ROS2QoSProfile"):
-    """Builds a QoS profile as JSON from a preset; policies that differ from their defaults override the preset.
+    """Builds a QoS profile as JSON from a preset; a policy input with a value other than its default overrides the preset.
 
     "Default for publishers/subscribers" and "Services" are keepLast with depth 10, reliable, volatile; "Sensor Data" is
     keepLast with depth 5, bestEffort, volatile; "System Default" leaves these policies to the middleware; "Custom" uses the
@@ -27,14 +27,22 @@ class ROS2QoSProfile(Node, type="isaacsim.ros2.bridge.ROS2QoSProfile"):
     deadline: float = In(default=0.0, unit="s", doc="maximum time between two messages; 0: no limit")
     lifespan: float = In(default=0.0, unit="s", doc="age at which a message expires; 0: never")
     liveliness: Token = In(default="systemDefault", tokens=("systemDefault", "automatic", "manualByTopic", "unknown"))
-    lease_duration: float = In(default=0.0, unit="s", doc="silence after which a publisher counts as lost; 0: never")
+    lease_duration: float = In(
+        default=0.0, unit="s", doc="time without a sign of life after which a publisher counts as lost; 0: never"
+    )
     create_profile: Token = In(
-        default=_DEFAULT, tokens=(_DEFAULT, *PRESETS, "Custom"), doc="preset; changed policy inputs override it"
+        default=_DEFAULT,
+        tokens=(_DEFAULT, *PRESETS, "Custom"),
+        doc="preset; policy inputs with values other than their defaults override it",
     )
     qos_profile: String = Out(doc="QoS profile as JSON, for `qosProfile` of other nodes")
 
     def compute(self) -> None:
-        """Output the profile."""
+        """Output the profile that the inputs define.
+
+        Raises:
+            BadValueError: a policy is `unknown`.
+        """
         policies = {name: getattr(self, name) for name in asdict(QoS())}
         unknown = [name for name, value in policies.items() if value == "unknown"]
         if unknown:

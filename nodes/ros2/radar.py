@@ -1,4 +1,4 @@
-"""The helper node that publishes a radar while the simulation plays."""
+"""The helper node that publishes the detections of a radar while the simulation plays."""
 
 from __future__ import annotations
 
@@ -21,9 +21,9 @@ class ROS2RtxRadarHelper(SensorHelper, type="isaacsim.ros2.bridge.ROS2RtxRadarHe
 
     Isaac Sim's RTX radar traces radio waves against materials; here, rays are cast at the collision geometry, and noise is added.
     Each ray that hits a surface gives one point. The intensity depends only on the distance: it is the received power relative
-    to that of the same target at the radar's largest distance. The radar is a sensor of type `radar` in a robot file.
+    to the power from the same target at the radar's maximum range. The radar is a sensor of type `radar` in a robot file.
 
-    The topic's namespace is collected from the radar's prim and its ancestors. No rays are cast without subscribers.
+    The topic's namespace is collected from the radar's prim and its ancestors. Without subscribers, no rays are cast.
     """
 
     frame_id: String = In(default="sim_radar", setup=True)
@@ -43,7 +43,7 @@ class ROS2RtxRadarHelper(SensorHelper, type="isaacsim.ros2.bridge.ROS2RtxRadarHe
     publisher: Publisher = Bound()
 
     def setup(self, context: Context) -> None:
-        """Bind the sensor and open the topic."""
+        """Look up the radar at `renderProductPath` and create the publisher on `topicName`."""
         super().setup(context)
         self.radar = context.device(Radar, self.render_product_path)
         self.publisher = self.open_for(
@@ -56,7 +56,7 @@ class ROS2RtxRadarHelper(SensorHelper, type="isaacsim.ros2.bridge.ROS2RtxRadarHe
             self.publisher.publish(self.message(self.radar.detections()))
 
     def message(self, sample: Detections) -> messages.PointCloud2:
-        """Build the message of a sample."""
+        """Return a PointCloud2 with the detections of a sample."""
         time = self.stamp(sample.time)
         known: dict[str, NDArray[np.generic]] = {}
         if self.output_intensity:

@@ -1,4 +1,4 @@
-"""Publisher of range sensors."""
+"""A node that publishes the readings of a range sensor as sensor_msgs/Range."""
 
 from __future__ import annotations
 
@@ -19,7 +19,9 @@ class RangePublisher(TopicNode, type="graphengine.ros2.RangePublisher"):
     """
 
     range_prim: Target = In(
-        required=True, setup=True, doc="prim of the range sensor; its x axis is the axis of the cone"
+        required=True,
+        setup=True,
+        doc="prim of the range sensor; the x axis of the prim is the axis of the sensor's cone",
     )
     frame_id: String = In(default="sim_range", setup=True)
     topic_name: String = In(default="range", setup=True)
@@ -29,7 +31,7 @@ class RangePublisher(TopicNode, type="graphengine.ros2.RangePublisher"):
     last: int = State(default=-1)
 
     def setup(self, context: Context) -> None:
-        """Bind the sensor and open the topic."""
+        """Look up the range sensor at `rangePrim` and create the publisher on `topicName`."""
         self.sensor = sensor = context.device(RangeSensor, self.range_prim[0])
         rate = min(sensor.rate, 1.0 / context.clock.delta)
         self.publisher = self.open_topic(

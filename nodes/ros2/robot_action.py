@@ -1,4 +1,4 @@
-"""Base of action servers that move joints of a robot, one goal at a time."""
+"""Base class of action server nodes that move joints of a robot, one goal at a time."""
 
 from __future__ import annotations
 
@@ -15,12 +15,14 @@ from graphengine.nodes.ros2.joint_spline import Floats
 
 
 class RobotActionNode(RobotNode):
-    """Base of action servers that command joints through an IsaacArticulationController, to which the outputs are wired.
+    """Base of action server nodes that command joints; the outputs are wired to an IsaacArticulationController.
 
-    `execOut` fires only while the node has a command, so that other nodes can command the joints between goals.
+    `execOut` fires only in ticks with a command, so that other nodes can command the joints between goals.
     """
 
-    context: UInt64 = In(default=0, setup=True, doc="domain handle from a ROS2Context; 0: the session's domain")
+    context: UInt64 = In(
+        default=0, setup=True, doc="handle of a ROS domain, from a ROS2Context; 0: the session's domain"
+    )
     node_namespace: String = In(
         default="",
         setup=True,
@@ -38,17 +40,23 @@ class RobotActionNode(RobotNode):
     goal: Goal | None = State(default=None)
 
     def bind(self, context: Context, action_type: str, action: str) -> None:
-        """Bind the robot and open the action server."""
+        """Look up the robot and create the action server.
+
+        Args:
+            context: context of the node.
+            action_type: ROS name of the action type.
+            action: name of the action.
+        """
         self.articulation = context.articulation(self.prim())
         self.clock, self.logger = context.clock, context
         self.server = context.action_server(action_type, action, collects_namespace=True, **self.endpoint())
 
     def endpoint(self) -> dict[str, Any]:
-        """Return the namespace and domain inputs as options for topics and actions."""
+        """Return the inputs for namespace and domain as keyword arguments for the creation of endpoints."""
         return {"namespace": self.node_namespace, "ros_context": self.context}
 
     def command(self, positions: Floats, velocities: Floats) -> int:
-        """Output set points of the joints `commanded`, and return the port to fire."""
+        """Output set points (rad or m, rad/s or m/s) of the joints `commanded`, and return the port to fire."""
         self.joint_names_out = self.commanded
         self.position_command = np.clip(positions, -_LARGEST, _LARGEST)
         self.velocity_command = np.clip(velocities, -_LARGEST, _LARGEST)
@@ -56,14 +64,14 @@ class RobotActionNode(RobotNode):
 
 
 _LARGEST = 1e9
-"""Largest set point; physics takes up to 1e10."""
+"""Maximum magnitude of a set point; the physics accepts up to 1e10."""
 
 
 def message(message_type: str, *values: Any) -> Any:
-    """Build a message of a type from the values of its fields."""
+    """Return a message of a type with these values of its fields, in the order of the definition."""
     return messages.message_class(message_type)(*values)
 
 
 def duration(seconds: float) -> Any:
-    """Build a builtin_interfaces/Duration, rounded to nanoseconds."""
+    """Return a builtin_interfaces/Duration, rounded to nanoseconds."""
     return message("builtin_interfaces/msg/Duration", *divmod(round(seconds * 1e9), 1_000_000_000))

@@ -1,4 +1,4 @@
-"""Services that list prims of the stage, and read and write attributes."""
+"""A node with services that list the prims of the stage, and read and write their attributes."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ Ask = Callable[[Prims, Any], Sequence[Any]]
 
 
 class ROS2ServicePrim(NetworkNode, type="isaacsim.ros2.bridge.ROS2ServicePrim", gated=True):
-    """Offers services of isaac_ros2_messages to list prims and attributes, and to read and write attributes.
+    """Creates servers for services of isaac_ros2_messages that list prims and attributes, and read and write attributes.
 
-    Values are JSON; as in USD, quaternions are [w, x, y, z] and angles are in degrees. Only attributes that the simulation has
-    are available; a write to an attribute that cannot change during a simulation is refused. In each tick, the node handles
-    the services one after the other, and the requests of one service in order of arrival.
+    Values are JSON; as in USD, quaternions are [w, x, y, z] and angles are in degrees. Only attributes that the simulation
+    supports are available; a write to an attribute that cannot change during a simulation is refused. In each tick, the node
+    handles the services one after the other, and the requests of one service in order of arrival.
     """
 
     prims_service_name: String = In(
@@ -43,12 +43,12 @@ class ROS2ServicePrim(NetworkNode, type="isaacsim.ros2.bridge.ROS2ServicePrim", 
     qos_profile: String = In(
         default="", setup=True, doc="JSON from a ROS2QoSProfile; if empty: reliable, volatile, depth 10"
     )
-    exec_out = ExecOut(doc="fires once in a tick in which the node responded to requests")
+    exec_out = ExecOut(doc="fires once in each tick in which the node responds to requests")
 
     served: tuple[tuple[ServiceServer, Callable[[Any], Any]], ...] = Bound()
 
     def setup(self, context: Context) -> None:
-        """Offer the services."""
+        """Create the four service servers."""
         prims = context.stage()
         asked = (
             ("GetPrims", self.prims_service_name, get_prims),
@@ -61,16 +61,22 @@ class ROS2ServicePrim(NetworkNode, type="isaacsim.ros2.bridge.ROS2ServicePrim", 
         )
 
     def offer(self, context: Context, name: str, service: str) -> ServiceServer:
-        """Open one of the services."""
+        """Create the server of a service.
+
+        Args:
+            context: context of the node.
+            name: service type in isaac_ros2_messages, such as GetPrims.
+            service: name of the service.
+        """
         facts = {**self.endpoint(), "collects_namespace": True, "qos_profile": self.qos_profile}
         return context.service_server(f"{_PACKAGE}/{name}", service, **facts)
 
     def writes(self) -> Iterable[str]:
-        """Return keys for the attributes of all prims."""
+        """Return resource keys that stand for the attributes of all prims."""
         return WIRED, ANY
 
     def compute(self) -> Fire:
-        """Respond to the requests of this tick."""
+        """Respond to the requests that arrived in this tick."""
         fired: Fire = None
         for server, respond in self.served:
             for request_id, request in server.take():
@@ -80,11 +86,11 @@ class ROS2ServicePrim(NetworkNode, type="isaacsim.ros2.bridge.ROS2ServicePrim", 
 
 
 def respond(kind: str, ask: Ask, prims: Prims, request: Any) -> Any:
-    """Build the response to a request; the response to a refused request contains only the reason.
+    """Return the response to a request; if the request is refused, the response contains only the reason.
 
     Args:
         kind: name of the service type, such as GetPrims.
-        ask: handler that returns the response fields that come before `success`.
+        ask: function that handles the request and returns the response fields that precede `success`.
         prims: prims of the stage.
         request: request message.
     """
@@ -97,25 +103,25 @@ def respond(kind: str, ask: Ask, prims: Prims, request: Any) -> Any:
 
 
 def get_prims(prims: Prims, request: Any) -> Sequence[Any]:
-    """Return the paths and types of a prim and its descendants."""
+    """Return the paths and the types of the requested prim and its descendants."""
     found = prims.below(request.path)
     return [path for path, _ in found], [kind for _, kind in found]
 
 
 def get_attributes(prims: Prims, request: Any) -> Sequence[Any]:
-    """Return names, display names (equal to the names) and types of a prim's attributes."""
+    """Return the names, the display names (equal to the names) and the types of the requested prim's attributes."""
     found = prims.attributes(request.path)
     return list(found), list(found), list(found.values())
 
 
 def get_attribute(prims: Prims, request: Any) -> Sequence[Any]:
-    """Return the value and the type of an attribute."""
+    """Return the value, as JSON, and the type of the requested attribute."""
     kind, value = prims.read(request.path, request.attribute)
     return json.dumps(value), kind
 
 
 def set_attribute(prims: Prims, request: Any) -> Sequence[Any]:
-    """Set an attribute and return no fields: the response has only `success` and `message`.
+    """Set an attribute to the requested value and return no fields: the response has only `success` and `message`.
 
     Raises:
         ContextError: the value is not JSON.

@@ -1,4 +1,7 @@
-"""Services of any type, with a port for each field: a client, and a server of two nodes that share a handle."""
+"""Nodes for a service client or a service server of any service type, with a port for each field.
+
+A server consists of two nodes that share a handle: ROS2ServiceServerRequest and ROS2ServiceServerResponse.
+"""
 
 from __future__ import annotations
 
@@ -15,29 +18,34 @@ from graphengine.nodes.ros2.fields import Layout, expect, find_service
 
 
 class ServiceNode(Node):
-    """Base of nodes for one service of any type, which the graph file sets: ports are made before wires are read."""
+    """Base of service nodes that have a port for each field of the service type.
+
+    The graph file must name the service type by literals, because these ports are created before wires are read.
+    """
 
     request: ClassVar[Layout]
     response: ClassVar[Layout]
 
-    context: UInt64 = In(default=0, setup=True, doc="domain handle from a ROS2Context; 0: the session's domain")
+    context: UInt64 = In(
+        default=0, setup=True, doc="handle of a ROS domain, from a ROS2Context; 0: the session's domain"
+    )
     node_namespace: String = In(default="", setup=True, doc="ROS namespace; `isaac:namespace` of prims is not added")
     message_package: String = In(required=True, setup=True, doc="package of the service type, such as std_srvs")
-    message_subfolder: String = In(default="srv", setup=True, doc="folder of the service type in the package")
+    message_subfolder: String = In(default="srv", setup=True, doc="folder of the package that holds the service type")
     message_name: String = In(required=True, setup=True, doc="name of the service type, such as SetBool")
 
     def bind(self) -> str:
         """Return the service type that the inputs name, such as std_srvs/srv/SetBool.
 
         Raises:
-            ContextError: the ports were made for another service type.
+            ContextError: the node's ports were created for a service type other than the one that the inputs name.
         """
         layout: Layout | None = getattr(self, "request", None) or getattr(self, "response", None)
         return expect(layout, self.message_package, self.message_subfolder, self.message_name)
 
 
 class NamedServiceNode(ServiceNode):
-    """Base of nodes that open a service."""
+    """Base of nodes that create a service server or client, with inputs for the name and the QoS of the service."""
 
     exec_in = ExecIn()
     service_name: String = In(default="/service_name", setup=True, doc="name of the service")
@@ -46,19 +54,19 @@ class NamedServiceNode(ServiceNode):
     )
 
     def endpoint(self) -> dict[str, Any]:
-        """Return the options of the service that the inputs set: namespace, QoS and domain."""
+        """Return the inputs for namespace, QoS and domain as keyword arguments for the creation of a server or client."""
         return {"namespace": self.node_namespace, "qos_profile": self.qos_profile, "ros_context": self.context}
 
 
 class OgnROS2ServiceServerRequest(NamedServiceNode, type="isaacsim.ros2.bridge.OgnROS2ServiceServerRequest"):
-    """Offers a service; the fields of a request are outputs, such as `Request:data` of a SetBool.
+    """Creates a service server and outputs the fields of each request, such as `Request:data` of a SetBool.
 
-    `graphrun nodes ROS2ServiceServerRequest --message std_srvs/srv/SetBool` lists these outputs. Each request that arrived in a
-    tick fires `onReceived` once, oldest first. A ROS2ServiceServerResponse with the same `serverHandle` sends the response. If
-    the next request comes before the response, the earlier request never gets a response, and a warning is logged.
+    `graphrun nodes ROS2ServiceServerRequest --message std_srvs/srv/SetBool` lists these outputs. `onReceived` fires once for each
+    request that arrived in the tick, oldest first. A ROS2ServiceServerResponse with the same `serverHandle` sends the response.
+    If the next request is output before the response is sent, the earlier request never gets a response, and a warning is logged.
     """
 
-    on_received = ExecOut(doc="fires for each request")
+    on_received = ExecOut(doc="fires once for each request")
     server_handle: UInt64 = Out(default=0, doc="handle of this server; wire it to a ROS2ServiceServerResponse")
 
     server: ServiceServer = Bound()
@@ -66,18 +74,18 @@ class OgnROS2ServiceServerRequest(NamedServiceNode, type="isaacsim.ros2.bridge.O
 
     @classmethod
     def dynamic_ports(cls, literals: Mapping[str, Any], definitions: Definitions) -> Mapping[str, Any]:
-        """Make an output for each field of the request."""
+        """Return the layout of the request, and an output for each of its fields."""
         request, _ = find_service(literals, definitions)
         return {"request": request, **request.ports(Out)}
 
     def setup(self, context: Context) -> None:
-        """Offer the service."""
+        """Create the service server `serviceName`."""
         self.logger = context
         self.server = context.service_server(self.bind(), self.service_name, **self.endpoint())
         self.server_handle = self.server.handle
 
     def compute(self) -> Pushes:
-        """Yield once for each request, after setting the outputs."""
+        """Set the outputs from each request, and yield the port to fire after each."""
         self.server_handle = self.server.handle
         for request_id, request in self.server.take():
             if self.server.current is not None:
@@ -92,24 +100,24 @@ class OgnROS2ServiceServerRequest(NamedServiceNode, type="isaacsim.ros2.bridge.O
 class OgnROS2ServiceServerResponse(ServiceNode, type="isaacsim.ros2.bridge.OgnROS2ServiceServerResponse", gated=True):
     """Responds to the latest request of a ROS2ServiceServerRequest; the fields of the response are inputs.
 
-    `graphrun nodes ROS2ServiceServerResponse --message std_srvs/srv/SetBool` lists these inputs. The response is sent when the
-    tick ends. Each request gets one response; without a request, nothing is sent and nothing fires.
+    `graphrun nodes ROS2ServiceServerResponse --message std_srvs/srv/SetBool` lists these inputs. The response is sent at the end
+    of the tick. Each request gets one response. Without a request, the node sends nothing, logs a warning and does not fire.
     """
 
     on_received = ExecIn()
-    server_handle: UInt64 = In(required=True, doc="handle from the ROS2ServiceServerRequest")
-    exec_out = ExecOut(doc="fires after a response")
+    server_handle: UInt64 = In(required=True, doc="handle of the service server, from a ROS2ServiceServerRequest")
+    exec_out = ExecOut(doc="fires when the node has responded to a request")
 
     door: Context = Bound()
 
     @classmethod
     def dynamic_ports(cls, literals: Mapping[str, Any], definitions: Definitions) -> Mapping[str, Any]:
-        """Make an input for each field of the response."""
+        """Return the layout of the response, and an input for each of its fields."""
         _, response = find_service(literals, definitions)
         return {"response": response, **response.ports(In)}
 
     def setup(self, context: Context) -> None:
-        """Check that the server has the same type, if its handle is known."""
+        """Check the values of the field inputs and, if `serverHandle` is already set, the service type of the server."""
         self.door = context
         self.bind()
         self.response.check(self)
@@ -120,22 +128,23 @@ class OgnROS2ServiceServerResponse(ServiceNode, type="isaacsim.ros2.bridge.OgnRO
         """Return the service server whose handle is `serverHandle`.
 
         Raises:
-            ContextError: no server has the handle, or its type differs.
+            ContextError: no service server has this handle, or the server has another service type.
         """
         server, service_type = self.door.server(self.server_handle), self.bind()
         if server.service_type != service_type:
             raise ContextError(
                 f"the node is for {service_type}, but the service {server.service} has type {server.service_type}",
                 self.message_name,
-                "name the same service in both nodes",
+                "name the same service type in both nodes",
             )
         return server
 
     def compute(self) -> Fire:
-        """Respond to the latest request.
+        """Respond to the latest request, or log a warning if there is none.
 
         Raises:
-            BadValueError: no server has the handle, or the response cannot hold an input's value.
+            BadValueError: no service server has the handle, the server has another service type, or the value of an input does
+                not fit its field.
         """
         try:
             server = self.find()
@@ -152,8 +161,8 @@ class OgnROS2ServiceClient(NamedServiceNode, type="isaacsim.ros2.bridge.OgnROS2S
     """Calls a service; the request's fields are inputs, the response's fields are outputs, such as `Response:success`.
 
     `graphrun nodes ROS2ServiceClient --message std_srvs/srv/SetBool` lists these ports. Every execution calls the service, even
-    while other calls wait for responses. A call is sent at the end of the tick if a server exists, otherwise when one appears;
-    until then, the last ten calls are kept. Each tick outputs at most one response, in order of arrival.
+    while earlier calls wait for responses. A call is sent at the end of the tick if a server exists, otherwise when a server
+    appears; until then, the last ten calls are kept. Responses are output in order of arrival, at most one per tick.
     """
 
     exec_out = ExecOut(doc="fires once for each response, in a tick after the call")
@@ -164,12 +173,12 @@ class OgnROS2ServiceClient(NamedServiceNode, type="isaacsim.ros2.bridge.OgnROS2S
 
     @classmethod
     def dynamic_ports(cls, literals: Mapping[str, Any], definitions: Definitions) -> Mapping[str, Any]:
-        """Make an input for each field of the request and an output for each field of the response."""
+        """Return the layouts of request and response, an input for each request field and an output for each response field."""
         request, response = find_service(literals, definitions)
         return {"request": request, "response": response, **request.ports(In), **response.ports(Out)}
 
     def setup(self, context: Context) -> None:
-        """Open the client."""
+        """Create the client of the service `serviceName`."""
         service_type = self.bind()
         self.request.check(self)
         self.client = context.service_client(service_type, self.service_name, **self.endpoint())
@@ -179,14 +188,14 @@ class OgnROS2ServiceClient(NamedServiceNode, type="isaacsim.ros2.bridge.OgnROS2S
         """Call the service.
 
         Raises:
-            BadValueError: the request cannot hold an input's value.
+            BadValueError: the value of an input does not fit its field of the request.
         """
         self.request.send(self, self.client.call)
         self.waiting += 1
         self.active = True
 
     def update(self) -> Fire:
-        """Output the next response and fire."""
+        """Output the next response, if one has arrived, and fire."""
         self.answers.extend(response for _, response in self.client.take())
         if not self.answers:
             return None

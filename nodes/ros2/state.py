@@ -1,4 +1,4 @@
-"""Publishers of time and of a robot's state."""
+"""Nodes that publish the simulation time, and the joint states and odometry of a robot."""
 
 from __future__ import annotations
 
@@ -26,8 +26,8 @@ if TYPE_CHECKING:
 class ROS2PublishClock(PublisherNode, type="isaacsim.ros2.bridge.ROS2PublishClock"):
     """Publishes simulation time as rosgraph_msgs/Clock.
 
-    If the time jumps, as by a reset, the new time is published on `/clock` at once, even in a paused session: buffers of tf2 then
-    discard transforms from the future.
+    On the topic `/clock`, the new time is published at once when the time jumps, for example by a reset, even while the session
+    is paused. This makes tf2 buffers discard transforms from the future.
     """
 
     message_type: ClassVar[str] = "rosgraph_msgs/msg/Clock"
@@ -36,11 +36,11 @@ class ROS2PublishClock(PublisherNode, type="isaacsim.ros2.bridge.ROS2PublishCloc
     time_stamp: float = In(default=0.0, unit="s")
 
     def message(self) -> messages.Clock:
-        """Build the message from the time."""
+        """Return the message with the time."""
         return messages.Clock(stamp(self.time_stamp))
 
     def announce_time(self) -> None:
-        """Publish the time after a jump, on the topic by which ROS nodes set their clocks."""
+        """Publish the time after a jump, if the topic is `/clock`, from which ROS nodes take simulation time."""
         if self.publisher.topic == "/clock":
             self.compute()
 
@@ -49,10 +49,11 @@ _PRISMATIC = 1
 
 
 class ROS2PublishJointState(PublisherNode, type="isaacsim.ros2.bridge.ROS2PublishJointState"):
-    """Publishes sensor_msgs/JointState from arrays if `jointNames` is given, else the joint states of `targetPrim`.
+    """Publishes joint states as sensor_msgs/JointState: those in arrays, or those of a robot.
 
-    Lengths and forces in the arrays are multiplied by k = 1 / `stageMetersPerUnit`, torques by k^2, as in Isaac Sim; k is 1 for
-    metres. The efforts of `targetPrim` are those after the last physics step.
+    The arrays are used if `jointNames` is given, otherwise the robot `targetPrim`. Lengths and forces in the arrays are
+    multiplied by k = 1 / `stageMetersPerUnit`, torques by k^2, as in Isaac Sim; k is 1 for metres. The efforts of `targetPrim`
+    are those after the last physics step.
     """
 
     message_type: ClassVar[str] = "sensor_msgs/msg/JointState"
@@ -60,7 +61,7 @@ class ROS2PublishJointState(PublisherNode, type="isaacsim.ros2.bridge.ROS2Publis
     target_prim: Target = In(
         required="joints",
         setup=True,
-        doc="robot to publish if `jointNames` is empty, given by its root prim, base link or articulation root",
+        doc="robot whose joints are published if `jointNames` is empty: its root prim, base link or articulation root",
     )
     topic_name: String = In(default="joint_states", setup=True)
     time_stamp: float = In(default=0.0, unit="s")
@@ -68,9 +69,9 @@ class ROS2PublishJointState(PublisherNode, type="isaacsim.ros2.bridge.ROS2Publis
     joint_positions: Doubles = In(unit="rad, m")
     joint_velocities: Doubles = In(unit="rad/s, m/s")
     joint_efforts: Doubles = In(unit="N m, N")
-    joint_dof_types: UChars = In(doc="0 for a revolute joint, 1 for a prismatic one")
-    stage_meters_per_unit: Float = In(default=0.0, unit="m", doc="length of a stage unit")
-    sensor_time: Float = In(default=0.0, unit="s", doc="stamp for the joint arrays; if not above 0, `timeStamp`")
+    joint_dof_types: UChars = In(doc="type of each joint in the arrays: 0 for revolute, 1 for prismatic")
+    stage_meters_per_unit: Float = In(default=0.0, unit="m", doc="length of a stage unit, for the arrays")
+    sensor_time: Float = In(default=0.0, unit="s", doc="stamp for the arrays; if it is 0 or less, `timeStamp` is used")
     resolution: float = In(
         default=1e-4,
         ge=0.0,
@@ -82,7 +83,7 @@ class ROS2PublishJointState(PublisherNode, type="isaacsim.ros2.bridge.ROS2Publis
     names: Sequence[str] = Bound()
 
     def setup(self, context: Context) -> None:
-        """Bind the robot, if one is given, and open the topic."""
+        """Look up the robot, if `targetPrim` is given, and create the publisher on `topicName`."""
         self.articulation, self.names = None, ()
         if self.target_prim:
             self.articulation = context.articulation(self.target_prim[0])
@@ -90,19 +91,27 @@ class ROS2PublishJointState(PublisherNode, type="isaacsim.ros2.bridge.ROS2Publis
         super().setup(context)
 
     def message(self) -> messages.JointState:
-        """Build the message from the arrays or the robot."""
+        """Return the message with the arrays or with the robot's joint states.
+
+        Raises:
+            BadValueError: neither `jointNames` nor `targetPrim` is given, or a value cannot be published.
+        """
         if self.joint_names:
             return self.message_of_arrays()
         if self.articulation is None:
-            raise BadValueError("jointNames", (), "the names of the joints, or a targetPrim")
+            raise BadValueError("jointNames", (), "the names of the joints, unless targetPrim is given")
         robot = self.articulation
         return self.joint_state(self.time_stamp, self.names, robot.positions(), robot.velocities(), robot.efforts())
 
     def message_of_arrays(self) -> messages.JointState:
-        """Build the message from the arrays."""
+        """Return the message with the arrays, scaled from stage units.
+
+        Raises:
+            BadValueError: `stageMetersPerUnit` is not above 0 and finite, or the arrays differ in length.
+        """
         scale = self.stage_meters_per_unit
         if not 0.0 < scale < float("inf"):
-            raise BadValueError("stageMetersPerUnit", scale, "above 0: wire it from IsaacReadJointState")
+            raise BadValueError("stageMetersPerUnit", scale, "above 0 (wire it from IsaacReadJointState)")
         same_length(
             jointNames=self.joint_names,
             jointPositions=self.joint_positions,
@@ -119,14 +128,14 @@ class ROS2PublishJointState(PublisherNode, type="isaacsim.ros2.bridge.ROS2Publis
         return self.joint_state(time, self.joint_names, *arrays)
 
     def joint_state(self, time: float, names: Sequence[str], *arrays: NDArray[np.float64]) -> messages.JointState:
-        """Build the message from positions, velocities and efforts, rounded to multiples of `resolution`.
+        """Return the message with positions, velocities and efforts, rounded to multiples of `resolution`.
 
         Raises:
-            BadValueError: `resolution` is negative or not finite, or the time is out of the range of a message.
+            BadValueError: `resolution` is negative or not finite, or the time is out of the range of builtin_interfaces/Time.
         """
         values = np.concatenate(arrays)
         if not 0.0 <= self.resolution < math.inf:
-            raise BadValueError("resolution", self.resolution, "0 or more")
+            raise BadValueError("resolution", self.resolution, "finite and 0 or more")
         if self.resolution:
             values = _rounded(values, 1.0 / self.resolution)
         joints = len(names)
@@ -137,7 +146,7 @@ class ROS2PublishJointState(PublisherNode, type="isaacsim.ros2.bridge.ROS2Publis
 
 @lint("W211")
 def lint_empty_joint_states(context: LintContext) -> None:
-    """Warn of joint state publishers whose robot has no joint that can move: all their messages are empty."""
+    """Warn about joint state publishers whose robot has no movable joint: all their messages are empty."""
     for _, instance, node in context.nodes(ROS2PublishJointState):
         if not node.target_prim or node.joint_names:
             continue
@@ -151,7 +160,7 @@ def lint_empty_joint_states(context: LintContext) -> None:
 
 
 def _rounded(values: NDArray[np.float64], steps: float) -> NDArray[np.float64]:
-    """Round numbers to multiples of 1 / steps, in place where possible; those too large to be rounded stay."""
+    """Return the numbers rounded to multiples of 1 / steps, except numbers too large to be rounded; `values` may be changed."""
     if max(map(abs, values.tolist()), default=0.0) * max(steps, 1.0) < 1e300:  # nothing overflows: errstate costs time
         values *= steps
         np.rint(values, out=values)
@@ -163,16 +172,19 @@ def _rounded(values: NDArray[np.float64], steps: float) -> NDArray[np.float64]:
 
 
 class ROS2PublishOdometry(PublisherNode, type="isaacsim.ros2.bridge.ROS2PublishOdometry"):
-    """Publishes pose and twist as nav_msgs/Odometry.
+    """Publishes a pose and a twist as nav_msgs/Odometry.
 
-    Unless `publishRawVelocities` is true, velocities are projected onto three constant axes: front (`robotFront` in the xy
-    plane), side (up x front) and up. `orientation` does not turn these axes, so give the velocities in the body's frame.
+    Unless `publishRawVelocities` is true, velocities are projected onto three constant axes: front (`robotFront` projected onto
+    the xy plane), side (up x front) and up. `orientation` does not rotate these axes, so give the velocities in the robot's
+    body frame.
     """
 
     message_type: ClassVar[str] = "nav_msgs/msg/Odometry"
 
-    odom_frame_id: String = In(default="odom", setup=True, doc="frame in which the pose is given")
-    chassis_frame_id: String = In(default="base_link", setup=True, doc="frame in which the twist is given")
+    odom_frame_id: String = In(default="odom", setup=True, doc="frame of the pose")
+    chassis_frame_id: String = In(
+        default="base_link", setup=True, doc="frame of the robot, whose pose is published; frame of the twist"
+    )
     topic_name: String = In(default="odom", setup=True)
     publish_raw_velocities: bool = In(
         default=False, doc="true: publish the velocities unchanged; false: project them onto the axes of `robotFront`"
@@ -182,22 +194,24 @@ class ROS2PublishOdometry(PublisherNode, type="isaacsim.ros2.bridge.ROS2PublishO
     orientation: Quaterniond = In(default=(0.0, 0.0, 0.0, 1.0), doc="quaternion (x, y, z, w)")
     linear_velocity: Vector3d = In(default=(0.0, 0.0, 0.0), unit="m/s")
     angular_velocity: Vector3d = In(default=(0.0, 0.0, 0.0), unit="rad/s")
-    robot_front: Vector3d = In(default=(1.0, 0.0, 0.0), doc="forward direction of the robot, in the body's frame")
+    robot_front: Vector3d = In(default=(1.0, 0.0, 0.0), doc="forward direction of the robot in its body frame")
     pose_covariance: Doubles = In(
         default=np.zeros(0),
         extension=True,
-        doc="6 x 6 numbers, row by row: x, y, z, roll, pitch, yaw; empty: 0, which means unknown",
+        doc="covariance of x, y, z, roll, pitch, yaw: 6 x 6 numbers, row by row; empty: zeros, which mean unknown",
     )
     twist_covariance: Doubles = In(
-        default=np.zeros(0), extension=True, doc="like `poseCovariance`, of the published velocities"
+        default=np.zeros(0),
+        extension=True,
+        doc="covariance of the published velocities, in the same form as `poseCovariance`",
     )
 
     def setup(self, context: Context) -> None:
-        """Open the topic."""
+        """Create the publisher on `topicName`."""
         self.publisher = self.open(context, frame_id=self.odom_frame_id, child_frame_id=self.chassis_frame_id)
 
     def message(self) -> messages.Odometry:
-        """Build the message from the pose and the velocities."""
+        """Return the message with the pose and the velocities."""
         linear, angular = self.linear_velocity, self.angular_velocity
         if not self.publish_raw_velocities and self.robot_front != (1.0, 0.0, 0.0):
             linear, angular = self.along_front(linear), self.along_front(angular)
@@ -212,7 +226,11 @@ class ROS2PublishOdometry(PublisherNode, type="isaacsim.ros2.bridge.ROS2PublishO
         )
 
     def along_front(self, velocity: Vector3d) -> Vector3d:
-        """Return the components of a vector along front, side and up."""
+        """Return the components of a velocity along the front, side and up axes.
+
+        Raises:
+            BadValueError: `robotFront` has no direction in the xy plane.
+        """
         x, y, _ = self.robot_front
         length = math.hypot(x, y)
         if not 0.0 < length < math.inf:
@@ -223,7 +241,7 @@ class ROS2PublishOdometry(PublisherNode, type="isaacsim.ros2.bridge.ROS2PublishO
 
 def _covariance(port: str, numbers: Doubles) -> Doubles:
     if len(numbers) not in (0, 36):
-        raise BadValueError(port, numbers, "of 36 numbers, or empty")
+        raise BadValueError(port, numbers, "36 numbers, or empty")
     return numbers if len(numbers) else _UNKNOWN
 
 

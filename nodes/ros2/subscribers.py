@@ -1,4 +1,4 @@
-"""Subscribers for one message type each; they output only the newest message of a tick."""
+"""Subscriber nodes for one message type each, which output only the newest message of a tick."""
 
 from __future__ import annotations
 
@@ -20,23 +20,23 @@ _TWISTS = {"twist": "geometry_msgs/msg/Twist", "twist_stamped": "geometry_msgs/m
 
 
 class SubscriberNode(TopicNode):
-    """Base of nodes that output the newest message of a tick; a subclass defines `message_type`, `topicName` and `deliver`."""
+    """Base of nodes that output the newest message of a tick; a subclass defines `message_type`, `topic_name` and `deliver`."""
 
     message_type: ClassVar[str]
     topic_name: str
 
-    exec_out = ExecOut(doc="fires once in a tick in which messages arrived")
+    exec_out = ExecOut(doc="fires once in each tick in which messages arrived")
 
     subscription: Subscription = Bound()
     logger: Context = Bound()
 
     def setup(self, context: Context) -> None:
-        """Open the topic."""
+        """Create the subscription on `topicName`."""
         self.logger = context
         self.subscription = self.listen(context, self.message_type, self.topic_name)
 
     def compute(self) -> Fire:
-        """Deliver the newest message and fire, if one arrived."""
+        """Output the newest message of this tick and fire, if a message arrived and can be used."""
         message = self.subscription.newest()
         if message is None:
             return None
@@ -47,17 +47,20 @@ class SubscriberNode(TopicNode):
         return self.exec_out
 
     def deliver(self, message: Any) -> str:
-        """Set the outputs from the message; return why the message must be dropped, or an empty string if it is used."""
+        """Set the outputs from a message and return an empty string.
+
+        If the message must be dropped, return a description of it instead, for the log entry "TOPIC: DESCRIPTION was dropped".
+        """
         raise NotImplementedError
 
 
 class ROS2SubscribeTwist(SubscriberNode, type="isaacsim.ros2.bridge.ROS2SubscribeTwist", gated=True):
     """Receives geometry_msgs/Twist or TwistStamped and fires when a message arrives.
 
-    If `type` is `auto`, the node subscribes with the published type, or with Twist if there is no publisher: Nav2 sends Twist in
-    ROS 2 Jazzy and TwistStamped in later releases. The header of a TwistStamped is ignored. A message with infinite or NaN
-    numbers is dropped and logged. If no further message arrives for `timeout`, both velocities become zero and `execOut` fires
-    once.
+    If `type` is `auto`, the node subscribes to the type of the topic's publisher, or to Twist if there is no publisher; Nav2
+    publishes Twist in ROS 2 Jazzy and TwistStamped in later releases. The header of a TwistStamped is ignored. A message with
+    infinite or NaN numbers is dropped and logged. If no message arrives for `timeout` after the last one, both velocities become
+    zero and `execOut` fires once.
     """
 
     topic_name: String = In(default="cmd_vel", setup=True)
@@ -67,7 +70,7 @@ class ROS2SubscribeTwist(SubscriberNode, type="isaacsim.ros2.bridge.ROS2Subscrib
         setup=True,
         tokens=("auto", *_TWISTS),
         extension=True,
-        doc="message type; `auto`: as published",
+        doc="message type; `auto`: the type of the topic's publisher",
     )
     timeout: float = In(
         default=0.0,
@@ -83,13 +86,13 @@ class ROS2SubscribeTwist(SubscriberNode, type="isaacsim.ros2.bridge.ROS2Subscrib
     heard: float = State(default=math.inf)
 
     def setup(self, context: Context) -> None:
-        """Open the topic."""
+        """Create the subscription on `topicName`, for one message type or for both."""
         self.clock, self.logger = context.clock, context
         first, *others = _TWISTS.values() if self.type_in == "auto" else (_TWISTS[self.type_in],)
         self.subscription = self.listen(context, first, self.topic_name, alternatives=others)
 
     def compute(self) -> Fire:
-        """Deliver the newest message, or set zero velocities after the timeout."""
+        """Output the newest message, or zero velocities after the timeout."""
         if (fired := super().compute()) is not None:
             self.heard = self.clock.time
             return fired
@@ -100,7 +103,7 @@ class ROS2SubscribeTwist(SubscriberNode, type="isaacsim.ros2.bridge.ROS2Subscrib
         return None
 
     def deliver(self, message: Any) -> str:
-        """Set both velocities."""
+        """Set both velocities, or return "a Twist that is not finite"."""
         twist = message.twist if isinstance(message, messages.TwistStamped) else message
         linear, angular = twist.linear, twist.angular
         values = (linear.x, linear.y, linear.z, angular.x, angular.y, angular.z)
@@ -119,7 +122,7 @@ class ROS2SubscribeClock(SubscriberNode, type="isaacsim.ros2.bridge.ROS2Subscrib
     time_stamp: float = Out(unit="s")
 
     def deliver(self, message: Any) -> str:
-        """Set the time."""
+        """Set `timeStamp` to the time in the message."""
         self.time_stamp = messages.seconds(message.clock)
         return ""
 
@@ -127,8 +130,8 @@ class ROS2SubscribeClock(SubscriberNode, type="isaacsim.ros2.bridge.ROS2Subscrib
 class ROS2SubscribeJointState(SubscriberNode, type="isaacsim.ros2.bridge.ROS2SubscribeJointState", gated=True):
     """Receives joint commands as sensor_msgs/JointState and fires when a message arrives.
 
-    If an array does not have one number per joint, the output is NaN for each joint, which IsaacArticulationController ignores.
-    A message is dropped and logged if it has no joints, no array with one number per joint, or an infinite number.
+    If an array of the message does not have one number per joint, its output is NaN for each joint; IsaacArticulationController
+    ignores NaN. A message is dropped and logged if it has no joints, no array with one number per joint, or an infinite number.
     """
 
     message_type: ClassVar[str] = "sensor_msgs/msg/JointState"
@@ -141,7 +144,7 @@ class ROS2SubscribeJointState(SubscriberNode, type="isaacsim.ros2.bridge.ROS2Sub
     effort_command: Doubles = Out(unit="N m, N")
 
     def deliver(self, message: Any) -> str:
-        """Set the names and commands."""
+        """Set the time, the joint names and the commands, or return a description of a message that must be dropped."""
         joints = len(message.name)
         arrays = (message.position, message.velocity, message.effort)
         if not joints:
@@ -179,7 +182,7 @@ class ROS2SubscribeAckermannDrive(SubscriberNode, type="isaacsim.ros2.bridge.ROS
     jerk: float = Out(unit="m/s3")
 
     def deliver(self, message: Any) -> str:
-        """Set the command and the header."""
+        """Set the drive command and the values of the header, or return "an AckermannDrive that is not finite"."""
         drive = message.drive
         values = (drive.steering_angle, drive.steering_angle_velocity, drive.speed, drive.acceleration, drive.jerk)
         if not all(map(math.isfinite, values)):

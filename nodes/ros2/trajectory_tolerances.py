@@ -1,4 +1,4 @@
-"""Tolerances during and at the end of a trajectory, by the rules of control_msgs/action/FollowJointTrajectory."""
+"""Tolerances for joint errors during and at the end of a trajectory, as defined by control_msgs/action/FollowJointTrajectory."""
 
 from __future__ import annotations
 
@@ -15,21 +15,21 @@ from graphengine.nodes.ros2.joint_spline import Floats
 from graphengine.nodes.ros2.joint_trajectory import INVALID_GOAL, ControlledJoints, TrajectoryError
 
 _ERASED = -1.0
-"""Tolerance in a goal that removes the default."""
+"""Value of a tolerance in a goal that means no limit, instead of the default."""
 
 
 @dataclass(frozen=True, slots=True)
 class StateTolerances(Shared):
-    """Largest errors of each joint's position and velocity; infinite where there is no limit."""
+    """Maximum errors of the position and velocity of each joint; infinite if there is no limit."""
 
     positions: Floats
     velocities: Floats
 
     def violation(self, joints: ControlledJoints, positions: Floats, velocities: Floats) -> str:
-        """Return a message about the first joint whose error exceeds its tolerance; empty if there is none.
+        """Return a message about the first joint whose error exceeds its tolerance; empty if no error does.
 
         Args:
-            joints: the joints, for names and units.
+            joints: the joints, whose names and units appear in the message.
             positions: position errors, rad or m.
             velocities: velocity errors, rad/s or m/s.
         """
@@ -46,18 +46,28 @@ class StateTolerances(Shared):
 
 @dataclass(frozen=True, slots=True)
 class Tolerances(Shared):
-    """Tolerances of one trajectory."""
+    """Tolerances of one trajectory: `path` until its last point, `goal` from then on."""
 
     path: StateTolerances
     goal: StateTolerances
     goal_time: float
-    """Time after the end of the trajectory in which joints may still reach the goal, s; infinite if there is no limit."""
+    """Time after the end of the trajectory during which the joints may still reach the goal, s; infinite if there is no limit."""
 
     @classmethod
     def by_default(
         cls, joints: int, path: Floats, goal: Floats, stopped_velocity: float, goal_time: float
     ) -> Tolerances:
-        """Return the tolerances of goals that set none; 0 means no limit, and a single number applies to all joints."""
+        """Return the tolerances for goals that set none.
+
+        Args:
+            joints: number of joints.
+            path: maximum position errors during a trajectory, rad or m: one per joint, one for all joints, or none.
+            goal: maximum position errors at the end of a trajectory, in the same form.
+            stopped_velocity: maximum velocity error at the end of a trajectory, rad/s or m/s.
+            goal_time: time after the end of a trajectory during which the joints may still reach the goal, s.
+
+        In all arguments but `joints`, 0 means no limit.
+        """
         none = np.full(joints, np.inf)
         return cls(
             StateTolerances(_limits(path, joints), none),
@@ -66,12 +76,13 @@ class Tolerances(Shared):
         )
 
     def of_goal(self, goal: Any, joints: ControlledJoints) -> Tolerances:
-        """Return these tolerances, replaced by those that a goal sets; in a goal, 0 keeps a default and -1 removes it.
+        """Return the tolerances of a goal. Tolerances that the goal does not set are taken from this object.
 
-        Tolerances of accelerations have no effect, as accelerations are not measured.
+        In a goal, a tolerance of 0 is not set, and -1 means no limit. Tolerances of accelerations have no effect, because
+        accelerations are not measured.
 
         Raises:
-            TrajectoryError: a tolerance is negative but not -1, or NaN, or the controller has no joint of its name.
+            TrajectoryError: a tolerance is NaN or negative but not -1, or is for a joint that the controller does not have.
         """
         time = messages.seconds(goal.goal_time_tolerance)
         return Tolerances(
@@ -94,7 +105,9 @@ def _with(default: StateTolerances, given: Sequence[Any], field: str, joints: Co
     for tolerance in given:
         if tolerance.name not in joints.names:
             hint = did_you_mean(tolerance.name, joints.names) or listing(joints.names, "joints")
-            raise TrajectoryError(INVALID_GOAL, f"{field}: '{printable(tolerance.name)}' is not a joint; {hint}")
+            raise TrajectoryError(
+                INVALID_GOAL, f"{field}: '{printable(tolerance.name)}' is not a joint of this controller; {hint}"
+            )
         joint = joints.names.index(tolerance.name)
         for kind, limits in (("position", made.positions), ("velocity", made.velocities)):
             place = f"{field} of {kind} of joint {tolerance.name}"
@@ -109,6 +122,6 @@ def _limit(given: float, default: float, place: str) -> float:
         return np.inf
     if not given > 0.0:
         raise TrajectoryError(
-            INVALID_GOAL, f"{place} cannot be {given:g}, legal: above 0, 0 for the default, -1 for none"
+            INVALID_GOAL, f"{place} cannot be {given:g}, legal: above 0, 0 for the default, -1 for no limit"
         )
     return given

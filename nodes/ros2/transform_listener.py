@@ -1,4 +1,4 @@
-"""Subscriber of TF that moves prims to the received poses."""
+"""A node that subscribes to TF and moves prims to the received poses."""
 
 from __future__ import annotations
 
@@ -16,36 +16,39 @@ from graphengine.nodes.touched import writing_poses
 _FARTHEST = 1e9
 """Maximum absolute coordinate of a pose, m; the physics accepts up to 1e10."""
 _UNIT = 0.01
-"""Largest deviation from 1 of the square of a quaternion's length, as in tf2."""
+"""Maximum deviation of the squared length of a quaternion from 1; tf2 uses the same value."""
 
 
 class ROS2SubscribeTransformTree(TopicNode, type="isaacsim.ros2.bridge.ROS2SubscribeTransformTree", gated=True):
     """Moves prims to the poses in tf2_msgs/TFMessage and fires when a message arrives.
 
-    A transform is used if `frameNamesMap` has both of its frames. If several transforms of a child frame arrive in one tick, the
-    newest is used. The child frame's prim moves to the transform's pose, relative to the present pose of the parent frame's
-    prim. From then on until stop, physics does not move the child prim: it is an immovable obstacle. The prim of a robot moves
-    the whole robot. A link below a joint moves only within the joint's range. A prim fixed to another one, such as a sensor,
-    cannot move: its transform is ignored and logged. Transforms that tf2 would drop are dropped and logged.
+    A transform is used if both of its frames are in `frameNamesMap`. If several transforms of a child frame arrive in one tick,
+    the newest is used. The prim of the child frame moves to the transform's pose, relative to the current pose of the parent
+    frame's prim. From then on until the simulation stops, physics does not move this prim: it is an immovable obstacle. If the
+    prim is that of a robot, the whole robot moves. A link below a joint moves only within the joint's range. A prim that is fixed
+    to another one, such as a sensor, cannot move: its transform is ignored and logged. Transforms that tf2 would drop are
+    dropped and logged.
     """
 
     topic_name: String = In(default="tf", setup=True)
     frame_names_map: Tokens = In(
-        required=True, setup=True, doc="flat list of pairs: prim path, frame name; each prim and frame once"
+        required=True,
+        setup=True,
+        doc="alternating prim paths and frame names; each prim and each frame occurs only once",
     )
-    articulation_roots: Tokens = In(setup=True, doc="no effect, but each path must lead to a robot")
-    exec_out = ExecOut(doc="fires once in a tick in which messages arrived")
+    articulation_roots: Tokens = In(setup=True, doc="paths of robots; they are checked, but have no other effect")
+    exec_out = ExecOut(doc="fires once in each tick in which messages arrived")
 
     subscription: Subscription = Bound()
     frames: dict[str, tuple[str, Frame, Placement | None]] = Bound()
     logger: Context = Bound()
 
     def setup(self, context: Context) -> None:
-        """Find the prims and open the topic."""
+        """Look up the prims and create the subscription on `topicName`."""
         self.logger = context
         prims, names = self.frame_names_map[::2], self.frame_names_map[1::2]
         if len(prims) != len(names):
-            odd = f"frameNamesMap has {len(self.frame_names_map)} texts, but a prim and a frame make a pair"
+            odd = f"frameNamesMap has {len(self.frame_names_map)} strings, but it must be pairs of a prim path and a frame name"
             raise ContextError(odd, prims[-1])
         for given in (prims, names):
             twice = [text for text in dict.fromkeys(given) if given.count(text) > 1]
@@ -67,11 +70,11 @@ class ROS2SubscribeTransformTree(TopicNode, type="isaacsim.ros2.bridge.ROS2Subsc
         self.subscription = self.listen(context, "tf2_msgs/msg/TFMessage", topic, outermost_namespace=True)
 
     def writes(self) -> Iterable[str]:
-        """Return keys for the poses of the prims in `frameNamesMap`."""
+        """Return the resource keys of the poses of the prims in `frameNamesMap`."""
         return writing_poses(self.frame_names_map[::2])
 
     def compute(self) -> Fire:
-        """Apply the newest transform of each child frame, in order of arrival."""
+        """Move the prim of each child frame to the pose in the newest transform of this frame, and fire."""
         arrived, frames = self.subscription.take(), self.frames
         edges = (edge for message in arrived for edge in message.transforms)
         newest = {e.child_frame_id: e for e in edges if e.child_frame_id in frames and e.header.frame_id in frames}
@@ -82,23 +85,23 @@ class ROS2SubscribeTransformTree(TopicNode, type="isaacsim.ros2.bridge.ROS2Subsc
         return self.exec_out if arrived else None
 
     def follow(self, edge: Any) -> str:
-        """Move the prim of a transform's child frame; return the reason if it cannot be moved, else an empty string."""
+        """Move the prim of a transform's child frame; return the reason if this is impossible, otherwise an empty string."""
         (_, parent, _), (prim, child, placement) = self.frames[edge.header.frame_id], self.frames[edge.child_frame_id]
         if placement is None:
-            return f"{edge.child_frame_id} tells where {prim} is, which cannot be moved by itself"
+            return f"{edge.child_frame_id} is the frame of {prim}, which cannot be moved by itself"
         pose = _pose(edge.transform)
         place = compose(parent.pose(), pose) if pose is not None and parent is not child else None
         if place is None or max(map(abs, place[0])) > _FARTHEST:
-            return f"a transform from {edge.header.frame_id} to {edge.child_frame_id} that leads nowhere was dropped"
+            return f"an invalid transform from {edge.header.frame_id} to {edge.child_frame_id} was dropped"
         placement.place(*place)
         return ""
 
 
 def _pose(transform: Any) -> tuple[Vector3, Quaternion] | None:
-    """A transform as a pose; None if it is too far away or its quaternion is not a unit one."""
+    """Return a transform as a pose; None if it is too far away or the length of its quaternion is not 1."""
     t, r = transform.translation, transform.rotation
     square = r.x * r.x + r.y * r.y + r.z * r.z + r.w * r.w
     if not all(abs(value) <= _FARTHEST for value in (t.x, t.y, t.z)) or not abs(square - 1.0) <= _UNIT:
-        return None  # numbers that are none fail both
+        return None  # NaN fails both comparisons
     length = math.sqrt(square)
     return (t.x, t.y, t.z), (r.x / length, r.y / length, r.z / length, r.w / length)

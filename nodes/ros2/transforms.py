@@ -1,4 +1,4 @@
-"""Publishers of TF: one transform, a tree, and the topics of robot_state_publisher."""
+"""Nodes that publish TF: a single transform, a tree of transforms, or the topics of robot_state_publisher."""
 
 from __future__ import annotations
 
@@ -20,29 +20,29 @@ from graphengine.nodes.touched import reading_poses
 def transform(
     time: float, parent: str, child: str, translation: Vector3, orientation: Quaternion
 ) -> messages.TransformStamped:
-    """Build the message for one edge of the TF tree; time in s, translation in m, quaternion (x, y, z, w)."""
+    """Return the message for one edge of the TF tree; time in s, translation in m, quaternion (x, y, z, w)."""
     pose = messages.Transform(messages.Vector3(*translation), messages.Quaternion(*orientation))
     return messages.TransformStamped(header(time, parent), child, pose)
 
 
 class TransformPublisher(PublisherNode):
-    """Base of nodes that publish tf2_msgs/TFMessage, in the outermost namespace of the ancestor prims."""
+    """Base of nodes that publish tf2_msgs/TFMessage; the topic's namespace is that of the outermost ancestor prim."""
 
     message_type: ClassVar[str] = "tf2_msgs/msg/TFMessage"
 
     static_publisher: bool = In(
-        default=False, setup=True, doc="true: publish once after play, latched, even without subscribers"
+        default=False, setup=True, doc="true: publish only once after play, latched, even without subscribers"
     )
 
     sent: bool = State(default=False)
 
     def open(self, context: Context, **facts: Any) -> Publisher:
-        """Open the topic for static (latched) or changing transforms."""
+        """Create the publisher on `topicName`, latched if `staticPublisher` is true."""
         self.sent = False
         return super().open(context, outermost_namespace=True, latched=self.static_publisher, **facts)
 
     def compute(self) -> None:
-        """Publish the transforms: at each execution, or once if `staticPublisher` is true."""
+        """Publish the transforms in each execution, or only once if `staticPublisher` is true."""
         if self.static_publisher:
             if not self.sent:
                 send(self.publisher, self.message())
@@ -52,7 +52,7 @@ class TransformPublisher(PublisherNode):
 
 
 class ROS2PublishRawTransformTree(TransformPublisher, type="isaacsim.ros2.bridge.ROS2PublishRawTransformTree"):
-    """Publishes one transform, given by the inputs, as tf2_msgs/TFMessage."""
+    """Publishes the single transform that the inputs give as tf2_msgs/TFMessage."""
 
     parent_frame_id: String = In(default="odom", setup=True)
     child_frame_id: String = In(default="base_link", setup=True)
@@ -62,21 +62,25 @@ class ROS2PublishRawTransformTree(TransformPublisher, type="isaacsim.ros2.bridge
     rotation_in: Quaterniond = In(default=(0.0, 0.0, 0.0, 1.0), name="rotation", doc="quaternion (x, y, z, w)")
 
     def setup(self, context: Context) -> None:
-        """Open the topic."""
+        """Create the publisher on `topicName`."""
         edge = (self.parent_frame_id, self.child_frame_id)
         self.publisher = self.open(context, frame_id=self.parent_frame_id, transforms=[edge])
 
     def message(self) -> messages.TFMessage:
-        """Build the message from the transform."""
+        """Return the message with the transform."""
         [(parent, child)] = self.publisher.claim.transforms
         return messages.TFMessage([transform(self.time_stamp, parent, child, self.translation, self.rotation_in)])
 
 
 class ROS2PublishTransformTree(TransformPublisher, type="isaacsim.ros2.bridge.ROS2PublishTransformTree"):
-    """Publishes transforms of target prims, or transforms given by arrays, as one tf2_msgs/TFMessage per execution."""
+    """Publishes the transforms of target prims, or transforms given by arrays, as one tf2_msgs/TFMessage per execution."""
 
-    parent_prim: Target = In(setup=True, doc="prim of the parent frame of `targetPrims`; empty for the world")
-    target_prims: Target = In(required="frames", setup=True, doc="prims to publish if `parentFrames` is empty")
+    parent_prim: Target = In(
+        setup=True, doc="prim whose frame is the parent frame of `targetPrims`; if empty, the world"
+    )
+    target_prims: Target = In(
+        required="frames", setup=True, doc="prims whose transforms are published if `parentFrames` is empty"
+    )
     topic_name: String = In(default="tf", setup=True)
     time_stamp: float = In(default=0.0, unit="s")
     parent_frames: Tokens = In(
@@ -89,7 +93,11 @@ class ROS2PublishTransformTree(TransformPublisher, type="isaacsim.ros2.bridge.RO
     links: Sequence[FrameLink] = Bound()
 
     def setup(self, context: Context) -> None:
-        """Open the topic with the known frames."""
+        """Create the publisher on `topicName`, and announce the pairs of parent and child frame that it will publish.
+
+        Raises:
+            ContextError: there are neither frames nor target prims.
+        """
         self.links = ()
         edges = list(zip(self.parent_frames, self.child_frames, strict=False))
         if not edges and self.target_prims:
@@ -97,15 +105,17 @@ class ROS2PublishTransformTree(TransformPublisher, type="isaacsim.ros2.bridge.RO
             self.links = context.transform_tree(self.target_prims, parent, loops=False)
             edges = [(link.parent_name, link.child_name) for link in self.links]
         elif not edges:
-            raise ContextError("parentFrames and childFrames are empty, and no targetPrims are given")
+            raise ContextError(
+                "parentFrames, childFrames and targetPrims are empty: set targetPrims, or wire the frames"
+            )
         self.publisher = self.open(context, frame_id=edges[0][0] if edges else "", transforms=edges)
 
     def reads(self) -> Iterable[str]:
-        """Return keys for the poses of `targetPrims`."""
+        """Return the resource keys of the poses of `targetPrims`."""
         return reading_poses(self.target_prims) if self.target_prims else ()
 
     def message(self) -> messages.TFMessage:
-        """Build the message from all transforms."""
+        """Return the message with all transforms."""
         if not self.parent_frames:
             return linked(self.time_stamp, self.publisher, self.links)
         same_length(
@@ -119,11 +129,11 @@ class ROS2PublishTransformTree(TransformPublisher, type="isaacsim.ros2.bridge.RO
 
 
 def linked(time: float, publisher: Publisher, links: Iterable[FrameLink]) -> messages.TFMessage:
-    """Return the message with the current poses of links.
+    """Return a TFMessage with the current poses of links.
 
     Args:
         time: simulation time, s.
-        publisher: publisher whose claim has one transform for each link, in the same order.
+        publisher: publisher that announced the parent and child frame of each link, in the same order as `links`.
         links: links to publish.
     """
     edges = zip(publisher.claim.transforms, links, strict=True)
@@ -131,7 +141,7 @@ def linked(time: float, publisher: Publisher, links: Iterable[FrameLink]) -> mes
 
 
 class RobotStatePublisher(NetworkNode, type="graphengine.ros2.RobotStatePublisher"):
-    """Publishes robot_description and tf_static, both latched, and tf at a fixed rate, as robot_state_publisher does."""
+    """Publishes robot_description and tf_static, both latched, and tf at a fixed rate, like the node robot_state_publisher."""
 
     target_prim: Target = In(required=True, setup=True, doc="the robot: its prim, base link or articulation root")
     time_stamp: float = In(default=0.0, unit="s")
@@ -151,13 +161,13 @@ class RobotStatePublisher(NetworkNode, type="graphengine.ros2.RobotStatePublishe
     sent: bool = State(default=False)
 
     def setup(self, context: Context) -> None:
-        """Open the three topics.
+        """Create the publishers of the three topics.
 
         Raises:
             BadValueError: `publishFrequency` is not above 0, or is above 1e9 Hz.
         """
         if not 0.0 < self.publish_frequency <= 1e9:
-            raise BadValueError("publishFrequency", self.publish_frequency, "above 0 and 1e9 Hz or less")
+            raise BadValueError("publishFrequency", self.publish_frequency, "above 0 and at most 1e9 Hz")
         self.sent, self.last = False, -1.0
         self.description = context.robot_description(self.target_prim[0])
         common = self.endpoint()
@@ -178,7 +188,7 @@ class RobotStatePublisher(NetworkNode, type="graphengine.ros2.RobotStatePublishe
         """Publish the latched topics once, and `tf` when it is due.
 
         Raises:
-            BadValueError: the time is out of the range of a message.
+            BadValueError: `timeStamp` is out of the range of builtin_interfaces/Time.
         """
         stamp(self.time_stamp)
         if not self.sent:

@@ -1,1 +1,1 @@
-"""Controllers of wheeled bases (`isaacsim.robot.wheeled_robots`), one node type per file."""
+"""Nodes for wheeled bases (`isaacsim.robot.wheeled_robots`): controllers, odometry, path planning and path following."""

@@ -1,4 +1,4 @@
-"""Controller of four-wheeled bases with two steered wheels."""
+"""The controller of four-wheeled bases with two steered wheels."""
 
 from __future__ import annotations
 
@@ -12,32 +12,33 @@ from graphengine.nodes.wheeled_robots.limits import limited, ramped
 
 
 class AckermannController(Node, type="isaacsim.robot.wheeled_robots.AckermannController"):
-    """Computes steering angles and speeds with which four wheels roll about one turning centre.
+    """Computes the steering angles and speeds of four wheels, so that all wheels roll about one turning centre.
 
-    `steeringAngle` d is the angle of a bicycle with the same wheel base. With `wheelBase` b and `trackWidth` t, let
+    `steeringAngle` d is the steering angle of a bicycle with the same wheel base. With `wheelBase` b and `trackWidth` t, let
     k = 1 - (t / 2b) tan d for left wheels and k = 1 + (t / 2b) tan d for right wheels. Wheels that are not steered roll at
-    k times `speed`. Steered wheels steer by atan(tan d / k) and roll at sqrt(k^2 + (tan d)^2) times `speed`.
+    k times `speed`. Steered wheels have the steering angle atan(tan d / k) and roll at sqrt(k^2 + (tan d)^2) times `speed`.
 
-    With a `trackWidth` of 0, both wheels of an axle get the command of a bicycle's wheel. A steering joint whose axis points down
-    and a wheel joint whose positive direction rolls the wheel backward need the negated command: multiply the commands by 1 or
-    -1 per joint with a Multiply node. If only some wheels are driven, select their speeds with an ArraySlice node.
+    With a `trackWidth` of 0, both wheels of an axle get the command of a bicycle's wheel. Some joints need the command with the
+    opposite sign: steering joints whose axis points down, and wheel joints whose positive direction rolls the wheel backward.
+    Multiply the commands by 1 or -1 per joint with a Multiply node. If only some wheels are driven, select their speeds with an
+    ArraySlice node.
 
-    A limit of 0 is no limit. Changed inputs take effect at the next execution.
+    A limit of 0 means no limit. Changed inputs take effect at the next execution.
     """
 
     exec_in = ExecIn()
     acceleration: float = In(default=0.0, unit="m/s2", doc="acceleration towards `speed`; 0 applies `speed` at once")
-    max_acceleration: float = In(default=0.0, unit="m/s2", doc="largest value used for `acceleration`; 0 is no limit")
+    max_acceleration: float = In(default=0.0, unit="m/s2", doc="upper limit of `acceleration`; 0 means no limit")
     speed: float = In(default=0.0, unit="m/s", doc="forward speed at the middle of the unsteered axle")
     steering_angle: float = In(
-        default=0.0, unit="rad", doc="angle of a bicycle with the same wheel base; left is positive"
+        default=0.0, unit="rad", doc="steering angle of a bicycle with the same wheel base; left is positive"
     )
-    max_wheel_rotation: float = In(default=6.28, unit="rad", doc="largest steering angle of a wheel; 0 is no limit")
+    max_wheel_rotation: float = In(default=6.28, unit="rad", doc="largest steering angle of a wheel; 0 means no limit")
     steering_angle_velocity: float = In(
-        default=0.0, unit="rad/s", doc="rate of change towards `steeringAngle`; 0 applies it at once"
+        default=0.0, unit="rad/s", doc="rate of change towards `steeringAngle`; 0 applies `steeringAngle` at once"
     )
     max_steering_angle_velocity: float = In(
-        default=0.0, unit="rad/s", doc="largest value used for `steeringAngleVelocity`; 0 is no limit"
+        default=0.0, unit="rad/s", doc="upper limit of `steeringAngleVelocity`; 0 means no limit"
     )
     wheel_base: float = In(default=0.0, required=True, unit="m", doc="distance between the axles")
     track_width: float = In(
@@ -45,16 +46,18 @@ class AckermannController(Node, type="isaacsim.robot.wheeled_robots.AckermannCon
         required=True,
         default_counts=True,
         unit="m",
-        doc="distance between left and right wheels; 0: one wheel, or a virtual one, in the middle of each axle",
+        doc="distance between left and right wheels; 0: each axle is treated as a single wheel in its middle",
     )
     front_wheel_radius: float = In(
-        default=0.0, required="radius", unit="m", doc="radius of the front wheels; 0 uses `backWheelRadius`"
+        default=0.0, required="radius", unit="m", doc="radius of the front wheels; 0: same as `backWheelRadius`"
     )
     back_wheel_radius: float = In(
-        default=0.0, required="radius", unit="m", doc="radius of the back wheels; 0 uses `frontWheelRadius`"
+        default=0.0, required="radius", unit="m", doc="radius of the back wheels; 0: same as `frontWheelRadius`"
     )
-    max_wheel_velocity: float = In(default=0.0, unit="rad/s", doc="largest speed of a wheel; 0 is no limit")
-    invert_steering: bool = In(default=False, doc="true: steer with the back wheels, in the opposite direction")
+    max_wheel_velocity: float = In(default=0.0, unit="rad/s", doc="largest speed of a wheel; 0 means no limit")
+    invert_steering: bool = In(
+        default=False, doc="true: the back wheels steer, in the opposite direction; false: the front wheels steer"
+    )
     dt: float = In(
         default=0.0,
         unit="s",
@@ -70,10 +73,10 @@ class AckermannController(Node, type="isaacsim.robot.wheeled_robots.AckermannCon
     previous_angle: float = State(default=0.0)
 
     def compute(self) -> None:
-        """Limit and ramp the command, and compute the wheels' angles and speeds.
+        """Apply limits and ramps to the command, then compute and output the angles and speeds of the wheels.
 
         Raises:
-            BadValueError: the wheel base or both radii are 0, a ramp needs `dt` but it is 0, or a number is not finite.
+            BadValueError: the wheel base or both radii are 0, a ramp needs `dt` but `dt` is 0, or a number is not finite.
         """
         base, half_track, front, back = self.geometry()
         fastest, widest = abs(self.max_wheel_velocity), abs(self.max_wheel_rotation)
@@ -96,7 +99,7 @@ class AckermannController(Node, type="isaacsim.robot.wheeled_robots.AckermannCon
         self.wheel_angles, self.wheel_rotation_velocity = np.array(angles), np.array(speeds)
 
     def geometry(self) -> tuple[float, float, float, float]:
-        """Return the wheel base, half the track width, the front and the back wheel radius, none negative.
+        """Return the wheel base, half the track width, the front wheel radius and the back wheel radius, m; none is negative.
 
         Raises:
             BadValueError: the wheel base or both radii are 0.
@@ -111,20 +114,20 @@ class AckermannController(Node, type="isaacsim.robot.wheeled_robots.AckermannCon
         return abs(self.wheel_base), abs(self.track_width) / 2.0, front or back, back or front
 
     def commanded(self, fastest: float, widest: float) -> tuple[float, float]:
-        """Return the speed and the steering angle of this execution, after limits and ramps.
+        """Return the speed (m/s) and the steering angle (rad) to use in this execution, after limits and ramps.
 
         Args:
-            fastest: limit of the speed, m/s; 0 is no limit.
-            widest: limit of the steering angle, rad; 0 is no limit.
+            fastest: limit of the speed, m/s; 0 means no limit.
+            widest: limit of the steering angle, rad; 0 means no limit.
 
         Raises:
-            BadValueError: a ramp needs `dt`, but it is 0.
+            BadValueError: a ramp needs `dt`, but `dt` is 0.
         """
         acceleration = limited(abs(self.acceleration), abs(self.max_acceleration))
         turning = limited(abs(self.steering_angle_velocity), abs(self.max_steering_angle_velocity))
         if self.dt == 0.0 and (acceleration or turning):
             ports = "dt, acceleration, steeringAngleVelocity"
-            raise BadValueError(ports, self.dt, "above 0 for ramps: wire deltaSeconds of OnPlaybackTick to dt")
+            raise BadValueError(ports, self.dt, "above 0 for ramps (wire deltaSeconds of OnPlaybackTick to dt)")
         speed, angle = limited(self.speed, fastest), limited(self.steering_angle, widest)
         dt = abs(self.dt)
         return ramped(self.previous_speed, speed, acceleration, dt), ramped(self.previous_angle, angle, turning, dt)

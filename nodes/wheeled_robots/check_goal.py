@@ -1,4 +1,4 @@
-"""Comparison of the pose of a base with its target."""
+"""The node that checks whether a base has reached a target pose."""
 
 from __future__ import annotations
 
@@ -11,17 +11,21 @@ from graphengine.nodes.wheeled_robots.planar import PlanarNode, wrapped
 
 
 class CheckGoal2D(PlanarNode, type="isaacsim.robot.wheeled_robots.CheckGoal2D"):
-    """Checks whether a base has reached a target: its position and its yaw, each within a tolerance."""
+    """Checks whether the position and the yaw of a base are within tolerances of a target."""
 
-    target: Double3 = In(default=(0.0, 0.0, 0.0), unit="m, m, rad", doc="x, y and yaw to reach, in the world frame")
+    target: Double3 = In(
+        default=(0.0, 0.0, 0.0), unit="m, m, rad", doc="x, y and yaw of the target, in the world frame"
+    )
     target_changed: bool = In(default=False, doc="no effect: every execution reads `target`")
     thresholds: Double2 = In(
-        default=(0.1, 0.1), unit="m, rad", doc="largest distance and largest yaw difference that count as reached"
+        default=(0.1, 0.1),
+        unit="m, rad",
+        doc="tolerances: [largest distance, largest yaw difference] at which the target counts as reached",
     )
     reached_goal: Bools = Out(doc="[position reached, yaw reached]")
 
     def compute(self) -> None:
-        """Compare pose and target.
+        """Compare the pose of the base with the target, and output which tolerances are met.
 
         Raises:
             BadValueError: the pose of the base is not finite, or the yaw of the target is infinite.

@@ -1,7 +1,8 @@
-"""The pose that motions in the plane add up to, and its uncertainty.
+"""Dead reckoning in the plane: functions that add a motion to a pose and propagate the covariance of the pose.
 
-A motion is forward (m), left (m) and counter-clockwise turn (rad), in the frame of the base before the motion, with a constant
-twist: a straight line or an arc. A pose is x (m), y (m) and yaw (rad, not wrapped).
+A motion has three components: the distance forward (m), the distance to the left (m) and the counter-clockwise turn (rad), in the
+frame of the base before the motion. Its twist is constant, so its path is a straight line or an arc. A pose is x (m), y (m) and
+yaw (rad, not wrapped).
 """
 
 from __future__ import annotations
@@ -15,16 +16,16 @@ Floats = NDArray[np.float64]
 Planar = tuple[float, float, float]
 
 _MEASURED = np.ix_([0, 1, 5], [0, 1, 5])
-"""Rows and columns of x, y and yaw among x, y, z, roll, pitch and yaw."""
+"""Index of the 3 x 3 part for x, y and yaw in a 6 x 6 covariance of x, y, z, roll, pitch and yaw."""
 NOT_MEASURED = 1e6
-"""Variance of z, roll and pitch, and of their velocities: a motion in the plane says nothing about them."""
+"""Variance of z (m2), roll and pitch (rad2), and of their velocities; it is large, as wheel encoders do not measure them."""
 
 
 def moved(pose: Planar, motion: Planar) -> Planar:
-    """Return the pose after a motion along a circular arc.
+    """Return the pose after a motion along a straight line or an arc.
 
-    The displacement is the arc's chord: its direction is the first yaw plus turn / 2, and it is sin(turn / 2) / (turn / 2)
-    times as long as the arc.
+    The displacement is the chord of the arc. It is sin(turn / 2) / (turn / 2) times as long as the arc, and its direction is the
+    initial direction of the motion, rotated by turn / 2.
     """
     (x, y, yaw), (ahead, left, turn) = pose, motion
     halfway = yaw + turn / 2.0
@@ -34,7 +35,11 @@ def moved(pose: Planar, motion: Planar) -> Planar:
 
 
 def to_origin(point: tuple[float, float]) -> Floats:
-    """Return the matrix (3, 3) from the motion of a point (m, in the base's frame) to that of the frame's origin."""
+    """Return the matrix (3, 3) that maps the motion of a point of the base to the motion of the origin of the base's frame.
+
+    Args:
+        point: x and y of the point in the base's frame, m.
+    """
     x, y = point
     return np.array([[1.0, 0.0, y], [0.0, 1.0, -x], [0.0, 0.0, 1.0]])
 
@@ -43,7 +48,7 @@ def uncertainty(covariance: Floats, pose: Planar, motion: Planar, noise: Floats)
     """Return the covariance (3, 3) of the pose after a motion, by linear error propagation.
 
     Args:
-        covariance: covariance of the pose before the motion.
+        covariance: covariance (3, 3) of the pose before the motion.
         pose: pose before the motion.
         motion: the motion.
         noise: covariance (3, 3) of the motion.
@@ -58,7 +63,11 @@ def uncertainty(covariance: Floats, pose: Planar, motion: Planar, noise: Floats)
 
 
 def in_space(covariance: Floats) -> Floats:
-    """Return the covariance of x, y, z, roll, pitch and yaw, row by row (36), from that of x, y and yaw (3, 3)."""
+    """Return the covariance of x, y, z, roll, pitch and yaw as 36 numbers, row by row.
+
+    Args:
+        covariance: covariance (3, 3) of x, y and yaw.
+    """
     full = np.diag([0.0, 0.0, NOT_MEASURED, NOT_MEASURED, NOT_MEASURED, 0.0])
     full[_MEASURED] = covariance
     return full.ravel()

@@ -1,4 +1,4 @@
-"""Controller of bases with two driven wheels on one axle, and a lint that compares its geometry with the robot's."""
+"""The controller of bases with two driven wheels on one axle, and the lint that compares its inputs with the robot's geometry."""
 
 from __future__ import annotations
 
@@ -22,11 +22,12 @@ if TYPE_CHECKING:
 
 
 class DifferentialController(Node, type="isaacsim.robot.wheeled_robots.DifferentialController"):
-    """Computes wheel speeds of a two-wheeled base from a body twist.
+    """Computes the wheel speeds of a base with two driven wheels from the twist of the base.
 
     The wheel speeds are (2v - w d) / 2r on the left and (2v + w d) / 2r on the right, where r is `wheelRadius`, d is
-    `wheelDistance`, and v and w are `linearVelocity` and `angularVelocity` after limits and ramps. v has a ramp if both
-    `maxAcceleration` and `maxDeceleration` are set. A limit of 0 is no limit. Changed inputs take effect at the next execution.
+    `wheelDistance`, and v and w are `linearVelocity` and `angularVelocity` after limits and ramps. The acceleration of v is
+    limited only if neither `maxAcceleration` nor `maxDeceleration` is 0. A limit of 0 means no limit. Changed inputs take effect
+    at the next execution.
     """
 
     exec_in = ExecIn()
@@ -39,17 +40,21 @@ class DifferentialController(Node, type="isaacsim.robot.wheeled_robots.Different
     )
     dt: float = In(default=0.0, unit="s", doc="time between two executions; needed for acceleration limits")
     max_acceleration: float = In(
-        default=0.0, unit="m/s2", doc="limit while the base speeds up; acts only if `maxDeceleration` is set too"
+        default=0.0,
+        unit="m/s2",
+        doc="limit of the acceleration while the base speeds up; no limit if `maxAcceleration` or `maxDeceleration` is 0",
     )
     max_deceleration: float = In(
-        default=0.0, unit="m/s2", doc="limit while the base slows down; acts only if `maxAcceleration` is set too"
+        default=0.0,
+        unit="m/s2",
+        doc="limit of the deceleration while the base slows down; no limit if `maxAcceleration` or `maxDeceleration` is 0",
     )
     max_angular_acceleration: float = In(
-        default=0.0, unit="rad/s2", doc="limit of the change of the turn rate; 0 is no limit"
+        default=0.0, unit="rad/s2", doc="limit of the angular acceleration; 0 means no limit"
     )
-    max_linear_speed: float = In(default=0.0, unit="m/s", doc="largest speed of the base; 0 is no limit")
-    max_angular_speed: float = In(default=0.0, unit="rad/s", doc="largest turn rate of the base; 0 is no limit")
-    max_wheel_speed: float = In(default=0.0, unit="rad/s", doc="largest speed of a wheel; 0 is no limit")
+    max_linear_speed: float = In(default=0.0, unit="m/s", doc="largest speed of the base; 0 means no limit")
+    max_angular_speed: float = In(default=0.0, unit="rad/s", doc="largest turn rate of the base; 0 means no limit")
+    max_wheel_speed: float = In(default=0.0, unit="rad/s", doc="largest speed of a wheel; 0 means no limit")
     linear_velocity: float = In(default=0.0, unit="m/s", doc="forward velocity of the base")
     angular_velocity: float = In(default=0.0, unit="rad/s", doc="turn rate of the base, counter-clockwise")
     velocity_command: Doubles = Out(default=[0.0, 0.0], unit="rad/s", doc="wheel speeds: [left, right]")
@@ -58,17 +63,18 @@ class DifferentialController(Node, type="isaacsim.robot.wheeled_robots.Different
     previous_angular: float = State(default=0.0)
 
     def compute(self) -> None:
-        """Limit and ramp the twist, and compute the wheels' speeds.
+        """Apply limits and ramps to the twist, then compute and output the wheel speeds.
 
         Raises:
-            BadValueError: the radius or distance is 0, a ramp needs `dt` but it is 0, or a number is not finite.
+            BadValueError: the wheel radius or the wheel distance is 0, an acceleration limit needs `dt` but `dt` is not above 0,
+                or a number is not finite.
         """
         radius, distance = abs(self.wheel_radius), abs(self.wheel_distance)
         if not (radius and distance):
             raise BadValueError("wheelDistance" if radius else "wheelRadius", 0.0, "other than 0")
         if self.dt <= 0.0 and (self.max_acceleration or self.max_deceleration or self.max_angular_acceleration):
             raise BadValueError(
-                _RAMPS, self.dt, "above 0 for acceleration limits: wire deltaSeconds of OnPlaybackTick to dt"
+                _RAMPS, self.dt, "above 0 for acceleration limits (wire deltaSeconds of OnPlaybackTick to dt)"
             )
         linear = limited(self.linear_velocity, abs(self.max_linear_speed))
         angular = limited(self.angular_velocity, abs(self.max_angular_speed))
@@ -94,13 +100,16 @@ _EFFECTS: Effects = (
 
 @lint("W201")
 def lint_wheel_geometry(context: LintContext) -> None:
-    """Warn if `wheelRadius` or `wheelDistance` differs from the geometry of the robot whose joints the controller drives."""
+    """Warn if `wheelRadius` or `wheelDistance` of a controller differs from the geometry of the robot that it drives."""
     for controller, node, robot, joints in _driven(context):
         compare_geometry(context, controller, node, robot, joints, _EFFECTS)
 
 
 def _driven(context: LintContext) -> Iterator[tuple[Instance, DifferentialController, Prim, tuple[str, ...]]]:
-    """Controllers whose wheel speeds are wired to a robot's joints, with the robot and the joints."""
+    """Yield each controller that drives a robot through an IsaacArticulationController.
+
+    Each item consists of the controller's instance, its node with the initial inputs, the robot, and the names of its joints.
+    """
     for graph, source, node in context.nodes(DifferentialController):
         for wire in (wire for wire in graph.data_wires if wire.source == source.index):
             drives = graph.instances[wire.target].make_node()

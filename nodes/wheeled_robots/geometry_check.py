@@ -1,4 +1,4 @@
-"""Compares a node's wheel radius and wheel distance with those of its robot, for lints."""
+"""The comparison, for lints, of a node's wheel radius and wheel distance with the geometry of the node's robot."""
 
 from __future__ import annotations
 
@@ -12,13 +12,16 @@ if TYPE_CHECKING:
     from graphengine.format.diagnostics import Span
 
 TOLERANCE = 0.01
-"""Largest accepted relative difference between the geometry of a node and of its robot."""
+"""Largest relative difference, between a node's input and the geometry of its robot, that gives no warning."""
 Effects = tuple[Callable[[float], str], Callable[[float], str]]
-"""Functions that describe the effect of a wrong radius, and of a wrong distance; their argument is the ratio wrong / true."""
+"""Two functions that return a text for users: the effect of a wrong wheel radius, and the effect of a wrong wheel distance.
+
+The argument of each function is the input's value divided by the true value.
+"""
 
 
 class WheelGeometry(Protocol):
-    """A node with inputs for the geometry of wheels on one axle; 0 for a value that is not known before the run."""
+    """A node with inputs for the radius and the distance (m) of wheels on one axle; an unknown value is 0."""
 
     wheel_radius: float
     wheel_distance: float
@@ -27,15 +30,15 @@ class WheelGeometry(Protocol):
 def compare_geometry(
     context: LintContext, node: Instance, inputs: WheelGeometry, robot: Prim, joints: Sequence[str], effects: Effects
 ) -> None:
-    """Warn if `wheelRadius` or `wheelDistance` of a node differs from the robot's.
+    """Warn if `wheelRadius` or `wheelDistance` of a node differs from the geometry of its robot.
 
     Args:
-        context: context of the lint.
+        context: context of the lint, which collects the findings.
         node: instance of the node.
-        inputs: the node with the initial values of its inputs.
+        inputs: object whose attributes are the initial values of the inputs.
         robot: the robot.
-        joints: joints of the wheels.
-        effects: describe the consequences of a wrong radius and of a wrong distance.
+        joints: names of the joints of the wheels.
+        effects: functions that describe the effects of wrong values.
     """
     radius, distance = inputs.wheel_radius, inputs.wheel_distance
     known = [known for joint in joints if (known := robot.facts.get("wheel_radii", {}).get(joint))]

@@ -1,4 +1,4 @@
-"""Controller of bases with omnidirectional or mecanum wheels."""
+"""The controller of bases with omnidirectional or mecanum wheels."""
 
 from __future__ import annotations
 
@@ -18,19 +18,23 @@ Floats = NDArray[np.float64]
 
 
 class HolonomicController(Node, type="isaacsim.robot.wheeled_robots.HolonomicController"):
-    """Computes wheel speeds of a base with omnidirectional or mecanum wheels from a body twist.
+    """Computes the wheel speeds of a base with omnidirectional or mecanum wheels from the twist of the base.
 
-    In Isaac Sim's model, a wheel with speed s, radius r and position p contributes the velocity s r g and the turn rate
-    s r (g x p) to the twist; the roller axis g is the axle, rotated by the wheel's `mecanumAngles` about `upAxis`. Of all
-    speeds whose contributions add up to the twist, the node uses those with the least sum of r s^2. This model ignores how
-    wheels roll. If `rolling` is true, the wheels do not slip along their roller axes: s r (a x up) . g = (v + w up x p) . g
-    for the axle a and a twist of velocity v and turn rate w, where `up` is the unit vector of `upAxis`.
+    A wheel has the speed s, the radius r, the position p, the axle a and the roller axis g. The unit vector g is the axle rotated
+    by the wheel's `mecanumAngles` about `upAxis`. The base has the velocity v and the turn rate w.
 
-    A limit of 0 is no limit. Changed inputs take effect at the next execution.
+    If `rolling` is false, the node uses Isaac Sim's model: each wheel contributes s r g to the velocity and s r (g x p) to the
+    turn rate of the base. Of all wheel speeds whose contributions add up to the twist, the node outputs those with the least sum
+    of r s^2. This model ignores that wheels roll.
+
+    If `rolling` is true, the wheels roll on the floor and do not slip along their roller axes. For each wheel,
+    s r (a x up) . g = (v + w up x p) . g, where `up` is the unit vector along `upAxis`.
+
+    A limit of 0 means no limit. Changed inputs take effect at the next execution.
     """
 
     exec_in = ExecIn()
-    wheel_radius: Doubles = In(required=True, unit="m", doc="radius of each wheel, or one for all wheels")
+    wheel_radius: Doubles = In(required=True, unit="m", doc="radii: one per wheel, or one for all wheels")
     wheel_positions: Double3s = In(
         required=True, unit="m", doc="position of each wheel relative to the centre of the base"
     )
@@ -38,28 +42,30 @@ class HolonomicController(Node, type="isaacsim.robot.wheeled_robots.HolonomicCon
     mecanum_angles: Doubles = In(
         required=True,
         unit="deg",
-        doc="angle from the axle to the roller axis about `upAxis`, one per wheel or one for all",
+        doc="angles from the axle to the roller axis about `upAxis`: one per wheel, or one for all wheels",
     )
-    wheel_axis: Double3 = In(default=(1.0, 0.0, 0.0), doc="direction of the axle in the frame of each wheel")
-    up_axis: Double3 = In(default=(0.0, 0.0, 1.0), doc="up direction of the base, in its frame")
+    wheel_axis: Double3 = In(
+        default=(1.0, 0.0, 0.0), doc="direction of the axle in the wheel's frame, the same for all wheels"
+    )
+    up_axis: Double3 = In(default=(0.0, 0.0, 1.0), doc="up direction in the frame of the base")
     input_velocity: Double3 = In(
         default=(0.0, 0.0, 0.0),
         unit="m/s, m/s, rad/s",
-        doc="twist of the base: speed forward, speed to the left, counter-clockwise turn rate",
+        doc="twist of the base: [forward speed, speed to the left, counter-clockwise turn rate]",
     )
-    max_linear_speed: float = In(default=100000.0, unit="m/s", doc="largest speed of the base; 0 is no limit")
-    max_angular_speed: float = In(default=100000.0, unit="rad/s", doc="largest turn rate of the base; 0 is no limit")
+    max_linear_speed: float = In(default=100000.0, unit="m/s", doc="largest speed of the base; 0 means no limit")
+    max_angular_speed: float = In(default=100000.0, unit="rad/s", doc="largest turn rate of the base; 0 means no limit")
     max_wheel_speed: float = In(
         default=100000.0,
         unit="rad/s",
-        doc="largest speed of a wheel; if one exceeds it, all are scaled down; 0 is no limit",
+        doc="largest speed of a wheel; if a wheel exceeds it, all wheel speeds are scaled down; 0 means no limit",
     )
     linear_gain: float = In(default=1.0, doc="factor for both speeds in `inputVelocity`")
     angular_gain: float = In(default=1.0, doc="factor for the turn rate in `inputVelocity`")
     rolling: bool = In(
         default=False,
         extension=True,
-        doc="true: wheels roll without slip along their roller axes; false: Isaac Sim's model",
+        doc="true: wheels do not slip along their roller axes; false: Isaac Sim's model, which ignores that wheels roll",
     )
     joint_velocity_command: Doubles = Out(unit="rad/s", doc="speed of each wheel, in the order of `wheelPositions`")
 
@@ -67,10 +73,11 @@ class HolonomicController(Node, type="isaacsim.robot.wheeled_robots.HolonomicCon
     matrix_of: tuple[object, ...] = State(default=())
 
     def compute(self) -> None:
-        """Limit the twist and compute the wheels' speeds.
+        """Apply the limits to the twist, then compute and output the wheel speeds.
 
         Raises:
-            BadValueError: the wheels cannot drive the base in every direction, or a number is not finite.
+            BadValueError: the wheels cannot drive the base in every direction, a number is not finite, or arrays for the wheels
+                differ in length.
         """
         matrix, geometry = self.matrix, self.geometry()
         if matrix is None or any(one is not other for one, other in zip(geometry, self.matrix_of, strict=True)):
@@ -90,15 +97,16 @@ class HolonomicController(Node, type="isaacsim.robot.wheeled_robots.HolonomicCon
         self.matrix, self.matrix_of, self.joint_velocity_command = matrix, geometry, command
 
     def geometry(self) -> tuple[object, ...]:
-        """Return the inputs that determine the matrix from twists to wheel speeds."""
+        """Return the inputs that determine the matrix of `wheel_speeds_of_a_twist`; if they are unchanged, so is the matrix."""
         arrays = (self.wheel_radius, self.wheel_positions, self.wheel_orientations, self.mecanum_angles)
         return (*arrays, self.wheel_axis, self.up_axis, self.rolling)
 
     def wheel_speeds_of_a_twist(self) -> Floats:
-        """Return the matrix (wheels, 3) that maps a twist (forward, left, turn rate) to wheel speeds.
+        """Return the matrix (wheels, 3) that maps a twist (forward speed, speed to the left, turn rate) to wheel speeds.
 
         Raises:
-            BadValueError: the wheels cannot drive the base in every direction, or a number is not finite.
+            BadValueError: the wheels cannot drive the base in every direction, a number is not finite, or arrays for the wheels
+                differ in length.
         """
         # Before LAPACK prints an error of its own.
         check_finite(
@@ -106,7 +114,7 @@ class HolonomicController(Node, type="isaacsim.robot.wheeled_robots.HolonomicCon
         )
         wheels, positions = len(self.wheel_positions), self.wheel_positions
         if wheels < 3:
-            raise BadValueError("wheelPositions", positions, "those of 3 wheels or more")
+            raise BadValueError("wheelPositions", positions, "the positions of 3 or more wheels")
         radii = self.per_wheel("wheelRadius", self.wheel_radius)[:, None]
         if not np.all(radii > 0.0):
             raise BadValueError("wheelRadius", self.wheel_radius, "above 0")
@@ -125,11 +133,17 @@ class HolonomicController(Node, type="isaacsim.robot.wheeled_robots.HolonomicCon
         return least
 
     def axes(self) -> Iterator[tuple[Vector3, Vector3]]:
-        """Yield the axle and the roller axis of each wheel, as unit vectors in the frame of the base."""
+        """Yield the axle and the roller axis of each wheel, as unit vectors in the frame of the base.
+
+        Raises:
+            BadValueError: there is not one orientation per wheel, the number of angles is neither 1 nor that of the wheels, or a
+                vector or quaternion has the length 0.
+        """
         angles = self.per_wheel("mecanumAngles", self.mecanum_angles).tolist()
         orientations = self.wheel_orientations.tolist()
         if len(orientations) != len(angles):
-            raise BadValueError("wheelOrientations, wheelPositions", [len(orientations), len(angles)], "one per wheel")
+            lengths = [len(orientations), len(angles)]
+            raise BadValueError("wheelOrientations, wheelPositions", lengths, "one orientation per wheel")
         up = _unit("upAxis", self.up_axis)
         for angle, orientation in zip(angles, orientations, strict=True):
             w, x, y, z = _unit("wheelOrientations", orientation)
@@ -140,10 +154,14 @@ class HolonomicController(Node, type="isaacsim.robot.wheeled_robots.HolonomicCon
             yield axle, rotation.rotate((i, j, k, math.cos(half)), axle)
 
     def per_wheel(self, name: str, values: Floats) -> Floats:
-        """Return the values of the input `name`, one per wheel; one value is repeated for all wheels.
+        """Return one value per wheel; a single value is repeated for all wheels.
+
+        Args:
+            name: OmniGraph name of the input, for the error message.
+            values: value of the input.
 
         Raises:
-            BadValueError: the number of values is neither 1 nor that of the wheels.
+            BadValueError: the number of values is neither 1 nor the number of wheels.
         """
         wheels = len(self.wheel_positions)
         if len(values) not in (1, wheels):
@@ -153,15 +171,26 @@ class HolonomicController(Node, type="isaacsim.robot.wheeled_robots.HolonomicCon
 
 def _cannot_drive(positions: Floats) -> BadValueError:
     ports = "wheelPositions, wheelRadius, wheelOrientations, mecanumAngles, wheelAxis, upAxis"
-    return BadValueError(ports, positions, "those of wheels that together drive in every direction")
+    return BadValueError(ports, positions, "the geometry of wheels that together drive the base in every direction")
 
 
 def _without_slip(radii: Floats, axles: Floats, rollers: Floats, positions: Floats, up: Floats) -> Floats:
-    """Matrix (wheels, 3) from a twist to the speeds of wheels that do not slip along their roller axes."""
+    """Return the matrix (wheels, 3) that maps a twist to the speeds of wheels that do not slip along their roller axes.
+
+    Args:
+        radii: radius of each wheel, m, shape (wheels, 1).
+        axles: unit vectors of the axles, shape (wheels, 3).
+        rollers: unit vectors of the roller axes, shape (wheels, 3).
+        positions: positions of the wheels, m, shape (wheels, 3).
+        up: unit vector that points up.
+
+    Raises:
+        BadValueError: a roller axis has the direction of its wheel's axle, so that the wheel does not drive.
+    """
     grips = radii * np.sum(np.cross(axles, up) * rollers, axis=1, keepdims=True)
     if np.any(np.abs(grips) < 1e-9 * radii):
         raise BadValueError(
-            "mecanumAngles, upAxis, wheelAxis", grips.tolist(), "such that no roller axis is along the axle"
+            "mecanumAngles, upAxis, wheelAxis", grips.tolist(), "such that no roller axis is parallel to the axle"
         )
     paths = np.column_stack([rollers[:, :2], np.cross(positions, rollers) @ up])
     speeds: Floats = paths / grips
@@ -169,9 +198,17 @@ def _without_slip(radii: Floats, axles: Floats, rollers: Floats, positions: Floa
 
 
 def _unit(name: str, vector: Iterable[float]) -> list[float]:
-    """The normalized vector or quaternion."""
+    """Return a vector or quaternion divided by its length.
+
+    Args:
+        name: OmniGraph name of the input, for the error message.
+        vector: components of the vector or quaternion.
+
+    Raises:
+        BadValueError: the length is 0, infinite or NaN.
+    """
     parts = list(vector)
     length = math.hypot(*parts)
     if not 0.0 < length < math.inf:
-        raise BadValueError(name, vector, "of a length above 0")
+        raise BadValueError(name, vector, "of a finite length above 0")
     return [part / length for part in parts]

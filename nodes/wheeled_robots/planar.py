@@ -1,4 +1,4 @@
-"""Poses of mobile bases in the plane, for nodes that plan, follow or check a path."""
+"""Functions for poses in the plane, and the base class of nodes that plan, follow or check the path of a mobile base."""
 
 from __future__ import annotations
 
@@ -12,20 +12,21 @@ Heading = tuple[float, float, float]
 
 
 def yaw_of(q: Quaternion) -> float:
-    """Return the yaw (rad) of a quaternion: the angle from the x axis to the rotated x axis in the xy plane; 0 for q = 0.
+    """Return the yaw (rad) of a quaternion (x, y, z, w), which need not have unit length; 0 if all components are 0.
 
-    For q = (x, y, z, w) of any norm, the rotated axis lies along (w^2 + x^2 - y^2 - z^2, 2 (x y + z w)).
+    The yaw is the angle in the xy plane from the x axis to the rotated x axis. The rotated x axis has the x and y components
+    w^2 + x^2 - y^2 - z^2 and 2 (x y + z w).
     """
     x, y, z, w = q
     return math.atan2(2.0 * (x * y + z * w), w * w + x * x - y * y - z * z)
 
 
 def heading_of(position: tuple[str, Vector3], orientation: tuple[str, Quaternion]) -> Heading:
-    """Return x, y and yaw of a pose.
+    """Return x (m), y (m) and yaw (rad) of a pose.
 
     Args:
-        position: name of the port that holds the position, and its value.
-        orientation: name of the port that holds the orientation, and its value.
+        position: OmniGraph name and value of the port with the position.
+        orientation: OmniGraph name and value of the port with the orientation.
 
     Raises:
         BadValueError: x, y or the yaw is not finite.
@@ -39,12 +40,12 @@ def heading_of(position: tuple[str, Vector3], orientation: tuple[str, Quaternion
 
 
 def wrapped(angle: float) -> float:
-    """Return the equivalent angle in [-pi, pi]."""
+    """Return the equivalent angle (rad) in [-pi, pi]."""
     return math.remainder(angle, math.tau)
 
 
 class PlanarNode(Node):
-    """Superclass of nodes that need the pose of a mobile base."""
+    """Base of nodes that need the pose of a mobile base."""
 
     exec_in = ExecIn()
     current_position: Vector3d = In(
@@ -56,7 +57,7 @@ class PlanarNode(Node):
     exec_out = ExecOut()
 
     def heading(self) -> Heading:
-        """Return x, y and yaw of the base.
+        """Return x (m), y (m) and yaw (rad) of the mobile base, from the inputs.
 
         Raises:
             BadValueError: x, y or the yaw is not finite.

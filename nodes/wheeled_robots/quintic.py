@@ -1,6 +1,7 @@
-"""Paths from quintic polynomials (A. Takahashi et al., Local path planning and motion control for AGV in positioning, 1989).
+"""The path planner with quintic polynomials.
 
-Position, velocity and acceleration at both ends determine the six coefficients of each polynomial.
+Position, velocity and acceleration at both ends of a path determine the six coefficients of each polynomial (A. Takahashi et al.,
+Local path planning and motion control for AGV in positioning, 1989).
 """
 
 from __future__ import annotations
@@ -22,10 +23,10 @@ from graphengine.nodes.wheeled_robots.planar import Heading, PlanarNode, heading
 Floats = NDArray[np.float64]
 
 DURATIONS = range(5, 100, 5)
-"""Durations (s) to try for a path; the planner uses the first that respects the limits."""
+"""Durations of a path (s) that the planner tries in this order; it uses the first one that respects the limits."""
 SHORTEST_STEP = 0.001
 MOVED, TURNED = 0.1, 0.05
-"""Smallest motion of the target, in x or y (m) or in yaw (rad), after which a new path is planned."""
+"""Smallest changes of the target since the last plan, in x or y (m) and in yaw (rad), for which the node plans a new path."""
 
 _ENDS = np.array(
     [
@@ -37,19 +38,21 @@ _ENDS = np.array(
         [0, 0, 2, 6, 12, 20],
     ]
 )
-"""Maps coefficients of p(s) to p, p' and p'' at s = 0 and at s = 1."""
+"""Matrix that maps the coefficients (powers 0 to 5) of a polynomial p(s) to p, p' and p'' at s = 0, then at s = 1."""
 
 
 class QuinticPathPlanner(PlanarNode, type="isaacsim.robot.wheeled_robots.QuinticPathPlanner"):
-    """Plans a path from a base to a target, with given poses, speeds and accelerations at both ends.
+    """Plans a path from the pose of a base to a target pose, with given speeds and accelerations at both ends.
 
-    x and y are quintic polynomials of time; at each end, velocity and acceleration point along the yaw. The duration is the
-    first of 5, 10, … 95 s for which the path respects `maxAccel` and `maxJerk`. The node plans a new path when the target has
-    moved by 0.1 m in x or y, or turned by 0.05 rad, since the last plan.
+    x and y are quintic polynomials of time. At each end, velocity and acceleration have the direction of the yaw. The duration
+    of the path is the first of 5, 10, … 95 s for which the path respects `maxAccel` and `maxJerk`. The node plans a new path
+    only if the target has moved by at least 0.1 m in x or y, or turned by at least 0.05 rad, since the last plan.
     """
 
     target_prim: Target = In(
-        default=(), setup=True, doc="prim whose pose replaces `targetPosition` and `targetOrientation`"
+        default=(),
+        setup=True,
+        doc="prim whose pose is the target; if empty, `targetPosition` and `targetOrientation` are the target",
     )
     target_position: Vector3d = In(
         default=(0.0, 0.0, 0.0), unit="m", doc="position of the target in the world frame; z is ignored"
@@ -67,7 +70,9 @@ class QuinticPathPlanner(PlanarNode, type="isaacsim.robot.wheeled_robots.Quintic
     step: float = In(
         default=0.16666666667, ge=SHORTEST_STEP, unit="s", doc="longest time between two points of the path"
     )
-    path_arrays: Doubles = Out(unit="m/s, m, m, rad", doc="the path's points: all speeds, then all x, all y, all yaws")
+    path_arrays: Doubles = Out(
+        unit="m/s, m, m, rad", doc="points of the path: the speeds at all points, then all x, all y and all yaws"
+    )
     target: Double3 = Out(unit="m, m, rad", doc="x, y and yaw at the end of the path")
     target_changed: bool = Out(doc="true if this execution planned a new path")
 
@@ -75,7 +80,7 @@ class QuinticPathPlanner(PlanarNode, type="isaacsim.robot.wheeled_robots.Quintic
     planned: Heading | None = State(default=None)
 
     def setup(self, context: Context) -> None:
-        """Bind the target prim.
+        """Look up the prim at `targetPrim`, if it is not empty, and keep a handle to its pose.
 
         Raises:
             ContextError: the prim does not exist.
@@ -83,10 +88,10 @@ class QuinticPathPlanner(PlanarNode, type="isaacsim.robot.wheeled_robots.Quintic
         self.goal = context.frame(self.target_prim[0]) if self.target_prim else None
 
     def compute(self) -> None:
-        """Plan a path if the target has moved.
+        """Plan and output a new path if the target has moved.
 
         Raises:
-            BadValueError: a number is not finite, `step` is too short, or no duration respects the limits.
+            BadValueError: a number is not finite, `step` is too short, or no duration gives a path that respects the limits.
         """
         target = self.target_now()
         changed = self.planned is None or _differs(target, self.planned)
@@ -96,11 +101,11 @@ class QuinticPathPlanner(PlanarNode, type="isaacsim.robot.wheeled_robots.Quintic
         self.target_changed = changed
 
     def reads(self) -> Iterable[str]:
-        """Return the resource keys of the target prim's pose; none without a target prim."""
+        """Return the resource keys of the target prim's pose; no keys if `targetPrim` is empty."""
         return reading_poses(self.target_prim) if self.target_prim else ()
 
     def target_now(self) -> Heading:
-        """Return x, y and yaw of the target, from the prim or the inputs.
+        """Return x (m), y (m) and yaw (rad) of the target, from the target prim or the inputs.
 
         Raises:
             BadValueError: x, y or the yaw is not finite.
@@ -110,10 +115,14 @@ class QuinticPathPlanner(PlanarNode, type="isaacsim.robot.wheeled_robots.Quintic
         return heading_of(("targetPosition", position), ("targetOrientation", orientation))
 
     def plan(self, start: Heading, target: Heading) -> Floats:
-        """Plan a path; return all speeds, all x, all y and all yaws of its points in one array.
+        """Plan a path, and return all speeds, all x, all y and all yaws of its points in one array.
+
+        Args:
+            start: pose at the start of the path.
+            target: pose at the end of the path.
 
         Raises:
-            BadValueError: no duration respects the limits, `step` is too short, or a number is not finite.
+            BadValueError: no duration gives a path that respects the limits, `step` is too short, or a number is not finite.
         """
         if not self.step >= SHORTEST_STEP:
             raise BadValueError("step", self.step, f"{SHORTEST_STEP} s or more")
@@ -130,28 +139,31 @@ class QuinticPathPlanner(PlanarNode, type="isaacsim.robot.wheeled_robots.Quintic
             "currentPosition, currentOrientation, targetPosition, targetOrientation, initialVelocity, initialAccel, "
             "goalVelocity, goalAccel",
             (start, target),
-            f"such that a path of {duration} s or less keeps to maxAccel {self.max_accel:g} m/s2 and "
-            f"maxJerk {self.max_jerk:g} m/s3; that of {duration} s needs {acceleration:.3g} m/s2 and {jerk:.3g} m/s3",
+            f"such that a path of {duration} s or less respects maxAccel {self.max_accel:g} m/s2 and "
+            f"maxJerk {self.max_jerk:g} m/s3; the path of {duration} s needs {acceleration:.3g} m/s2 and {jerk:.3g} m/s3",
         )
 
 
 def quintic(ends: Floats, duration: float) -> Floats:
-    """Return the coefficients (6, n) for powers 0 to 5 of the elapsed fraction of the duration.
+    """Return the coefficients of n quintic polynomials p(s), where s is the time divided by the duration, from 0 to 1.
 
     Args:
-        ends: (6, n), position (m), velocity (m/s) and acceleration (m/s2) at the start, then at the end.
+        ends: array (6, n): position (m), velocity (m/s) and acceleration (m/s2) at the start, then at the end.
         duration: time from start to end, s.
+
+    Returns:
+        Array (6, n) with the coefficients of the powers 0 to 5.
     """
     scale = np.array((1.0, duration, duration**2) * 2)
     return np.linalg.solve(_ENDS, ends * scale[:, None])
 
 
 def derivative(coefficients: Floats, order: int, duration: float, intervals: int = 100) -> Floats:
-    """Evaluate a derivative of polynomials by time at equidistant times from start to end.
+    """Return the values of a time derivative of n polynomials, at equidistant times from start to end.
 
     Args:
         coefficients: coefficients (6, n) from `quintic`.
-        order: 0 for the position (m), 1 for the velocity, 2 for the acceleration, 3 for the jerk.
+        order: 0 for the position (m), 1 for the velocity (m/s), 2 for the acceleration (m/s2), 3 for the jerk (m/s3).
         duration: time from start to end, s.
         intervals: number of intervals between the times.
 
@@ -164,18 +176,34 @@ def derivative(coefficients: Floats, order: int, duration: float, intervals: int
 
 
 def _end(heading: Heading, speed: float, acceleration: float) -> Floats:
-    """Position, velocity and acceleration, (3, 2), at one end."""
+    """Return the array (3, 2) of position (m), velocity (m/s) and acceleration (m/s2) at one end of a path.
+
+    Args:
+        heading: pose at this end.
+        speed: speed along the yaw, m/s.
+        acceleration: acceleration along the yaw, m/s2.
+    """
     along = np.array((math.cos(heading[2]), math.sin(heading[2])))
     return np.array((heading[:2], speed * along, acceleration * along))
 
 
 def _most(vectors: Floats) -> float:
-    """The length of the longest of n plane vectors, given as (2, n)."""
+    """Return the largest length of n vectors in the plane, given as an array (2, n)."""
     return float(np.hypot(*vectors).max())
 
 
 def _arrays(coefficients: Floats, duration: float, intervals: int, first_yaw: float, last_yaw: float) -> Floats:
-    """All speeds, x, y and yaws of a path's points in one array. A point at rest takes the yaw of the point before it."""
+    """Return all speeds, all x, all y and all yaws of the points of a path in one array.
+
+    The yaw of a point is the direction of its velocity; a point with the speed 0 gets the yaw of the point before it.
+
+    Args:
+        coefficients: coefficients (6, 2) of x and y, from `quintic`.
+        duration: duration of the path, s.
+        intervals: number of intervals between the points.
+        first_yaw: yaw of the first point, rad.
+        last_yaw: yaw of the last point, rad.
+    """
     x, y = derivative(coefficients, 0, duration, intervals)
     vx, vy = derivative(coefficients, 1, duration, intervals)
     speeds, yaws = np.hypot(vx, vy), np.arctan2(vy, vx)

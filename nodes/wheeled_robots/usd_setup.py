@@ -1,4 +1,4 @@
-"""Reads the geometry of a base with omnidirectional or mecanum wheels."""
+"""The node that reads the wheel geometry of a base with omnidirectional or mecanum wheels."""
 
 from __future__ import annotations
 
@@ -13,71 +13,74 @@ from graphengine.node import Bound, Context, ContextError, Double3, Double3s, Do
 from graphengine.node.types import Target, Token, Tokens, read_only
 
 _AXLE = (0.0, 1.0, 0.0)
-"""Direction of the axle in the frame of each wheel."""
+"""Direction of the axle in the wheel's frame, the same for all wheels."""
 
 
 class HolonomicRobotUsdSetup(Node, type="isaacsim.robot.wheeled_robots.HolonomicRobotUsdSetup"):
-    """Outputs the geometry of a base with omnidirectional or mecanum wheels, for a HolonomicController with `rolling: true`.
+    """Outputs the wheel geometry of a base with omnidirectional or mecanum wheels.
 
-    Isaac Sim reads the attributes `isaacmecanumwheel:radius` and `isaacmecanumwheel:angle` of wheel joints. Here the radius is
-    that of the wheel's collider. A wheel has rollers if its material in the robot file has different friction in two
-    directions; the roller on the floor turns about the direction of the greater friction. Position and orientation of a wheel
-    are those of its joint's origin and axis, with all joints at zero.
+    Wire the outputs to the inputs of the same names of a HolonomicController with `rolling: true`. They describe all wheels that
+    have rollers. A wheel has rollers if its material in the robot file has different friction in two directions; the axis of the
+    roller on the floor is the direction of the greater friction. The radius of a wheel is the radius of its collider. Positions
+    and orientations are those of the wheel joints, with all joints at zero. Isaac Sim instead reads radii and roller angles from
+    the attributes `isaacmecanumwheel:radius` and `isaacmecanumwheel:angle` of wheel joints.
 
-    Positions are in the frame of `comPrim`; in Isaac Sim, they are along the world's axes. `wheelAxis` is always the y axis, and
-    `wheelOrientations` rotate it to each wheel's axle.
+    Positions are in the frame of `comPrim`; in Isaac Sim, they are along the axes of the world. `wheelAxis` is always the y axis,
+    and the orientation of a wheel rotates the y axis to the axle of the wheel.
     """
 
     robot_prim: Target = In(setup=True, doc="the robot's prim, base link or articulation root")
     com_prim: Target = In(
-        setup=True, doc="prim at the centre of the base, in whose frame the outputs are; if empty, the base link"
+        setup=True, doc="prim at the centre of the base; the outputs are in its frame; if empty, the base link is used"
     )
     use_path: bool = In(
         default=False,
         setup=True,
-        doc="true: `robotPrimPath` and `comPrimPath` select the prims; false: `robotPrim` and `comPrim`",
+        doc="true: `robotPrimPath` and `comPrimPath` select the prims; false: `robotPrim` and `comPrim` select them",
     )
     robot_prim_path: Token = In(default="", setup=True, doc="path of the robot's prim; used if `usePath` is true")
     com_prim_path: Token = In(
-        default="", setup=True, doc="path of the prim at the centre of the base; used if `usePath` is true"
+        default="",
+        setup=True,
+        doc="path of the prim at the centre of the base, used if `usePath` is true; if empty, the base link is used",
     )
     wheel_radius: Doubles = Out(unit="m", doc="radius of each wheel")
     wheel_positions: Double3s = Out(unit="m", doc="position of each wheel in the frame of `comPrim`")
     wheel_orientations: Double4s = Out(doc="orientation (w, x, y, z) of each wheel in the frame of `comPrim`")
     mecanum_angles: Doubles = Out(
-        unit="deg", doc="angle from the axle to the roller axis about `upAxis` for each wheel, above -90 to 90"
+        unit="deg", doc="for each wheel, angle from the axle to the roller axis about `upAxis`, above -90 and up to 90"
     )
-    wheel_axis: Double3 = Out(doc="direction of the axle in the frame of each wheel")
-    up_axis: Double3 = Out(doc="up direction of the base, in its frame")
+    wheel_axis: Double3 = Out(doc="direction of the axle in the wheel's frame: the y axis for all wheels")
+    up_axis: Double3 = Out(doc="up direction of the base in the frame of `comPrim`")
     wheel_dof_names: Tokens = Out(doc="names of the wheels' joints, for IsaacArticulationController")
 
     wheels: Sequence[HolonomicWheel] = Bound()
     base: Pose = Bound()
 
     def setup(self, context: Context) -> None:
-        """Find the wheels, and the pose of the base link relative to the centre.
+        """Look up the wheels of the robot, and the pose of its base link relative to the prim at the centre of the base.
 
         Raises:
-            ContextError: no robot is given, or none of its wheels has rollers.
+            ContextError: no robot is selected, or no wheel of the robot has rollers.
         """
         robot = self.robot_prim_path if self.use_path else next(iter(self.robot_prim), "")
         centre = self.com_prim_path if self.use_path else next(iter(self.com_prim), "")
         if not robot:
             name = "robotPrimPath" if self.use_path else "robotPrim"
-            raise ContextError(f"{name} is empty", "", f"usePath is {str(self.use_path).lower()}")
+            raise ContextError(f"{name} is empty", "", f"set {name}, because usePath is {str(self.use_path).lower()}")
         self.wheels = context.holonomic_wheels(robot)
         if not self.wheels:
             raise ContextError(
                 f"no wheel of {robot} has rollers",
                 robot,
                 "give the materials of mecanum wheels `direction` and `across` in the robot file",
-                "HolonomicController also takes the geometry as literals",
+                "or write the geometry as literals into the inputs of HolonomicController",
             )
         link = context.base_link(robot)
         self.base = relative((context.frame(centre) if centre else link).pose(), link.pose())
 
     def compute(self) -> None:
-        """Output the geometry."""
+        """Transform the wheels into the frame of the centre of the base and output their geometry."""
         wheels, (origin, turn) = self.wheels, self.base
         places = [np.add(origin, rotate(turn, wheel.position)) for wheel in wheels]
         turns = [_from_axle(rotate(turn, wheel.axle)) for wheel in wheels]

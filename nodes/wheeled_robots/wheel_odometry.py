@@ -1,4 +1,4 @@
-"""Odometry of wheeled bases from their wheel encoders."""
+"""The node that computes the odometry of a wheeled base from its wheel encoders, and a lint of its wheel geometry."""
 
 from __future__ import annotations
 
@@ -22,47 +22,49 @@ if TYPE_CHECKING:
     from graphengine.compiler.lint_registry import LintContext
 
 _JOINTS = {
-    "differential": "leftJoints and rightJoints, one joint or more in each",
-    "mecanum": "leftJoints and rightJoints, [front, back] in each",
-    "ackermann": "leftJoints and rightJoints, one joint or more in each, and steeringJoints: [left, right] or [middle]",
+    "differential": "set leftJoints and rightJoints, with one joint or more in each",
+    "mecanum": "set leftJoints and rightJoints, with [front, back] in each",
+    "ackermann": "set leftJoints and rightJoints, with one joint or more in each, and steeringJoints: [left, right] or [middle]",
 }
-"""Joints that each kind of kinematics needs, by its token."""
+"""Message texts: the joints that each kind of kinematics needs, by its token."""
 _UNKNOWN = read_only(np.zeros(36))
 
 
 class ComputeWheelOdometry(RobotNode, type="graphengine.wheeled_robots.ComputeWheelOdometry"):
     """Computes odometry from wheel encoders, as the controllers of real robots do; IsaacComputeOdometry outputs the ground truth.
 
-    The base moves in a plane. Its pose is relative to that at the first execution after play, and drifts as wheels slip. A reset
-    of the world's state alone does not roll the wheels, so the pose stays.
+    The base moves in a plane. The output pose is relative to the pose at the first execution after play, and drifts as wheels
+    slip. If the state of the world is reset, but not the time, the output pose does not change, because the wheels did not roll.
     `kinematics` is one of:
 
     - `differential`: left and right wheels that do not steer, any number on each side. For a skid-steered base with track T and
-      distance B between its axles, 1 + (B / T)^2 is a good first `wheelDistanceMultiplier`.
+      distance B between its axles, 1 + (B / T)^2 is a good initial guess of `wheelDistanceMultiplier`.
     - `mecanum`: two wheels on each side, [front, back], whose roller axes form an X seen from above.
     - `ackermann`: the wheels of the unsteered axle, and one or two steered wheels on the other axle.
 
     Kinematics and integration follow diff_drive_controller, mecanum_drive_controller and ackermann_steering_controller of
-    ros2_controllers: motions between two executions are straight lines or arcs. Where more wheels than needed disagree, the
-    motion is the least-squares solution. `wheelDistance` is the controllers' `wheel_separation` or track width,
-    and `velocityWindow` is their `velocity_rolling_window_size`.
+    ros2_controllers: motions between two executions are straight lines or arcs. If a base has more wheels than needed and their
+    encoders disagree, the motion is the least-squares solution. `wheelDistance` corresponds to the controllers'
+    `wheel_separation` or track width, and `velocityWindow` to their `velocity_rolling_window_size`.
 
     The covariances follow Siegwart and Nourbakhsh, Introduction to Autonomous Mobile Robots, 5.2.4: variances grow in proportion
     to distance and turn, and errors of the heading become errors of the position.
     """
 
-    kinematics: Token = In(default="differential", setup=True, tokens=tuple(_JOINTS), doc="how wheels move the base")
-    left_joints: Tokens = In(required=True, setup=True, doc="joints of the left wheels")
-    right_joints: Tokens = In(required=True, setup=True, doc="joints of the right wheels")
+    kinematics: Token = In(default="differential", setup=True, tokens=tuple(_JOINTS), doc="kinematics of the base")
+    left_joints: Tokens = In(required=True, setup=True, doc="names of the joints of the left wheels")
+    right_joints: Tokens = In(required=True, setup=True, doc="names of the joints of the right wheels")
     steering_joints: Tokens = In(
-        default=(), setup=True, doc="for `ackermann`: joints that steer, [left, right] or one in the middle"
+        default=(), setup=True, doc="for `ackermann`: names of the steering joints, [left, right] or [middle]"
     )
     wheel_radius: float = In(default=0.0, required=True, unit="m", doc="radius of the wheels")
     left_wheel_radius_multiplier: float = In(
-        default=1.0, doc="factor for the radius of left wheels; negative if negative joint speeds drive forward"
+        default=1.0,
+        doc="factor for the radius of the left wheels; negative if negative joint velocities drive the base forward",
     )
     right_wheel_radius_multiplier: float = In(
-        default=1.0, doc="factor for the radius of right wheels; negative if negative joint speeds drive forward"
+        default=1.0,
+        doc="factor for the radius of the right wheels; negative if negative joint velocities drive the base forward",
     )
     wheel_distance: float = In(default=0.0, required=True, unit="m", doc="distance between left and right wheels")
     wheel_distance_multiplier: float = In(default=1.0, unit="m/m", doc="factor for `wheelDistance`, to calibrate turns")
@@ -74,26 +76,32 @@ class ComputeWheelOdometry(RobotNode, type="graphengine.wheeled_robots.ComputeWh
     steering_distance: float = In(
         default=0.0,
         unit="m",
-        doc="for `ackermann`: distance between the axes that wheels steer about; 0: `wheelDistance`",
+        doc="for `ackermann`: distance between the steering axes of the two steered wheels; if 0, `wheelDistance`",
     )
     steering_multiplier: float = In(
-        default=1.0, doc="factor from joint positions to steering angles; -1 if the joints' axes point down"
+        default=1.0, doc="steering angle divided by joint position; -1 if the axes of the steering joints point down"
     )
     center_position: Double2 = In(
         default=(0.0, 0.0),
         unit="m",
-        doc="middle of the wheels (`ackermann`: of the unsteered axle) in the frame whose odometry is computed",
+        doc="position of the middle of the wheels (for `ackermann`, of the unsteered axle) in the frame whose odometry is "
+        "computed",
     )
     ticks_per_revolution: float = In(
-        default=0.0, ge=0.0, setup=True, doc="encoder resolution, ticks per turn of a wheel; 0: angles are exact"
+        default=0.0,
+        ge=0.0,
+        setup=True,
+        doc="resolution of the encoders, ticks per turn of a wheel; 0: angles are exact",
     )
     slip: float = In(
         default=0.0,
         ge=0.0,
         unit="m/sqrt(m)",
-        doc="random error of each wheel's travel: its standard deviation after 1 m, growing with the square root of the travel",
+        doc="standard deviation of the random error of a wheel's travel after 1 m; it grows with the square root of the travel",
     )
-    velocity_window: Int = In(default=10, ge=1, doc="number of motions whose mean velocity is output")
+    velocity_window: Int = In(
+        default=10, ge=1, doc="number of executions over which the output velocities are averaged"
+    )
     distance_variance: float = In(default=0.0, ge=0.0, unit="m2/m", doc="variance of the distance, per metre driven")
     heading_variance_by_distance: float = In(
         default=0.0, ge=0.0, unit="rad2/m", doc="variance of the heading, per metre driven"
@@ -102,18 +110,21 @@ class ComputeWheelOdometry(RobotNode, type="graphengine.wheeled_robots.ComputeWh
         default=0.0, ge=0.0, unit="rad2/rad", doc="variance of the heading, per radian turned"
     )
     exec_out = ExecOut()
-    position: Vector3d = Out(unit="m", doc="position relative to the start; z is 0")
+    position: Vector3d = Out(unit="m", doc="position in the frame of the pose at the first execution; z is 0")
     orientation: Quaterniond = Out(
-        default=(0.0, 0.0, 0.0, 1.0), doc="orientation (x, y, z, w) relative to the start; a rotation about z"
+        default=(0.0, 0.0, 0.0, 1.0),
+        doc="orientation (x, y, z, w) relative to the pose at the first execution; a rotation about z",
     )
     linear_velocity: Vector3d = Out(unit="m/s", doc="velocity in the base's frame")
     angular_velocity: Vector3d = Out(unit="rad/s", doc="angular velocity in the base's frame")
     pose_covariance: Doubles = Out(
         default=_UNKNOWN,
-        doc="6 x 6, row by row, of x, y, z, roll, pitch, yaw; 0 (unknown) if the three variance inputs are 0",
+        doc="6 x 6 covariance of x, y, z, roll, pitch and yaw, row by row; all 0 (unknown) if the three variance inputs are 0",
     )
     twist_covariance: Doubles = Out(
-        default=_UNKNOWN, doc="like `poseCovariance`, of the velocities; includes the encoders' quantization"
+        default=_UNKNOWN,
+        doc="6 x 6 covariance of the velocities, in the order of `poseCovariance`; it includes the quantization of the encoders, "
+        "and is all 0 (unknown) if the three variance inputs are 0",
     )
 
     clock: Clock = Bound()
@@ -126,25 +137,31 @@ class ComputeWheelOdometry(RobotNode, type="graphengine.wheeled_robots.ComputeWh
     window: tuple[Floats, ...] = State(default=())
 
     def setup(self, context: Context) -> None:
-        """Bind the joints; encoders count from the next execution."""
+        """Look up the joints of the wheels. The next execution takes the first reading of the encoders.
+
+        Raises:
+            ContextError: the numbers of wheel joints or steering joints do not fit `kinematics`.
+        """
         left, right, steering = len(self.left_joints), len(self.right_joints), len(self.steering_joints)
         complete = left == right == 2 if self.kinematics == "mecanum" else left and right
         if not complete or (self.kinematics == "ackermann" and steering not in (1, 2)):
-            raise ContextError(f"{self.kinematics} kinematics lack joints", self.kinematics, _JOINTS[self.kinematics])
+            raise ContextError(
+                f"the joints do not fit {self.kinematics} kinematics", self.kinematics, _JOINTS[self.kinematics]
+            )
         self.articulation, self.clock, self.random = context.articulation(self.prim()), context.clock, context.random()
         self.wheels = self.joints(self.left_joints + self.right_joints)
         self.steering = self.joints(self.steering_joints) if steering else []
         self.last = None
 
     def joints(self, names: Tokens) -> list[int]:
-        """Return the indices of the named joints in the articulation."""
+        """Return the indices of the named joints among the joints of the robot."""
         return joint_numbers(self.articulation, names)
 
     def compute(self) -> None:
-        """Add the motion since the previous execution.
+        """Add the motion since the previous execution to the pose, and set the outputs.
 
         Raises:
-            BadValueError: the inputs do not describe a base with these kinematics, or a number is not legal.
+            BadValueError: the geometry does not determine the motion of the base, or a number is not finite or out of range.
         """
         self.check_numbers()
         positions, now, resets = self.articulation.positions(), self.clock.time, self.articulation.resets
@@ -160,10 +177,10 @@ class ComputeWheelOdometry(RobotNode, type="graphengine.wheeled_robots.ComputeWh
                 self.last = (now, counts, resets)
 
     def check_numbers(self) -> None:
-        """Check inputs that wires may set to any number.
+        """Check the numeric inputs; wires can set them to any number.
 
         Raises:
-            BadValueError: a number is not finite or too small.
+            BadValueError: a number is not finite or is below its smallest legal value.
         """
         check_finite(self, *_NUMBERS)
         for field, least in _LEAST.items():
@@ -171,11 +188,15 @@ class ComputeWheelOdometry(RobotNode, type="graphengine.wheeled_robots.ComputeWh
                 raise BadValueError(type(self).fields[field].name, getattr(self, field), f"{least} or more")
 
     def counted(self, angles: Floats) -> Floats:
-        """Return the encoder readings at these wheel angles (rad): ticks, or rad if the resolution is 0."""
+        """Return the encoder readings at these wheel angles (rad): ticks, or the angles (rad) if `ticksPerRevolution` is 0."""
         return np.floor(angles * (self.ticks_per_revolution / math.tau)) if self.ticks_per_revolution else angles
 
     def travel_per_count(self) -> Floats:
-        """Return the distance (m) that each wheel rolls per count of its encoder."""
+        """Return the distance (m) that each wheel rolls per tick of its encoder, or per rad if `ticksPerRevolution` is 0.
+
+        Raises:
+            BadValueError: `wheelRadius` is 0.
+        """
         if not self.wheel_radius:
             raise BadValueError("wheelRadius", self.wheel_radius, "other than 0")
         sides = self.left_wheel_radius_multiplier, self.right_wheel_radius_multiplier
@@ -183,7 +204,11 @@ class ComputeWheelOdometry(RobotNode, type="graphengine.wheeled_robots.ComputeWh
         return angle * self.wheel_radius * np.repeat(sides, (len(self.left_joints), len(self.right_joints)))
 
     def forward_kinematics(self, steering: Floats) -> Floats:
-        """Return the matrix (3, wheels) from wheel travel to base motion, at these steering angles (rad)."""
+        """Return the matrix (3, wheels) from wheel travel to base motion, at these steering angles (rad).
+
+        Raises:
+            BadValueError: the geometry does not determine the motion of the base.
+        """
         left, right, base = len(self.left_joints), len(self.right_joints), self.wheel_base
         distance = self.wheel_distance * self.wheel_distance_multiplier
         try:
@@ -197,11 +222,12 @@ class ComputeWheelOdometry(RobotNode, type="graphengine.wheeled_robots.ComputeWh
         except ZeroDivisionError:
             ports = "wheelDistance, wheelDistanceMultiplier, wheelBase"
             given = (self.wheel_distance, self.wheel_distance_multiplier, base)
-            raise BadValueError(ports, given, f"those of a base with {self.kinematics} kinematics") from None
+            legal = f"values that determine the motion of a base with {self.kinematics} kinematics"
+            raise BadValueError(ports, given, legal) from None
         return to_origin(self.center_position) @ matrix
 
     def with_slip(self, travel: Floats) -> Floats:
-        """Return the travel of the wheels (m) with random errors, drawn only if `slip` is set."""
+        """Return the travel of the wheels (m) with random errors; return it unchanged if `slip` is 0."""
         if not self.slip:
             return travel
         spread = self.slip * np.sqrt(np.abs(travel))
@@ -212,9 +238,9 @@ class ComputeWheelOdometry(RobotNode, type="graphengine.wheeled_robots.ComputeWh
         """Add a motion to the pose, and set the outputs.
 
         Args:
-            motion: the motion.
-            elapsed: its duration, s.
-            motion_per_count: matrix (3, wheels) from counts of the encoders to motions.
+            motion: motion of the base: forward (m), left (m), counter-clockwise turn (rad).
+            elapsed: duration of the motion, s.
+            motion_per_count: matrix (3, wheels) from encoder counts to motions.
         """
         window = (*self.window, np.append(motion, elapsed))[-self.velocity_window :]
         *recent, duration = np.sum(window, axis=0).tolist()
@@ -234,13 +260,16 @@ class ComputeWheelOdometry(RobotNode, type="graphengine.wheeled_robots.ComputeWh
         self.pose_covariance, self.twist_covariance = of_pose, of_twist
 
     def noise(self, motion: Sequence[float]) -> Floats:
-        """Return the covariance (3, 3) of a motion by the model of the variance inputs."""
+        """Return the covariance (3, 3) of a motion that results from the three variance inputs."""
         ahead, left, turn = map(abs, motion)
         heading = self.heading_variance_by_distance * math.hypot(ahead, left) + self.heading_variance_by_turn * turn
         return np.diag([self.distance_variance * ahead, self.distance_variance * left, heading])
 
     def quantization(self, motion_per_count: Floats) -> Floats | float:
-        """Return the covariance (3, 3) of a motion between two readings of encoders, each off by at most half a tick."""
+        """Return the covariance (3, 3) of a motion that results from the quantization of two encoder readings.
+
+        Each reading is wrong by at most half a tick. The result is 0 if `ticksPerRevolution` is 0.
+        """
         return motion_per_count @ motion_per_count.T / 6.0 if self.ticks_per_revolution else 0.0
 
 
@@ -251,7 +280,7 @@ _LEAST = {
     "heading_variance_by_distance": 0.0,
     "heading_variance_by_turn": 0.0,
 }
-"""Smallest legal values of inputs that wires may set."""
+"""Smallest legal values of inputs, by Python name; checked at each execution, because wires may set these inputs."""
 _NUMBERS = tuple(
     port.field
     for port in ComputeWheelOdometry.fields.values()
@@ -261,7 +290,7 @@ _NUMBERS = tuple(
 
 @lint("W201")
 def lint_geometry_of_odometry(context: LintContext) -> None:
-    """Warn if `wheelRadius` or `wheelDistance` differs from the geometry of the two-wheeled robot whose encoders are read."""
+    """Warn if `wheelRadius` or `wheelDistance` of a differential base with two wheels differs from the geometry of the robot."""
     for _, source, node in context.nodes(ComputeWheelOdometry):
         joints = node.left_joints + node.right_joints
         if node.kinematics != "differential" or len(joints) != 2:

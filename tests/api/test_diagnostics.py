@@ -100,7 +100,7 @@ def test_faults_of_peers_are_a_warning_of_the_network(tmp_path: Path) -> None:
     with watched.job:
         watched.faults.append("/odom: no messages reach /rviz\n  use reliability best effort")
         network = watched.second()["network"]
-    assert (network.level, network.message) == (1, "1 faults of peers")
+    assert (network.level, network.message) == (1, "problems with peers: 1")
     assert values(network)["peer 1"] == "/odom: no messages reach /rviz   use reliability best effort"
 
 

@@ -152,10 +152,10 @@ def test_the_verdict_tells_the_first_difference(path: Path) -> None:
         ({}, "legal: play, pause, seek, step, speed"),
         ({"do": "speed", "factor": 3}, "legal: 0.25, 0.5, 1, 2, 4, 8"),
         ({"do": "speed", "factor": [1]}, "legal: 0.25, 0.5, 1, 2, 4, 8"),
-        ({"do": "seek", "tick": 1.5}, "write a whole number"),
-        ({"do": "seek", "tick": True}, "write a whole number"),
-        ({"do": "seek"}, "write a whole number"),
-        ({"do": "step", "ticks": 10**400}, "write a whole number"),
+        ({"do": "seek", "tick": 1.5}, "expected a whole number"),
+        ({"do": "seek", "tick": True}, "expected a whole number"),
+        ({"do": "seek"}, "expected a whole number"),
+        ({"do": "step", "ticks": 10**400}, "expected a whole number"),
     ],
 )
 def test_what_viewers_cannot_mean_is_refused(playback: Playback, asked: dict[str, object], advice: str) -> None:

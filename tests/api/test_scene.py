@@ -73,7 +73,7 @@ def test_arguments_that_make_no_sense_are_usage_errors(source: str, arguments: d
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        ({"record": "out.txt"}, "write the name of a file in an existing folder"),
+        ({"record": "out.txt"}, "expected a file name that ends in .mcap, in an existing folder"),
         ({"simulation_interfaces": "two words"}, "namespace 'two words' has ' ' at character 4"),
         ({"domain": 1000}, "ROS domain id 1000 is out of range; legal: 0 to 232"),
         ({"bad_values": "keep"}, "bad_values: unknown value 'keep'; legal: drop, stop"),

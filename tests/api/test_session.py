@@ -214,11 +214,11 @@ def test_robots_are_moved_pushed_spawned_and_removed(sim: ge.Session) -> None:
         (lambda sim: sim.spawn("second", "robots/dd10.yaml"), "robots/dd10.yaml"),
         (lambda sim: sim.remove("second"), "no robot 'second'"),
         (lambda sim: sim.press("Q1"), "Q1"),
-        (lambda sim: sim.impulse("Node"), "no OnImpulseEvent 'Node'"),
+        (lambda sim: sim.impulse("Node"), "no OnImpulseEvent node 'Node'"),
         (lambda sim: sim.reset("speed"), "reset: scope"),
         (lambda sim: sim.step(-1), "ticks: expected 0 or more"),
         (lambda sim: sim.variables("dd100/cmd"), "no graph 'dd100/cmd'\n  did you mean 'dd100/cmd_vel'?"),
-        (lambda sim: sim.picture("topp"), "topp: there is no such view"),
+        (lambda sim: sim.picture("topp"), "topp: there is no view or camera with this name or path"),
     ],
 )
 def test_commands_that_make_no_sense_are_told(sim: ge.Session, ask: Callable[[ge.Session], object], words: str) -> None:

@@ -31,7 +31,7 @@ def test_a_robot_out_of_bounds_fails_the_check_and_is_right_after_writing(graphr
     scene = str(bases.differential(tmp_path, radius=1.1 * bases.RADIUS).write().scene)
     result = graphrun("calibrate", scene, "--check", "0.02", "--write", code=1)
     assert "forward: 90.4" in result.err
-    assert "of the command; at most 2.00 % off" in result.err
+    assert "of the commanded speed; the difference may be at most 2.00 %" in result.err
     assert "bot.yaml: drive/DiffController.wheelRadius: 0.055 -> 0.0497" in result.err
     graphrun("calibrate", scene, "--check", "0.005")
 

@@ -142,7 +142,7 @@ def test_the_report_tells_what_was_found_and_what_was_not_carried_over(graphrun:
         "base link base_link, free",
         "lowest collider at z = -0.2000 m, all joints at zero",
         "meshes: 2 unchanged",
-        "joints that follow another: finger_joint",
+        "joints that follow another joint: finger_joint",
         "carried over: limits of velocity: grip_joint 2 (cart.urdf:25)",
         (
             "carried over: sensor eye: camera of 320 x 240 pixels on grip at 30 Hz, published on camera/image_raw, "
@@ -257,7 +257,7 @@ def test_the_report_tells_how_high_a_robot_stands(graphrun: Graphrun, cart: Path
 
 def test_a_robot_without_wheels_is_told_that_it_can_be_bolted_down(graphrun: Graphrun, cart: Path) -> None:
     lines = imported(graphrun, text=URDF.replace(WHEELS, "")).lines
-    assert "base link base_link, free; --fixed-base bolts it to the world" in lines
+    assert "base link base_link, free; --fixed-base fixes it to the world" in lines
     assert lines[-1] == "in a scene: robots: {cart: {use: robots/cart.yaml}}"
 
 
@@ -399,18 +399,18 @@ def test_names_of_a_stranger_stay_names(graphrun: Graphrun, cart: Path) -> None:
 @pytest.mark.parametrize(
     ("arguments", "told"),
     [
-        ((), "give a file, --topic or --node, and only one of them"),
-        ((CART, "--topic"), "give a file, --topic or --node, and only one of them"),
+        ((), "give exactly one of a file, --topic and --node"),
+        ((CART, "--topic"), "give exactly one of a file, --topic and --node"),
         (("ws/cart/urdf/car.urdf",), "no file 'ws/cart/urdf/car.urdf'"),
         ((CART, "a:=1"), "a:=1: ws/cart/urdf/cart.urdf does not use xacro"),
-        (("ws/cart/urdf/cart.urdf.xacro", "prefix=1"), "prefix=1: write NAME:=VALUE, as for xacro"),
+        (("ws/cart/urdf/cart.urdf.xacro", "prefix=1"), "prefix=1: write an argument as NAME:=VALUE, as for xacro"),
         (("a:=1", "--topic", "/x"), "a:=1: only a xacro file takes arguments, not a description from the network"),
         ((CART, "--allow", "nowhere"), "no folder 'nowhere'"),
         (
             ("--topic", "/x", "--timeout", "nan"),
             "argument --timeout: 'nan' is not a time; write 10, 10s, 500ms or 2min",
         ),
-        (("--topic", "/x", "--timeout", "0s"), "--timeout: write more than 0 s and at most 1e+06 s"),
+        (("--topic", "/x", "--timeout", "0s"), "--timeout: write a time above 0 s, at most 1e+06 s"),
     ],
 )
 def test_a_command_line_that_makes_no_sense(

@@ -262,9 +262,9 @@ def test_the_small_warehouse_is_that_of_nvidias_map_within_a_cell(graphrun: Grap
         (["--include", "world"], "'world' is not a prim path"),
         (["--convention", "isaac", "--format", "pgm"], "Isaac Sim's convention needs a PNG"),
         (["--allow", "nowhere"], "--allow nowhere: no such folder"),
-        (["-o", "maps/"], "-o maps/: is a folder; write a file name such as maps/room"),
-        (["-o", "."], "-o .: is a folder; write a file name such as room"),
-        (["-o", ".png"], "-o .png: is a folder; write a file name such as room"),
+        (["-o", "maps/"], "-o maps/: this is a folder; write a file name such as maps/room"),
+        (["-o", "."], "-o .: this is a folder; write a file name such as room"),
+        (["-o", ".png"], "-o .png: this is a folder; write a file name such as room"),
     ],
 )
 def test_what_makes_no_sense_is_told_and_nothing_is_written(

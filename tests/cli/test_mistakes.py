@@ -138,7 +138,7 @@ def test_neither_is_there_a_traceback_in_a_process_of_its_own(folder: Path, argu
         ("lacks", "No module named 'nowhere_at_all' (lacks.py:1)"),
         ("unported", "TypeError: A.a: default 'five': expected a number (unported.py:4)"),
         ("fine.py", "write the name of the module, fine"),
-        ("./fine.py", "write the name of a module, as in my_robot.nodes"),
+        ("./fine.py", "write the name of a module, such as my_robot.nodes"),
         ("nowhere", "No module named 'nowhere'"),
     ],
 )

@@ -306,7 +306,7 @@ def test_a_localization_gets_the_true_pose_before_the_first_goal(
         assert taken.header.frame_id == "map"
         assert taken.pose.pose.position.x == pytest.approx(0.0, abs=1e-3)
         assert taken.pose.covariance[0] == pytest.approx(0.0025)
-        assert f"sending the true pose on {NAMESPACE}/initialpose" in done.err
+        assert f"publishing the true pose on {NAMESPACE}/initialpose" in done.err
         localization.taken.clear()
         goals("1 2", "--no-initial-pose", code=0)
         assert localization.taken == []

@@ -95,9 +95,9 @@ def test_a_name_that_no_robot_can_have_is_mended_or_refused(graphrun: Graphrun, 
 def test_what_is_there_stays(graphrun: Graphrun, workspace: Path) -> None:
     Path("full").mkdir()
     Path("full/mine.txt").write_text("mine")
-    assert "full: is not an empty folder" in graphrun("new", "full", *FROM, code=2, out="").err
+    assert "full: this is not an empty folder" in graphrun("new", "full", *FROM, code=2, out="").err
     Path("file").write_text("mine")
-    assert "file: is not an empty folder" in graphrun("new", "file", code=2, out="").err
+    assert "file: this is not an empty folder" in graphrun("new", "file", code=2, out="").err
     assert files(workspace / "full") == ["mine.txt"]
 
 

@@ -92,7 +92,7 @@ def test_json_of_a_type_is_one_record_and_of_all_a_list(graphrun: Graphrun) -> N
     [
         ("DifferentialControler", "did you mean 'DifferentialController'?"),
         ("isaacsim.ros2.bridge.ROS2SubscribeTwst", "did you mean 'isaacsim.ros2.bridge.ROS2SubscribeTwist'?"),
-        ("odometry", "types with it in their name: graphengine.wheeled_robots.ComputeWheelOdometry, "),
+        ("odometry", "node types whose name contains it: graphengine.wheeled_robots.ComputeWheelOdometry, "),
         ("xyzzy", "`graphrun nodes` lists every type"),
         ("", "`graphrun nodes` lists every type"),
     ],
@@ -226,19 +226,22 @@ def test_a_message_of_a_users_package_is_shown_too(graphrun: Graphrun, project: 
             ["Publisher", "--message", "sensor_msgs/msg/Rang"],
             "no message type 'sensor_msgs/msg/Rang'\n  did you mean 'Range'?",
         ),
-        (["Publisher", "--message", "Range"], "--message Range: write PACKAGE/msg/NAME, as in geometry_msgs/msg/Twist"),
-        (["Publisher", "--message", ""], "--message : write PACKAGE/msg/NAME, as in geometry_msgs/msg/Twist"),
+        (
+            ["Publisher", "--message", "Range"],
+            "--message Range: write PACKAGE/msg/NAME, such as geometry_msgs/msg/Twist",
+        ),
+        (["Publisher", "--message", ""], "--message : write PACKAGE/msg/NAME, such as geometry_msgs/msg/Twist"),
         (
             ["Publisher", "--message", "std_srvs/srv/Trigger"],
             "std_srvs/srv/Trigger is not a message type\n  it has: std_srvs",
         ),
         (
             ["PublishClock", "--message", "std_msgs/msg/String"],
-            "ROS2PublishClock makes no ports from messages",
+            "ROS2PublishClock gets no ports from message types",
         ),
         (
             ["--message", "std_msgs/msg/String"],
-            "--message needs the name of a node type that makes ports from a message, such as ROS2Publisher",
+            "--message needs NAME, a node type that gets ports from a message type, such as ROS2Publisher",
         ),
         (["Publisher", "--message", "a/msg/B", "--msg-path", "x"], "--msg-path x: no such file or folder"),
     ],

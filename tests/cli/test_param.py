@@ -58,7 +58,7 @@ def test_every_verb_prints_what_ros2_param_prints(
     assert param("describe", NODE, LIMIT, "use_sim_time", code=0, err="").lines == [
         f"Parameter name: {LIMIT}",
         "  Type: double",
-        "  Description: largest speed of the base; 0 is no limit [m/s]",
+        "  Description: largest speed of the base; 0 means no limit [m/s]",
         "  Constraints:",
         "Parameter name: use_sim_time",
         "  Type: boolean",

@@ -40,7 +40,7 @@ def test_without_leave_a_check_tells_which_options_a_graph_needs(graphrun: Graph
     assert "dd100" not in result.out
     result = graphrun("check", asking, *ALLOWED[:2])  # the script hangs on the variable
     assert result.code == 1
-    assert "read it, then allow it with --allow-scripts" in result.out
+    assert "read the code, then allow it with --allow-scripts" in result.out
     assert graphrun("check", asking, *ALLOWED).code == 0
 
 

@@ -30,8 +30,8 @@ ODOM, ODOMETRY = "/dd100_0000/odom", "nav_msgs/msg/Odometry"
 @pytest.mark.parametrize(
     ("name", "expected"),
     [
-        ("out.bag", "write the name of a file in an existing folder, such as out.mcap"),
-        ("nowhere/out.mcap", "write the name of a file in an existing folder, such as out.mcap"),
+        ("out.bag", "expected a file name that ends in .mcap, in an existing folder, such as out.mcap"),
+        ("nowhere/out.mcap", "expected a file name that ends in .mcap, in an existing folder, such as out.mcap"),
         ("there.mcap", "already exists; --force overwrites it"),
     ],
 )

@@ -54,7 +54,7 @@ def test_another_seed_is_found_at_the_first_scan(graphrun: Graphrun, tmp_path: P
     assert "(and 540 more of 541 elements)" in result.out
     graphrun("replay", str(tmp_path / "out.mcap"), "--seed", "8", "--ignore", "*/scan", code=0, err="")
     result = graphrun("replay", str(tmp_path / "out.mcap"), "--ignore", "*/scan", "--ignore", "/scna")
-    assert (result.code, result.err) == (0, "warning: --ignore /scna: nothing was sent on a matching topic\n")
+    assert (result.code, result.err) == (0, "warning: --ignore /scna: no message was sent on a matching topic\n")
 
 
 @pytest.mark.parametrize(
@@ -160,7 +160,10 @@ def test_a_node_that_cannot_begin_in_a_replay_is_told_with_its_file_as_the_recor
 
 def test_a_graph_without_the_scene_that_it_needs_cannot_be_compared(graphrun: Graphrun, drive: Path) -> None:
     result = graphrun("replay", str(drive), "--against", "dd100/cmd_vel", code=2, out="")
-    assert result.err == "graphrun replay: dd100/cmd_vel uses prims of a scene; give a scene to --against\n"
+    assert (
+        result.err
+        == "graphrun replay: --against dd100/cmd_vel: the graph uses prims of a scene; give a scene instead\n"
+    )
 
 
 def test_a_topic_that_nobody_reads_any_more_is_told(graphrun: Graphrun, drive: Path) -> None:
@@ -183,7 +186,7 @@ def test_versions_and_processors_that_differ_are_told_first(graphrun: Graphrun, 
 def test_rays_are_those_of_the_recording(graphrun: Graphrun, drive: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("graphengine.cli.recorded_run.find_spec", lambda name: None)
     result = graphrun("replay", str(rewritten(drive, manifest={"rays": '"fast"'})), code=2, out="")
-    assert "its lidars used rays 'fast', which need numba\n" in result.err
+    assert "the run cast the rays of lidars with --rays fast, which needs numba\n" in result.err
     assert "give --rays mujoco" in result.err
     assert (
         "rays: mujoco, recorded with "
@@ -198,7 +201,7 @@ def test_modules_are_not_imported_because_a_file_says_so(
     put(tmp_path / "evil_nodes.py", "raise SystemExit('imported')")
     record(tmp_path / "out.mcap", 1, clock, modules=["evil_nodes"])
     result = graphrun("replay", "out.mcap", code=2)
-    assert "the run used additional node types; if you trust them, give --import evil_nodes" in result.err
+    assert "the run used modules with node types; if you trust these modules, give --import evil_nodes" in result.err
     assert "--import evil_nodes: SystemExit: imported" in graphrun("replay", "out.mcap", "--import", "evil_nodes").err
 
 

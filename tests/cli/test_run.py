@@ -75,7 +75,7 @@ def test_a_graph_runs_in_the_scene_that_it_names(graphrun: Graphrun, project: Pa
 
 def test_a_graph_that_asks_for_prims_is_told_to_want_a_scene(graphrun: Graphrun) -> None:
     result = graphrun("run", "dd100/cmd_vel", *MEMORY, code=2, out="")
-    assert result.err.endswith("cmd_vel.yaml uses prims of a scene; give one with --scene\n")
+    assert result.err.endswith("cmd_vel.yaml uses prims of a scene; give the scene with --scene\n")
 
 
 def test_a_file_with_errors_does_not_run(graphrun: Graphrun, project: Path) -> None:
@@ -132,7 +132,7 @@ def test_a_paced_run_takes_no_less_than_its_time(graphrun: Graphrun, project: Pa
         (
             "--simulation-interfaces",
             "mine",
-            "write a namespace as in --simulation-interfaces /one, and what to run before it",
+            "write a namespace, as in --simulation-interfaces /one; write the scene or graph before this option",
         ),
         ("--simulation-interfaces", "/one/", "ends with '/'"),
         ("--seed", "x", "is not a whole number"),
@@ -305,7 +305,7 @@ def test_messages_that_were_dropped_are_counted_in_the_end(
     assert result.err.splitlines()[1:-1] == [
         "malformed and dropped: 1 message of /a",
         "malformed and dropped: 2 messages of /b",
-        "overwritten before a tick took them: 4 messages of /b",
+        "overwritten before a tick read them: 4 messages of /b",
         "given up on a reader that did not keep up: 3 messages of /c",
     ]
 
@@ -319,9 +319,9 @@ def test_pictures_that_come_too_late_are_told_at_once_and_counted_in_the_end(
     monkeypatch.setattr(DryWorld, "step", step)
     result = graphrun("run", "mine.yaml", "--for", "100ms", *MEMORY)
     _, warning, remedy, count, _ = result.err.splitlines()
-    assert warning == "warning: /robot/camera: a picture came too late and was dropped"
-    assert remedy.startswith("  drawing does not keep up")
-    assert count == "came too late and dropped: 6 pictures of /robot/camera"
+    assert warning == "warning: /robot/camera: an image came too late and was dropped"
+    assert remedy.startswith("  rendering does not keep up")
+    assert count == "came too late and dropped: 6 images of /robot/camera"
     assert ticks(result.err) == 6
 
 

@@ -118,7 +118,7 @@ def test_an_unknown_camera_is_told_with_what_there_is(
     graphrun: Graphrun, project: Path, camera: str, told: str
 ) -> None:
     result = graphrun("snapshot", SCENE, "--camera", camera, "-o", "picture.png", code=2)
-    assert f"--camera {camera}: there is no such view, and no camera there\n  {told}" in result.err
+    assert f"--camera {camera}: there is no view or camera with this name or path\n  {told}" in result.err
     assert not (project / "picture.png").exists()
 
 
@@ -130,7 +130,7 @@ def test_a_name_that_several_cameras_have_is_told_with_their_paths(graphrun: Gra
     scene = f"scene: two\nworld: worlds/flat_grid.xml\nrobots:\n{robots}"
     (project / "two.yaml").write_text(scene, encoding="utf-8")
     result = graphrun("snapshot", "two.yaml", "--camera", DEPTH, "-o", "picture.png", code=2)
-    assert "this could mean 2 cameras\n  write one of: /one/Geometry/" in result.err
+    assert "2 cameras have this name\n  write one of: /one/Geometry/" in result.err
 
 
 @pytest.mark.parametrize(

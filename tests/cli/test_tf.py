@@ -72,7 +72,11 @@ def test_the_only_namespace_is_meant_where_none_is_given(tree: Graphrun, peer: D
 def test_of_several_namespaces_one_must_be_given(tree: Graphrun, peer: DdsTransport) -> None:
     latch(peer, "/a/tf_static", ("base", "laser"))
     latch(peer, "/b/tf_static", ("base", "camera"))
-    tree(code=1, out="", err="error: there are several trees\nchoose with --namespace one of: /a, /b\n")
+    tree(
+        code=1,
+        out="",
+        err="error: transforms are published in several namespaces\nchoose with --namespace one of: /a, /b\n",
+    )
     assert "camera" in tree("--namespace", "/b").out
 
 
@@ -94,7 +98,7 @@ def test_what_is_wrong_is_warned_of(tree: Graphrun, peer: DdsTransport, domain: 
     assert result.err.splitlines()[1:] == [
         "warning: the tree is in 3 pieces, with the roots chassis, map, odom",
         "warning: base has 2 parents: map (by /other), odom (by /peer)",
-        "warning: /other writes /tf_static with durability volatile: tf2 does not hear it",
+        "warning: /other publishes /tf_static with durability volatile, so tf2 does not receive it",
     ]
     assert (result.code, strict.code) == (0, 1)
 
@@ -138,7 +142,7 @@ def test_a_picture_is_drawn_by_the_dot_that_is_found(
     ("name", "remedy"),
     [
         ("frames.png", "or install graphviz"),
-        ("frames.jpg", "ends in .txt, .dot"),
+        ("frames.jpg", "end in one of .txt, .dot"),
     ],
 )
 def test_a_file_that_cannot_be_written_is_refused_at_once(

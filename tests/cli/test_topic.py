@@ -218,7 +218,7 @@ def test_echo_asks_for_what_all_publishers_offer(topic: Graphrun, peer: DdsTrans
 
 def test_echo_needs_no_publisher_where_the_type_is_given(topic: Graphrun, peer: DdsTransport) -> None:
     result = topic("echo", "--once", "/later", STRING, "--timeout", "0.05")
-    assert (result.code, result.out, result.err) == (1, "", "nothing arrived on /later within 0.05 s\n")
+    assert (result.code, result.out, result.err) == (1, "", "no message to print arrived on /later within 0.05 s\n")
 
 
 def make_scan() -> Any:
@@ -267,7 +267,7 @@ def test_echo_drops_what_a_peer_with_another_definition_sends_and_warns(
     result = topic("echo", "--once", "--timeout", "1", "/chatter", code=1, out="")
     assert result.err.splitlines() == [
         f"WARNING: /robots/peer has another definition of {STRING} ({other}): its messages are dropped",
-        "nothing arrived on /chatter within 1 s",
+        "no message to print arrived on /chatter within 1 s",
         "WARNING: /chatter: dropped messages that do not fit the topic's type: 1",
     ]
 
@@ -333,7 +333,7 @@ def test_echo_tells_why_nothing_arrives(topic: Graphrun, peer: DdsTransport) -> 
 @pytest.mark.parametrize(
     ("name", "message_type", "options", "reason"),
     [
-        ("/cmd_vel", "geometry_msgs/msg/TwistStamped", [], "/robots/peer reads geometry_msgs/msg/Twist"),
+        ("/cmd_vel", "geometry_msgs/msg/TwistStamped", [], "/robots/peer subscribes to geometry_msgs/msg/Twist"),
         (
             "/cmd_vel",
             TWIST,
@@ -400,10 +400,10 @@ def test_messages_of_ones_own_are_found_where_the_command_line_says(
             "the name '__import__' is not allowed in an expression",
         ),
         (["echo", "/chatter", "--filter", "msg.data"], 2, "there is no 'msg'\nlegal: m, "),
-        (["echo", "/chatter", "--truncate-length", "-1"], 2, "write a whole number from 0"),
+        (["echo", "/chatter", "--truncate-length", "-1"], 2, "write a whole number, 0 or more"),
         (["echo", "/chatter", "--spin-time", "nan"], 2, "write seconds, such as 0.5"),
         (["delay", "/chatter"], 1, "std_msgs/msg/String has no header"),
-        (["hz", "/chatter", "-w", "0"], 2, "write a whole number from 1"),
+        (["hz", "/chatter", "-w", "0"], 2, "write a whole number, 1 or more"),
         (
             ["pub", "/chatter", STRING, "{date: 1}"],
             1,

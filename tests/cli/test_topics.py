@@ -69,7 +69,7 @@ def test_a_publisher_of_many_transforms_does_not_widen_the_table(graphrun: Graph
 def test_a_graph_without_a_scene_says_that_namespaces_are_not_known(graphrun: Graphrun) -> None:
     alone = graphrun("topics", "dd100/cmd_vel")
     assert alone.lines[1].startswith("/cmd_vel ")
-    assert alone.err == "namespaces are unknown without a scene; give one with --scene\n"
+    assert alone.err == "the namespaces of topics are unknown without a scene; give one with --scene\n"
     in_scene = graphrun("topics", "dd100/cmd_vel", "--scene", "dd100_flat")
     assert in_scene.lines[1].startswith("/dd100_0000/cmd_vel ")
     assert in_scene.err == ""

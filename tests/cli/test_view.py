@@ -58,7 +58,7 @@ def test_modules_of_a_recording_are_imported_only_if_they_are_given(graphrun: Gr
     path = clock.parent / "out.mcap"
     record(path, 3, clock, modules=["strange_nodes"])
     result = graphrun("view", str(path), code=2, out="")
-    assert "if you trust them, give --import strange_nodes" in result.err
+    assert "if you trust these modules, give --import strange_nodes" in result.err
 
 
 def test_a_scene_with_errors_is_told(graphrun: Graphrun, tmp_path: Path) -> None:

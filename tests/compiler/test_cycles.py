@@ -8,7 +8,7 @@ from graphengine.format.diagnostics import Findings
 from tests.compiler.conftest import MakeBench, MakeFile
 from tests.compiler.harness import planned
 
-DATA, EXECUTION = ("G209", "data nodes wait for each other: "), ("G210", "execution runs in a circle: ")
+DATA, EXECUTION = ("G209", "data nodes form a cycle: "), ("G210", "execution wires form a cycle: ")
 
 
 @pytest.mark.parametrize(
@@ -50,8 +50,11 @@ def test_r5_r6_a_cycle_is_an_error_printed_whole_with_its_lines(
     code, words = told
     assert (found.code, found.message) == (code, words + path)
     assert [(span.line, label) for span, label in found.related] == list(enumerate(circle, 4))
-    remedies = {"G209": "a node that has an execution input", "G210": "a Delay, or a control pin"}
-    assert found.help == (f"break it with {remedies[code]}",)
+    remedies = {
+        "G209": "a node that has an execution input",
+        "G210": "a Delay node, or a control input such as `reset`",
+    }
+    assert found.help == (f"break the cycle with {remedies[code]}",)
 
 
 @pytest.mark.parametrize(

@@ -24,7 +24,9 @@ def test_a_protocol_its_stub_and_its_implementation_belong_to_one_kind() -> None
 
 
 def test_a_class_that_is_no_device_is_refused() -> None:
-    with pytest.raises(TypeError, match=r"Stage'> is no device; give a Protocol that a module of graphengine\.devices"):
+    with pytest.raises(
+        TypeError, match=r"Stage'> is not a device; pass a Protocol that a module of graphengine\.devices"
+    ):
         device_of(Stage)
 
 

@@ -239,7 +239,7 @@ def test_a_graph_that_runs_in_a_circle_is_drawn_with_the_circle_on_it(drawn: Dra
     assert circular(text) == ["Branch.execTrue -> First.execIn", "First.execOut -> Branch.execIn"]
     made = nodes(text)
     assert failed(made) == ["Branch", "First"]
-    assert "execution runs in a circle: Branch -> First -> Branch" in told(made["First"])
+    assert "execution wires form a cycle: Branch -> First -> Branch" in told(made["First"])
     assert "in a circle</text>" in text
     assert mistakes(read(text)) == []
 

@@ -136,7 +136,7 @@ def test_unknown_keys_at_every_level(head: str, text: str, place: str, key: str,
 
 
 TURNED = f"{SCENE}robots:\n  r:\n    use: r.yaml\n    orientation: "
-BOTH = "6:5 orientation: give one of rpy_deg: [roll, pitch, yaw] and quaternion_xyzw: [x, y, z, w]"
+BOTH = "6:5 orientation: give either rpy_deg: [roll, pitch, yaw] or quaternion_xyzw: [x, y, z, w]"
 
 
 @pytest.mark.parametrize(

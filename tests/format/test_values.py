@@ -27,7 +27,7 @@ def first(folder: Path, text: str) -> tuple[str, str, tuple[str, ...]]:
 @pytest.mark.parametrize(
     ("variable", "message", "marked"),
     [
-        ("{type: uint, default: -1}", " is a uint: expected 0 to 4294967295, got -1", "-1"),
+        ("{type: uint, default: -1}", " is a uint: expected a value from 0 to 4294967295, got -1", "-1"),
         ("{type: 'double[3]', default: [1, 2]}", " is a double[3]: expected 3 values, got 2", "["),
         ("{type: token, default: 3}", " is a token: expected text, got 3", "3"),
         ("{type: double, default: fast}", " is a double: expected a number, got 'fast'", "fast"),
@@ -45,7 +45,7 @@ def test_a_variable_that_makes_no_sense(variable: str, message: str, marked: str
 @pytest.mark.parametrize(
     ("value", "message", "marked"),
     [
-        ("{type: uint64, value: -5}", "A.a: expected 0 to 18446744073709551615, got -5", "-5"),
+        ("{type: uint64, value: -5}", "A.a: expected a value from 0 to 18446744073709551615, got -5", "-5"),
         ("{type: double, value: fast}", "A.a is a double: expected a number, got 'fast'", "fast"),
         ("{type: dubble, value: 1}", "A.a: 'dubble' is not a port type", "dubble"),
         (

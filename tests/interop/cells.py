@@ -176,7 +176,7 @@ def service_server(cell: Cell) -> str:
     server = ours.transport.server(SERVICE, SET_BOOL, QoS(), answer)
     outcome = peer.call(service=SERVICE, count=CALLS)
     if not outcome["answered"]:
-        raise unreachable("a client of ROS 2 is not answered", *ours.transport.foreign_services.values())
+        raise unreachable("a ROS 2 client gets no response", *ours.transport.foreign_services.values())
     return answered(outcome["answered"], outcome["times"], outcome["found"])
 
 
@@ -190,7 +190,7 @@ def service_client(cell: Cell) -> str:
 
     client = ours.transport.client(SERVICE, SET_BOOL, QoS(), keep)
     try:
-        found = seconds_until(lambda: client.ready, "the server of ROS 2 is found")
+        found = seconds_until(lambda: client.ready, "graphengine discovers the ROS 2 server")
     except CellError as error:
         raise unreachable(str(error), *ours.transport.foreign_services.values()) from None
     times, right = list[float](), 0
@@ -220,7 +220,7 @@ def action_server(cell: Cell) -> str:
     peer = cell.peer()
     outcome = peer.pursue(action=ACTION, order=5)
     if not outcome["answered"]:
-        raise unreachable("a client of ROS 2 is not answered", run.said)
+        raise unreachable("a ROS 2 client gets no response", run.said)
     return pursued(outcome, [0, 1, 1])
 
 
@@ -229,7 +229,7 @@ def action_client(cell: Cell) -> str:
     peer.offer(action=ACTION)
     caller = ActionCaller(ours.transport, ACTION, FIBONACCI)
     try:
-        found = seconds_until(lambda: caller.ready, "the server of ROS 2 is found")
+        found = seconds_until(lambda: caller.ready, "graphengine discovers the ROS 2 server")
     except CellError as error:
         raise unreachable(str(error), *ours.transport.foreign_services.values()) from None
     begun = time.monotonic()
@@ -260,7 +260,7 @@ def parameters(cell: Cell) -> str:
     run = cell.run("graphs/clock.yaml", "--simulation-interfaces")
     outcome = cell.peer().parameters(node="/clock", name="real_time_factor", value=0.5)
     if not outcome["answered"]:
-        raise unreachable("a client of ROS 2 is not answered", run.said)
+        raise unreachable("a ROS 2 client gets no response", run.said)
     wanted = {"listed": True, "described": True, "type": [3], "set": True, "value": 0.5}
     if {name: outcome[name] for name in wanted} != wanted or not outcome["refused"]:
         raise CellError(f"the parameter services answer {outcome}")
@@ -269,7 +269,7 @@ def parameters(cell: Cell) -> str:
 
 def lost_at_first(outcome: dict[str, Any]) -> str:
     """Return how many calls were sent again because they were not answered; empty if none was."""
-    return f", not answered at first: {outcome['lost']}" if outcome.get("lost") else ""
+    return f", repeated calls: {outcome['lost']}" if outcome.get("lost") else ""
 
 
 def graph(cell: Cell, text: str) -> Run:
@@ -402,7 +402,7 @@ def qos_events(cell: Cell) -> str:
         lambda: "deadline" in peer.events()["events"], "a reader of ROS 2 learns of a missed deadline"
     )
     network.close()
-    return f"2 mismatches told to both sides in {found:.1f} s; missed deadline told after {missed:.1f} s"
+    return f"2 mismatches reported to both sides in {found:.1f} s; missed deadline reported after {missed:.1f} s"
 
 
 def late_joiner(cell: Cell) -> str:
@@ -456,7 +456,8 @@ def killed_peer(cell: Cell) -> str:
             raise CellError("the killed peer is not forgotten within 60 s")
         time.sleep(0.02)
     gone, other = time.monotonic() - begun, cell.peer()
-    return f"forgotten after {gone:.0f} s, no write over {1e3 * longest:.0f} ms; next: {forth(ours, other, 'text', 50, 50.0)}"
+    figures = f"forgotten after {gone:.0f} s, longest write {1e3 * longest:.0f} ms"
+    return f"{figures}; next peer: {forth(ours, other, 'text', 50, 50.0)}"
 
 
 def restarted_nodes(cell: Cell) -> str:
@@ -468,7 +469,7 @@ def restarted_nodes(cell: Cell) -> str:
     both.append(again(ours, peer))
     peer.end()
     both.append(f"{forth(ours, cell.peer(), 'text', 20, 50.0)}")
-    return f"ours: {both[1]}; theirs: {both[2]}"
+    return f"graphengine restarted: {both[1]}; peer restarted: {both[2]}"
 
 
 def again(ours: Ours, peer: Peer) -> str:

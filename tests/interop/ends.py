@@ -49,7 +49,7 @@ def seconds_until(condition: Callable[[], object], what: str, patience: float = 
     begun = time.monotonic()
     while not condition():
         if time.monotonic() - begun > patience:
-            raise CellError(f"{what}: not within {patience:g} s")
+            raise CellError(f"this did not happen within {patience:g} s: {what}")
         time.sleep(0.002)
     return time.monotonic() - begun
 

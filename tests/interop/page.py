@@ -54,11 +54,12 @@ def packages() -> dict[str, str]:
 def _head() -> Iterator[str]:
     yield """# Interoperability with ROS 2
 
-Each cell was run between this project and a node of rclpy in another process. A row names what this project does: in
-`service server` it offers the service and a ROS 2 node calls it. The columns are its transport and the RMW of the ROS 2 node.
-Embedded DDS needs no installed ROS 2; `--transport rclpy` uses the one that is sourced. `python -m tests.interop.matrix` writes
-this page where a ROS 2 is sourced; `tests/interop/test_matrix.py` fails if another cell fails, and also if one of those that
-fail here begins to work.
+Each cell of the table is the result of a test between graphengine and an rclpy node in another process. A row names the role of
+graphengine: in `service server`, graphengine offers a service and the ROS 2 node calls it. A column names the transport of
+graphengine and the RMW of the ROS 2 node. Embedded DDS needs no ROS 2 installation; `--transport rclpy` uses the sourced ROS 2.
+
+With a sourced ROS 2, `python -m tests.interop.matrix` runs the tests and writes this page. `tests/interop/test_matrix.py` fails
+if a result differs from this table: if a cell with `yes` fails, or if a cell with `no` works.
 """
 
 
@@ -74,32 +75,35 @@ def _unreachable() -> Iterator[str]:
     yield f"""
 ## What does not work
 
-Between embedded DDS, which is Cyclone DDS, and nodes on {_RMWS[1]}:
-{", ".join(rows)}. The two RMWs of ROS 2 encode the identity of a request
-differently, so services do not cross between them in ROS 2 either, and actions and parameters consist of services.
-Topics, tf and QoS cross. What to do, one of:
+Between embedded DDS, which is Cyclone DDS, and nodes on {_RMWS[1]}, these rows fail:
+{", ".join(rows)}.
+The two RMWs of ROS 2 encode the identity of a request differently, so services do not work between these RMWs in ROS 2 either.
+Actions and parameters consist of services. Topics, tf and QoS events work. There are two remedies:
 
 - Source ROS 2 and run `graphrun` with `{HINT}`: it is then a node on the RMW that is sourced.
 - Run the ROS 2 nodes with `RMW_IMPLEMENTATION={_RMWS[0]}`.
 
-`graphrun` prints this when it sees such a peer. `graphrun ctl` controls a simulation without ROS 2 in any case."""
+`graphrun` prints these remedies when it discovers such a peer. `graphrun ctl` needs no ROS 2 and works in any case."""
 
 
 def _figures(cells: dict[tuple[str, str, str], Result]) -> Iterator[str]:
     yield """
-## Figures
+## Measurements
 
-`->` is from this project to ROS 2, `<-` from ROS 2: messages received of those sent, the rate at which they were sent, the median
-time from one program to the other, and the time until both ends found each other. All nodes are on one machine.
-What the rows do not count:
+`->` means from graphengine to ROS 2, `<-` from ROS 2 to graphengine. Each entry gives the number of received and of sent
+messages, the rate of sending, the median latency between the two processes, and the discovery time. All processes ran on one
+machine.
 
-- Best effort messages may be lost; the numbers say how many were.
-- From a Fast DDS writer to embedded DDS, the first reliable message of 1 or 4 MB was lost (59 of 60, 19 of 20). In these two
-  rows, each writer of ROS 2 sends one message before those that are counted.
-- A client that calls at the moment at which it finds a server may get no answer to its first call. In `action server` and
-  `parameters`, where clients wait for a server that starts, they call again after 5 s, up to 4 times; the row says if they did.
-- `QoS events` are incompatible profiles and missed deadlines. Liveliness and matched events are left out: nodes on
-  rmw_fastrtps_cpp did not get all of them within 20 s."""
+The tests make these exceptions:
+
+- Lost best-effort messages are no failure; the entries show how many messages arrived.
+- Embedded DDS lost the first reliable message of 1 or 4 MB from a Fast DDS writer (59 of 60 and 19 of 20 arrived). In these two
+  rows, each ROS 2 writer first sends one message that is not counted.
+- A client that calls at the moment when it discovers a server may receive no response to its first call. In `action server` and
+  `parameters`, the clients wait for a server that is just starting. They repeat an unanswered call after 5 s, up to 4 times;
+  the entry gives the number of repeated calls.
+- `QoS events` tests incompatible QoS profiles and missed deadlines. Liveliness and matched events are not tested, because nodes
+  on rmw_fastrtps_cpp did not get all of these events within 20 s."""
     for row in ROWS:
         yield f"\n### {row}\n\n| transport | RMW of the peer | |\n|---|---|---|"
         for kind, rmw in COLUMNS:
@@ -138,22 +142,28 @@ def _distros() -> Iterator[str]:
     yield f"""
 {DISTROS_TITLE}
 
-`--distro {"|".join(DISTROS)}` chooses the distribution whose message definitions are used; the default
-is the sourced one, else Jazzy. Recordings keep it. All types have the same bytes and the same type hash in each distribution
-that has them, except:
+`--distro {"|".join(DISTROS)}` selects the distribution whose message definitions graphengine uses. The
+default is the sourced distribution, or Jazzy if none is sourced. Recordings store the selection. A type has the same encoding
+and the same type hash in all distributions that have it, except for these types, which differ in the listed fields:
 
 | fields | {titles} |
 |---|{"---|" * len(DISTROS)}"""
     for name, each in differing.items():
         yield f"| {name} | " + " | ".join(", ".join(f"`{line}`" for line in lines) for lines in each) + " |"
     yield f"""
-So do the types that contain them: {", ".join(sorted(distros.containing(set(differing))))}. Only in some distributions:
+The type hashes of these types differ because they contain a type of the table:
+{", ".join(sorted(distros.containing(set(differing))))}.
+
+These types exist only in the marked distributions:
 
 | type | {titles} |
 |---|{"---|" * len(DISTROS)}"""
     for name, known in distros.missing():
         yield f"| {name} | " + " | ".join(_YES if has else "" for has in known) + " |"
     yield """
-Shipped beside the definitions of the distributions: simulation_interfaces 1.5.1, which Jazzy and Kilted have (version 2 has
-other fields in Spawnable, LoadWorld, SetEntityState and SpawnEntity, and is not spoken); control_msgs 5.8.0 for Jazzy, 6.3.0
-and later for the others; vision_msgs 4.1.1 and ackermann_msgs 2.0.2 for all three."""
+In addition to the definitions of the distributions, graphengine contains those of:
+
+- simulation_interfaces 1.5.1, the version of Jazzy and Kilted. Version 2 has other fields in Spawnable, LoadWorld,
+  SetEntityState and SpawnEntity, and is not supported.
+- control_msgs 5.8.0 for Jazzy, and 6.3.0 and later for Kilted and Lyrical.
+- vision_msgs 4.1.1 and ackermann_msgs 2.0.2 for all three distributions."""

@@ -126,7 +126,7 @@ def test_a_robot_without_odometry_is_a_warning_that_says_what_to_add(tmp_path: P
     assert findings.errors == []
     (missing,) = (finding for finding in findings.warnings if finding.message.startswith("no node publishes odometry"))
     assert missing.message == (
-        "no node publishes odometry of /dd100 on /dd100_0000/tf, a transform from odom to its base link: "
+        "no node publishes odometry of /dd100 on /dd100_0000/tf, a transform from odom to the base link, so "
         "map -> odom will not be published"
     )
     assert "graphs/wheel_odometry.yaml" in missing.help[0]
@@ -148,4 +148,4 @@ def test_a_graph_that_runs_before_the_odometry_is_a_warning_of_the_run(tmp_path:
         job.session.services.log = lambda severity, node, message: logged.append(message)
         job.run(0.1)
         assert ("map", "odom") not in transforms(job)
-    assert logged[0].startswith("map -> odom is not published: the odometry of this tick must be there first")
+    assert logged[0].startswith("map -> odom is not published: the odometry of this tick must be published first")

@@ -83,7 +83,7 @@ def test_a_path_that_is_taken_is_refused(tmp_path: Path, name: str, at: str, wor
 @pytest.mark.parametrize(
     ("robots", "words"),
     [
-        ((FIRST.replace("use:", "at: World/a, use:"),), "'World/a' is not the path of a robot's prim"),
+        ((FIRST.replace("use:", "at: World/a, use:"),), "'World/a' is not a legal path for a robot's prim"),
         ((FIRST.replace("use:", "at: /World, use:"),), "cannot be named 'World'"),
         ((PLACED, SECOND.replace("/second", "/first")), "/World/robots/first is a robot"),
         ((PLACED, SECOND.replace("/second", "/first/second")), "/World/robots/first is a robot"),

@@ -236,7 +236,7 @@ def test_a_robot_that_others_read_cannot_go(tmp_path: Path) -> None:
     path.write_text(path.read_text() + "  watch: {use: watch.yaml}\n", encoding="utf-8")
     with Job(path) as job:
         job.run(0.1)
-        with pytest.raises(UsageError, match="/World/watch/Odometry of graph watch uses it"):
+        with pytest.raises(UsageError, match="/World/watch/Odometry of graph watch uses the robot"):
             job.remove("one")
         job.run(0.1)
         assert len(job.heard("/one/odom")) == 12
@@ -269,7 +269,7 @@ def test_a_file_with_a_mistake_is_told_each_time_until_it_is_right(tmp_path: Pat
 
 
 def test_a_robot_that_would_say_what_another_says_is_refused(job: Job) -> None:
-    with pytest.raises(CheckError, match=r"frame 'base_link' below 'odom' comes from both /one/.* and /late/"):
+    with pytest.raises(CheckError, match=r"frame 'base_link' below 'odom' is published by both /one/.* and /late/"):
         job.spawn("late", LATE.model_copy(update={"namespace": "one"}))
     assert "/late" not in physics(job).stage
     job.spawn("late", LATE)

@@ -22,5 +22,7 @@ def test_each_mailbox_of_a_queue_takes_an_item_once_in_the_tick_after_it_was_pos
 def test_an_impulse_goes_to_the_one_node_that_a_name_means() -> None:
     queues = {f"{IMPULSE}/World/{graph}/Bell": EventQueue(graph) for graph in ("front", "back")}
     assert find_impulses(queues, "back/Bell") == ("/World/back/Bell", queues[f"{IMPULSE}/World/back/Bell"])
-    with pytest.raises(UsageError, match=r"2 nodes 'Bell'\n  write one of: /World/front/Bell, /World/back/Bell"):
+    with pytest.raises(
+        UsageError, match=r"2 OnImpulseEvent nodes match 'Bell'\n  write one of: /World/front/Bell, /World/back/Bell"
+    ):
         find_impulses(queues, "Bell")

@@ -46,7 +46,9 @@ def test_ports_are_called_as_in_omnigraph_unless_they_say_otherwise() -> None:
 
 @pytest.mark.parametrize("name", ["reset", "compute", "setup", "fields", "ports", "kind", "clear", "reads", "gated"])
 def test_a_port_may_not_be_called_like_a_member_of_node(name: str) -> None:
-    with pytest.raises(TypeError, match=f"{name}: the name is taken; call it {name}_in or {name}_out"):
+    with pytest.raises(
+        TypeError, match=f"{name}: the name is taken; call it {name}_in or {name}_out, and set the port's name"
+    ):
         NodeMeta("Bad", (Node,), {name: ExecIn()})
 
 
@@ -104,7 +106,7 @@ def test_defaults_are_shared_and_cannot_be_changed() -> None:
 
 
 def test_a_state_that_can_change_needs_a_factory() -> None:
-    with pytest.raises(TypeError, match=r"Bad\.seen: default .* is mutable; give factory=list"):
+    with pytest.raises(TypeError, match=r"Bad\.seen: default .* is mutable; write factory=list instead"):
 
         class Bad(Node):
             seen: list[int] = State(default=[])
@@ -228,7 +230,7 @@ def test_a_function_keeps_its_name_doc_and_defaults() -> None:
 
 
 def test_a_function_may_not_call_an_argument_like_the_output() -> None:
-    with pytest.raises(TypeError, match="value: the output has this name"):
+    with pytest.raises(TypeError, match="value: the name is reserved for the output"):
 
         @node("test.Bad")
         def Bad(value: float) -> float:

@@ -273,7 +273,7 @@ def test_a_pointer_carries_the_buffer_itself(buffer: Any) -> None:
 
 @pytest.mark.parametrize("address", [1, 2**40, -1, 0.0, True, False, "0", None, [1, 2]])
 def test_an_address_is_no_buffer(address: Any) -> None:
-    with pytest.raises(TypeError, match="expected a wire"):
+    with pytest.raises(TypeError, match="only a wire can provide a buffer"):
         coerce(address, POINTER)
 
 

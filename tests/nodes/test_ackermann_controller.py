@@ -160,7 +160,7 @@ def test_ramps_have_limits_of_their_own() -> None:
 
 @pytest.mark.parametrize("ramp", ["acceleration", "steering_angle_velocity"])
 def test_a_ramp_needs_dt(ramp: str) -> None:
-    with pytest.raises(ValueError, match=r"dt, .* must be above 0 for ramps: wire deltaSeconds"):
+    with pytest.raises(ValueError, match=r"dt, .* must be above 0 for ramps \(wire deltaSeconds"):
         controller(speed=1.0, **{ramp: 1.0}).compute()
 
 

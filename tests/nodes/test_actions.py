@@ -205,7 +205,7 @@ def test_two_servers_of_one_action_are_an_error_once(play: Player) -> None:
     with pytest.raises(CheckError) as caught:
         play.graph(extended(SERVER, second, "Tick.tick -> Second.execIn"))
     (finding,) = [found for found in caught.value.findings if found.severity == "error"]
-    assert "the action /fibonacci is offered here and by" in finding.message
+    assert "the action /fibonacci has a server here and another in" in finding.message
 
 
 def test_a_name_that_ros_refuses_is_told_where_it_stands(play: Player) -> None:

@@ -45,5 +45,5 @@ def test_the_name_of_an_actuator_stands_for_its_joint(play: Player, node: str, i
 @pytest.mark.parametrize(("node", "inputs"), NODES)
 def test_an_actuator_that_moves_no_single_joint_is_refused(play: Player, node: str, inputs: str) -> None:
     files = {"bot.xml": KITCHEN_SINK, "scene.yaml": SCENE, "graph.yaml": GRAPH % (node, inputs.format("gripper"))}
-    with pytest.raises((CheckError, NodeError), match="does not move a single joint"):
+    with pytest.raises((CheckError, NodeError), match="does not move exactly one joint"):
         play.scene(files).tick(2)

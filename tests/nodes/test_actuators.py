@@ -125,10 +125,10 @@ def test_efforts_are_set_for_the_selected_joints_and_kept_for_the_others(
 @pytest.mark.parametrize(
     ("inputs", "message"),
     [
-        ({"feedforward_command": [1.0, 2.0]}, "one, or one for each of 3 joints of /bot"),
+        ({"feedforward_command": [1.0, 2.0]}, "one effort, or one for each of 3 joints of /bot"),
         ({"feedforward_command": [1.0], "dof_indices": [3]}, "dofIndices cannot be"),
         ({"feedforward_command": [1.0], "dof_indices": [-1]}, "dofIndices cannot be"),
-        ({"feedforward_command": [1.0], "indices": [1]}, "indices must be 0"),
+        ({"feedforward_command": [1.0], "indices": [1]}, r"indices must be empty or \[0\]"),
     ],
 )
 def test_an_index_or_a_length_that_does_not_fit_is_refused(inputs: dict[str, Any], message: str) -> None:

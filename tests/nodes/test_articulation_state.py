@@ -132,7 +132,7 @@ def test_joint_states_feed_the_publisher(play: Player) -> None:
 
 def test_what_does_not_stand_for_a_robot_is_refused(context: RecordingContext) -> None:
     context.world.stage.add("/table", "body")
-    with pytest.raises(PrimError, match="does not stand for a robot"):
+    with pytest.raises(PrimError, match="is not the root prim, base link or articulation root of a robot"):
         ready(IsaacReadJointState, context, prim="/table")
 
 

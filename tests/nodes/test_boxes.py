@@ -150,7 +150,7 @@ def test_what_is_behind_the_camera_or_beside_the_picture_has_no_loose_box(place:
 @pytest.mark.parametrize("scale", [0.0, np.nan, np.inf])
 def test_a_solid_box_without_a_volume_is_refused(scale: float) -> None:
     flat = (1, -1, -1, -1, 1, 1, 1, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, scale, 0, 0, 0, 0, 1)
-    with pytest.raises(ValueError, match="data must be finite and invertible in the matrix of box 1"):
+    with pytest.raises(ValueError, match="data must be a finite and invertible matrix in box 1"):
         published_3d(BOXES[0], flat)
 
 
@@ -166,5 +166,7 @@ def test_without_boxes_an_empty_array_goes_out(cls: type[BoxPublisher], topic: s
 @pytest.mark.parametrize(("cls", "size"), [(ROS2PublishBbox2D, BOX.itemsize), (ROS2PublishBbox3D, BOX_3D.itemsize)])
 def test_bytes_that_are_no_whole_boxes_are_refused(cls: type[BoxPublisher], size: int) -> None:
     node = ready(cls, RecordingContext(), data=np.zeros(size + 1, np.uint8))
-    with pytest.raises(ValueError, match=f"data must be of {size} bytes per box, it is {size + 1}"):
+    with pytest.raises(
+        ValueError, match=f"data must be a multiple of {size} bytes, the size of a box, it is {size + 1}"
+    ):
         node.compute()

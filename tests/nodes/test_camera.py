@@ -78,7 +78,7 @@ def test_compressed_colours_have_the_stamp_and_frame_of_the_picture(compression:
 
 @pytest.mark.parametrize("kind", ["depth", "depth_pcl", *SEGMENTATIONS])
 def test_only_colours_can_be_compressed(kind: str) -> None:
-    with pytest.raises(ContextError, match=f"pictures of type '{kind}' cannot be compressed"):
+    with pytest.raises(ContextError, match=f"images of type '{kind}' cannot be compressed"):
         Bench(kind, compression="png")
 
 

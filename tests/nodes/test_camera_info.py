@@ -184,7 +184,7 @@ def test_a_pair_whose_cameras_differ_is_refused(changes: dict[str, Any]) -> None
     "turn", [rotation.from_rpy(0.0, 0.0, 0.01), rotation.from_rpy(0.01, 0.0, 0.0), rotation.from_rpy(0.0, math.pi, 0.0)]
 )
 def test_a_pair_whose_axes_are_not_parallel_is_refused(turn: Quaternion) -> None:
-    refused("not a rectified stereo pair\nthe axes have to be parallel", turn=rotation.multiply(turn, FORWARD))
+    refused("not a rectified stereo pair\nthe optical axes must be parallel", turn=rotation.multiply(turn, FORWARD))
 
 
 @pytest.mark.parametrize("position", [(0.0, 0.0475, -0.095), (0.05, -0.0475, 0.0)])

@@ -19,7 +19,7 @@ def complaint(cls: Any, **inputs: Any) -> str:
     with pytest.raises(NodeClassError) as caught:
         check_node(cls, **inputs)
     first, *lines = str(caught.value).split("\n  - ")
-    assert first.endswith(f"{cls.__qualname__} is not a sound node:")
+    assert first.endswith(f"{cls.__qualname__} fails the node check:")
     return "; ".join(lines)
 
 
@@ -60,7 +60,7 @@ def test_a_name_of_one_word_needs_a_doc() -> None:
 
         gain: float = In(default=1.0)
 
-    assert complaint(Short) == "gain: a name of one word needs a doc"
+    assert complaint(Short) == "gain: a port whose name is one word needs a description, `doc=`"
 
 
 @pytest.mark.parametrize("field", ["wheel_speed", "joint_velocities", "time_stamp", "max_force"])
@@ -83,7 +83,7 @@ def test_a_name_belongs_to_one_class() -> None:
 
     assert (
         complaint(Clock)
-        == "'isaacsim.ros2.bridge.ROS2PublishClock' is the name of graphengine.nodes.ros2.state.ROS2PublishClock"
+        == "the type name 'isaacsim.ros2.bridge.ROS2PublishClock' belongs to graphengine.nodes.ros2.state.ROS2PublishClock"
     )
 
 
@@ -103,7 +103,7 @@ def test_a_default_that_is_not_given_is_legal_too() -> None:
 
         loop_gain: float = In(gt=0.0)
 
-    assert complaint(Positive) == "loopGain: its default 0.0 is not legal: expected a value > 0"
+    assert complaint(Positive) == "loopGain: the default 0.0 is not valid: expected a value > 0"
 
 
 def test_a_bound_that_json_cannot_hold_is_found() -> None:

@@ -60,7 +60,7 @@ def test_a_velocity_that_is_not_finite_is_refused(context: RecordingContext, spe
 def test_a_prim_without_a_body_is_refused_with_those_there_are(context: RecordingContext) -> None:
     belt(context)
     context.world.stage.add("/World/group", "scope")
-    with pytest.raises(PrimError, match="'/World/group' is a scope without a body of its own\nbodies: /World/belt"):
+    with pytest.raises(PrimError, match="'/World/group' is a scope, which has no rigid body\nbodies: /World/belt"):
         ready(IsaacConveyor, context, conveyor_prim="/World/group")
 
 

@@ -75,7 +75,7 @@ def test_an_impulse_for_nobody_is_told_with_who_waits(play: Player, name: str) -
 
 def test_an_impulse_for_two_names_both(play: Player) -> None:
     playing = play.graph(IMPULSE.replace("Count: Counter", "OtherImpulse: OnImpulseEvent, Count: Counter"))
-    with pytest.raises(UsageError, match="no OnImpulseEvent 'mpulse'"):
+    with pytest.raises(UsageError, match="no OnImpulseEvent node 'mpulse'"):
         playing.command("impulse", node="mpulse")
     playing.command("impulse", node="OtherImpulse")
 
@@ -276,7 +276,7 @@ def test_a_graph_says_goodbye_with_the_time_of_the_last_tick(play: Player) -> No
 
 def test_an_event_that_never_comes_is_told_by_the_check(tmp_path: Path) -> None:
     (finding,) = checked(tmp_path, PLAYS.replace("Simulation Start Play", "Saved")).items
-    assert (finding.code, finding.message) == ("W101", "Start never fires: 'Saved' is an event of editors")
+    assert (finding.code, finding.message) == ("W101", "Start never fires: 'Saved' is an event of the editor")
 
 
 # LogMessage, PrintText

@@ -315,7 +315,10 @@ def test_the_namespace_of_a_robot_is_that_of_its_controller() -> None:
     [
         ({"joint_names": ["elbw"]}, "no joint 'elbw'"),
         ({"joint_names": ["finger"]}, "joint 'finger' follows 'elbow'"),
-        ({"path_tolerances": np.array([0.1, 0.2, 0.3])}, "pathTolerances must be one number, or 2"),
+        (
+            {"path_tolerances": np.array([0.1, 0.2, 0.3])},
+            "pathTolerances must be one number for all joints or 2 numbers",
+        ),
         ({"goal_tolerances": np.array([-0.1])}, "goalTolerances must be one number"),
     ],
 )

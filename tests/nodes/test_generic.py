@@ -262,9 +262,13 @@ def test_messages_in_an_array_may_leave_fields_out(context: RecordingContext) ->
     [
         (TF, {"transforms": ["{"]}, "transforms[0] is not JSON: "),
         (TF, {"transforms": ["[" * 100_000]}, "transforms[0] is not JSON: "),
-        (TF, {"transforms": ["{}", "3"]}, "transforms[1]: geometry_msgs/msg/TransformStamped is a mapping of fields"),
+        (
+            TF,
+            {"transforms": ["{}", "3"]},
+            "transforms[1]: geometry_msgs/msg/TransformStamped must be a mapping of fields",
+        ),
         (TF, {"transforms": ['{"child_frame": ""}']}, "has no field 'child_frame'; did you mean 'child_frame_id'?"),
-        ("sensor_msgs/msg/Image", {"data": [1, 256]}, "data contains 256, which is not a uint8"),
+        ("sensor_msgs/msg/Image", {"data": [1, 256]}, "data contains 256, which is out of the range of uint8"),
         ("geometry_msgs/msg/PoseWithCovariance", {"covariance": [1.0]}, "covariance has 1 elements, not 36"),
     ],
 )
@@ -277,7 +281,9 @@ def test_what_no_message_can_hold_is_refused_in_setup(message_type: str, inputs:
 def test_what_no_message_can_hold_is_refused_when_it_comes_over_a_wire(context: RecordingContext) -> None:
     node = of(ROS2Publisher, "std_msgs/msg/UInt8MultiArray", context)
     node.message__data = np.array([1, 2, 1000], np.uint32)
-    with pytest.raises(BadValueError, match=r"data cannot be .* data contains 1000, which is not a uint8"):
+    with pytest.raises(
+        BadValueError, match=r"data cannot be .* data contains 1000, which is out of the range of uint8"
+    ):
         node.compute()
     node = of(ROS2Publisher, "std_msgs/msg/UInt8", context, topicName="other")
     node.message__data = 1000
@@ -441,7 +447,7 @@ def test_in_a_graph_an_array_that_no_message_can_hold_is_told_at_its_place(tmp_p
             "G208",
             "Say: the ports are the fields of a message, but the inputs name no message type",
         ),
-        ({"messageName": "$(nothing)"}, "G111", "no parameter 'nothing'"),
+        ({"messageName": "$(nothing)"}, "G111", "the graph has no parameter 'nothing'"),
         ({"linear:q": 1.0}, "G204", "ROS2Publisher has no input 'linear:q'"),
         ({"linear:y": "fast"}, "G211", "Say.linear:y is a double: expected a number, got 'fast'"),
     ],

@@ -245,7 +245,10 @@ def test_after_a_session_stops_the_gripper_stands_still(context: RecordingContex
         ({"gripper_speed": [0.1, 0.1, 0.1]}, "gripperSpeed must be one finite number, or one for each of 2 joints"),
         ({"open_position": [math.nan]}, "openPosition must be one finite number"),
         ({"joint_names_in": ["left", "thumb"]}, "jointNames cannot be .* has no joint 'thumb'"),
-        ({"joint_names_in": ["wrist"]}, "openPosition, closePosition must be given, as not all of wrist have limits"),
+        (
+            {"joint_names_in": ["wrist"]},
+            "openPosition, closePosition must be given, because not all of wrist have limits",
+        ),
         ({"joint_names_in": []}, "jointNames must be the names of the fingers' joints"),
     ],
 )

@@ -163,12 +163,24 @@ def test_after_a_stop_there_is_no_command_until_the_next_compute() -> None:
         ),
         ({"wheel_radius": [0.1, 0.0, 0.1]}, "wheelRadius must be above 0"),
         ({"mecanum_angles": []}, r"mecanumAngles, .* must be one per wheel.*\[0, 3\]"),
-        ({"wheel_orientations": [[1.0, 0.0, 0.0, 0.0]]}, r"wheelOrientations, .* must be one per wheel.*\[1, 3\]"),
-        ({"wheel_orientations": [[0.0] * 4] * 3}, "wheelOrientations must be of a length above 0"),
-        ({"wheel_positions": [[0.1, 0.0, 0.0], [-0.1, 0.0, 0.0]]}, "wheelPositions must be those of 3 wheels or more"),
-        ({"wheel_orientations": [[1.0, 0.0, 0.0, 0.0]] * 3}, "those of wheels that together drive in every direction"),
-        ({"mecanum_angles": [0.0, 90.0, 60.0], "rolling": True}, "must be such that no roller axis is along the axle"),
-        ({"up_axis": NONE}, "upAxis must be of a length above 0"),
+        (
+            {"wheel_orientations": [[1.0, 0.0, 0.0, 0.0]]},
+            r"wheelOrientations, .* must be one orientation per wheel.*\[1, 3\]",
+        ),
+        ({"wheel_orientations": [[0.0] * 4] * 3}, "wheelOrientations must be of a finite length above 0"),
+        (
+            {"wheel_positions": [[0.1, 0.0, 0.0], [-0.1, 0.0, 0.0]]},
+            "wheelPositions must be the positions of 3 or more wheels",
+        ),
+        (
+            {"wheel_orientations": [[1.0, 0.0, 0.0, 0.0]] * 3},
+            "the geometry of wheels that together drive the base in every direction",
+        ),
+        (
+            {"mecanum_angles": [0.0, 90.0, 60.0], "rolling": True},
+            "must be such that no roller axis is parallel to the axle",
+        ),
+        ({"up_axis": NONE}, "upAxis must be of a finite length above 0"),
         (
             {"wheel_positions": [[math.nan, 0.0, 0.0], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0]]},
             "wheelPositions must be finite",

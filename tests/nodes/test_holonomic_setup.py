@@ -89,5 +89,5 @@ def test_without_a_robot_or_without_rollers_it_is_refused(inputs: dict[str, Any]
 def test_a_prim_that_stands_for_no_robot_is_refused() -> None:
     context = RecordingContext()
     context.world.add_body("/box")
-    with pytest.raises(PrimError, match="does not stand for a robot"):
+    with pytest.raises(PrimError, match="is not the root prim, base link or articulation root of a robot"):
         ready(HolonomicRobotUsdSetup, context, robot_prim="/box")

@@ -92,7 +92,7 @@ def test_an_encoding_that_there_is_not_is_refused() -> None:
 
 @pytest.mark.parametrize("address", [140_000, "pixels", 1.5, True])
 def test_an_address_cannot_be_written_down(address: Any) -> None:
-    with pytest.raises(TypeError, match="expected a wire"):
+    with pytest.raises(TypeError, match="only a wire can provide a buffer"):
         image_of(data_ptr=address)
 
 

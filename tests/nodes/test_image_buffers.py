@@ -130,7 +130,7 @@ def test_depths_of_a_camera_have_its_focal_length(context: RecordingContext, cam
 @pytest.mark.parametrize(
     ("inputs", "message"),
     [
-        ({"format": 11}, "format must be 33, one float32 per pixel"),
+        ({"format": 11}, r"format must be 33 \(one float32 per pixel\)"),
         ({"height": 3}, "of 36 bytes for 3 x 3 pixels, it is 24"),
         ({"focal_length": 0.0}, "focalLength, horizontalAperture must be above 0"),
         ({"horizontal_aperture": -1.0}, "focalLength, horizontalAperture must be above 0"),

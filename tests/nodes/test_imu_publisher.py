@@ -54,7 +54,7 @@ def test_a_covariance_is_published_as_it_is_given_unless_its_part_is_left_out(pa
     assert getattr(reading(**given), f"{part}_covariance").tolist() == list(range(1, 10))
     left_out = getattr(reading(**given, **{f"publish_{part}": False}), f"{part}_covariance")
     assert left_out.tolist() == [-1.0] + [0.0] * 8
-    with pytest.raises(BadValueError, match="Covariance must be of 9 numbers, or empty"):
+    with pytest.raises(BadValueError, match="Covariance must be 9 numbers, or empty"):
         reading(**{f"{part}_covariance": np.zeros(36)})
 
 

@@ -114,7 +114,7 @@ NAN = math.nan
         (trajectory(NAMES, point(1, TO), point(2, TO, TO[:1])), codes.INVALID_GOAL, "point 1 has 1 velocities"),
         (trajectory(NAMES, point(1, TO, TO, (*TO, 0))), codes.INVALID_GOAL, "point 0 has 4 accelerations"),
         (trajectory(NAMES, point(1, TO, effort=TO)), codes.INVALID_GOAL, "efforts"),
-        (trajectory(NAMES, point(1, (NAN, 0, 0))), codes.INVALID_GOAL, "positions of point 0 must be numbers"),
+        (trajectory(NAMES, point(1, (NAN, 0, 0))), codes.INVALID_GOAL, "positions of point 0 must be finite numbers"),
         (trajectory(NAMES, point(1, TO, (0, math.inf, 0))), codes.INVALID_GOAL, "velocities of point 0"),
         (trajectory(NAMES, point(1, (1e7, 0, 0))), codes.INVALID_GOAL, "numbers up to 1e"),
         (trajectory(NAMES, point(1, TO), point(1, TO)), codes.INVALID_GOAL, "time of point 1, 1 s, must be later"),
@@ -188,7 +188,10 @@ def test_a_goal_sets_keeps_and_removes_tolerances() -> None:
 @pytest.mark.parametrize(
     ("fields", "reason"),
     [
-        ({"path_tolerance": [tolerance("pam", 0.1)]}, "path_tolerance: 'pam' is not a joint; did you mean 'pan'?"),
+        (
+            {"path_tolerance": [tolerance("pam", 0.1)]},
+            "path_tolerance: 'pam' is not a joint of this controller; did you mean 'pan'?",
+        ),
         ({"goal_tolerance": [tolerance("pan", -0.5)]}, "goal_tolerance of position of joint pan cannot be -0.5"),
         ({"goal_tolerance": [tolerance("pan", 0.0, NAN)]}, "goal_tolerance of velocity of joint pan cannot be nan"),
         ({"goal_time_tolerance": duration(-3.0)}, "goal_time_tolerance cannot be -3"),

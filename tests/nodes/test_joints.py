@@ -155,7 +155,7 @@ def test_a_command_of_the_wrong_width_is_an_error_and_none_of_the_compute_is_app
     robot = arm(context)
     commands = {f"{other}_command": [1.0] * (width if other == kind else 4) for other in KINDS}
     node = ready(IsaacArticulationController, context, target_prim="/arm", **commands)
-    with pytest.raises(ValueError, match=f"{kind}Command, .* must be one per joint, for 4 joints"):
+    with pytest.raises(ValueError, match=f"{kind}Command, .* must be one number per joint, for 4 joints"):
         node.compute()
     assert all(same(targets, [NAN] * 4) for targets in robot.targets.values())
 
@@ -180,10 +180,10 @@ def test_after_a_stop_the_same_joints_are_commanded_again(context: RecordingCont
 def test_what_does_not_stand_for_a_robot_is_refused_with_what_does(context: RecordingContext) -> None:
     arm(context)
     context.world.stage.add("/arm/Geometry/base_link/hand", "link")
-    with pytest.raises(PrimError, match="does not stand for a robot") as caught:
+    with pytest.raises(PrimError, match="is not the root prim, base link or articulation root of a robot") as caught:
         ready(IsaacArticulationController, context, target_prim="/arm/base_link/hand")
     assert "/arm/Geometry/base_link" in "".join(caught.value.help)
-    assert "the robot file can name a link for it: articulation_root" in caught.value.help
+    assert "or make this link the articulation_root in the robot file" in caught.value.help
 
 
 def test_in_a_graph_a_wrong_width_stops_the_run_and_names_the_node(play: Player) -> None:
@@ -198,7 +198,9 @@ def test_in_a_graph_a_wrong_width_stops_the_run_and_names_the_node(play: Player)
         """,
         world,
     )
-    with pytest.raises(NodeError, match=r"node Controller .*effortCommand, .* must be one per joint, for 4 joints"):
+    with pytest.raises(
+        NodeError, match=r"node Controller .*effortCommand, .* must be one number per joint, for 4 joints"
+    ):
         playing.tick()
 
 
@@ -341,7 +343,7 @@ def test_the_sensors_time_is_the_stamp_when_it_is_above_0(sensor_time: float, ex
 def test_arrays_whose_names_are_gone_are_an_error() -> None:
     node = ready(ROS2PublishJointState, RecordingContext(), **ARRAYS)
     node.joint_names = ()
-    with pytest.raises(ValueError, match="jointNames must be the names of the joints, or a targetPrim"):
+    with pytest.raises(ValueError, match="jointNames must be the names of the joints, unless targetPrim is given"):
         node.compute()
 
 

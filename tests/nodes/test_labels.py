@@ -75,10 +75,13 @@ def test_without_a_map_there_are_no_paths() -> None:
 @pytest.mark.parametrize(
     ("data", "fault"),
     [
-        (b"", "dataPtr must be long enough for 0 entries"),
-        (b"\x01\0\0", "dataPtr must be long enough for 1 entries"),
-        (b"\x02\0\0\0", "dataPtr must be long enough for 2 entries"),
-        (bytes(16) + struct.pack("<III", 8, 24, 1), "dataPtr must be long enough for a path that ends at byte 32"),
+        (b"", "dataPtr must be a buffer long enough for 0 entries"),
+        (b"\x01\0\0", "dataPtr must be a buffer long enough for 1 entries"),
+        (b"\x02\0\0\0", "dataPtr must be a buffer long enough for 2 entries"),
+        (
+            bytes(16) + struct.pack("<III", 8, 24, 1),
+            "dataPtr must be a buffer long enough for a path that ends at byte 32",
+        ),
     ],
 )
 def test_a_map_that_is_cut_off_is_refused(data: bytes, fault: str) -> None:

@@ -52,16 +52,18 @@ def test_without_intensities_what_was_hit_is_as_bright_as_can_be() -> None:
 
 @pytest.mark.parametrize("rows", [0, 2, 16])
 def test_more_or_fewer_rows_than_one_are_an_error(rows: int) -> None:
-    with pytest.raises(ValueError, match=f"numRows must be 1, as a LaserScan is one row of beams, it is {rows}"):
+    with pytest.raises(ValueError, match=f"numRows must be 1, because a LaserScan is one row of beams, it is {rows}"):
         row([1.0, 2.0], num_rows=rows).message()
 
 
 @pytest.mark.parametrize(("ranges", "columns"), [([], 0), ([1.0, 2.0], 3)])
 def test_another_number_of_ranges_than_columns_is_an_error(ranges: list[float], columns: int) -> None:
-    with pytest.raises(ValueError, match=rf"equal in number and not empty, it is \[{len(ranges)}, {columns}\]"):
+    with pytest.raises(ValueError, match=rf"the same number of beams, above 0, it is \[{len(ranges)}, {columns}\]"):
         row(ranges, num_cols=columns).message()
 
 
 def test_another_number_of_intensities_than_beams_is_an_error() -> None:
-    with pytest.raises(ValueError, match=r"intensitiesData, linearDepthData must be one per beam, it is \[1, 2\]"):
+    with pytest.raises(
+        ValueError, match=r"intensitiesData, linearDepthData must be one intensity per beam, it is \[1, 2\]"
+    ):
         row([1.0, 2.0], intensities_data=[1]).message()

@@ -91,4 +91,4 @@ def test_a_circle_out_of_which_no_type_comes_is_told_as_a_circle_and_as_nothing_
     nodes = "Sum: omni.graph.nodes.Add, Product: omni.graph.nodes.Multiply, Text: omni.graph.nodes.ToString"
     wires = "Sum.sum -> Product.a, Sum.sum -> Product.b, Product.product -> Sum.a, Product.product -> Sum.b"
     found = the_mistake(tmp_path, nodes, f"{wires}, Sum.sum -> Text.value")
-    assert (found.code, found.message) == ("G209", "data nodes wait for each other: Sum -> Product -> Sum")
+    assert (found.code, found.message) == ("G209", "data nodes form a cycle: Sum -> Product -> Sum")

@@ -127,7 +127,7 @@ def test_a_reading_is_handed_on_at_every_execution(context: RecordingContext) ->
 
 def test_what_is_no_contact_sensor_is_refused(context: RecordingContext) -> None:
     unit(context)
-    with pytest.raises(PrimError, match="is an imu, not a contact sensor\nthose there are: none"):
+    with pytest.raises(PrimError, match="is an imu, not a contact sensor\nprims of this kind: none"):
         ready(IsaacReadContactSensor, context, cs_prim="/robot/Imu")
 
 
@@ -161,7 +161,7 @@ def test_an_effort_is_that_of_the_joint_that_is_named(context: RecordingContext)
 def test_a_joint_that_does_not_move_has_no_effort(context: RecordingContext) -> None:
     context.world.add_robot("/robot", ["left"])
     context.world.stage.add("/robot/Physics/mount", "joint", facts={"joint": "mount"})
-    with pytest.raises(PrimError, match="is a joint that does not move\njoints that move: left"):
+    with pytest.raises(PrimError, match="is not a movable joint\nmovable joints: left"):
         ready(IsaacReadEffortSensor, context, prim="/robot/Physics/mount")
 
 

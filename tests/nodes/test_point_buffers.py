@@ -136,7 +136,10 @@ def test_a_scan_buffer_says_what_rays_do_not_provide() -> None:
         **selecting("hitNormal", "intensity", "echoId"),
     )
     assert bench.context.logged == [
-        ("warning", "without effect, as rays do not provide it: outputHitNormal, outputEchoId")
+        (
+            "warning",
+            "ray casting does not provide the metadata of these inputs, so they have no effect: outputHitNormal, outputEchoId",
+        )
     ]
 
 

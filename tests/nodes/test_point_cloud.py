@@ -99,7 +99,7 @@ def test_points_may_come_as_a_buffer() -> None:
 
 
 def test_a_buffer_that_holds_no_whole_points_is_an_error() -> None:
-    with pytest.raises(ValueError, match="dataPtr must be of 12 bytes per point, three float32, it is 16"):
+    with pytest.raises(ValueError, match="dataPtr must be a multiple of 12 bytes, three float32 per point, it is 16"):
         cloud_of(data=[], data_ptr=np.zeros(4, np.float32))
 
 

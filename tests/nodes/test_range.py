@@ -75,7 +75,7 @@ def test_a_prim_of_another_kind_is_refused_with_those_there_are() -> None:
     context.world.stage.add("/Wall", "body")
     with pytest.raises(ContextError, match=r"'/Wall' is a body, not a range sensor") as caught:
         ready(RangePublisher, context, range_prim=["/Wall"])
-    assert caught.value.help == ("those there are: /Sonar",)
+    assert caught.value.help == ("prims of this kind: /Sonar",)
 
 
 def test_a_graph_on_physics_steps_cannot_read_it(play: Player) -> None:

@@ -100,7 +100,9 @@ def test_a_script_that_has_not_run_has_not_run_at_its_checkpoint() -> None:
 def test_a_variable_of_a_script_that_cannot_be_copied_is_named(tmp_path: Path) -> None:
     node = scripted("import sys\ndef compute(db):\n    db.per_instance_state.lines = (line for line in 'ab')\n")
     node.compute()
-    with pytest.raises(TypeError, match="the script's lines cannot be kept by a checkpoint: cannot pickle 'generator'"):
+    with pytest.raises(
+        TypeError, match="the script's variable lines cannot be saved in a checkpoint: cannot pickle 'generator'"
+    ):
         node.save()
 
 
@@ -148,7 +150,10 @@ def test_a_script_without_a_compute_fires() -> None:
         ),
         ("1 / 0\n", r"line 1 \(1 / 0\): ZeroDivisionError"),
         ("import sys\ndef setup(db):\n    sys.exit(3)\n", r"line 3 \(sys.exit\(3\)\): SystemExit: 3"),
-        ("def compute(db):\n    db.inputs.nothing\n", "line 2 .*the node declares no 'nothing'; declared: ranges"),
+        (
+            "def compute(db):\n    db.inputs.nothing\n",
+            "line 2 .*the node declares no attribute 'nothing'; declared: ranges",
+        ),
         ("def compute(db):\n    db.inputs.ranges[0] = 1.0\n", "line 2 .*read-only"),
         ("import omni.graph.core as og\n", "line 1 .*ModuleNotFoundError"),
     ],
@@ -162,9 +167,15 @@ def test_an_error_names_the_line_of_the_script(text: str, told: str) -> None:
 @pytest.mark.parametrize(
     ("line", "told"),
     [
-        ("db.outputs.command = 'fast'", r"db.outputs.command is double\[\]: expected a list of double, got 'fast'"),
-        ("db.outputs.comand = []", "db.outputs.comand is no output.*did you mean 'command'"),
-        ("db.outputs.count = 2**40", "db.outputs.count is int: expected -2147483648 to 2147483647"),
+        (
+            "db.outputs.command = 'fast'",
+            r"db.outputs.command has the type double\[\]: expected a list of double, got 'fast'",
+        ),
+        ("db.outputs.comand = []", "db.outputs.comand is not a declared output.*did you mean 'command'"),
+        (
+            "db.outputs.count = 2**40",
+            "db.outputs.count has the type int: expected a value from -2147483648 to 2147483647",
+        ),
     ],
 )
 def test_an_output_that_does_not_fit_is_told(line: str, told: str) -> None:
@@ -242,7 +253,7 @@ def test_a_file_alone_runs_no_code(play: Player, tmp_path: Path) -> None:
     text = GRAPH.replace(
         "def compute(db):", f"import pathlib\n        pathlib.Path({str(made)!r}).touch()\n        def compute(db):"
     )
-    with pytest.raises(CheckError, match="Double: it runs Python code, which graph files may not") as refused:
+    with pytest.raises(CheckError, match="Double: it runs Python code, which graphs may not do by default") as refused:
         play.graph(text)
     assert "--allow-scripts" in str(refused.value)
     assert not made.exists()

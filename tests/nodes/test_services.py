@@ -288,7 +288,7 @@ def test_a_name_that_ros_refuses_is_told_where_it_stands(play: Player) -> None:
 def test_two_servers_of_one_service_are_an_error(play: Player) -> None:
     inputs = "{serviceName: /light, messagePackage: std_srvs, messageName: SetBool}"
     second = f"  Second: {{type: ROS2ServiceServerRequest, inputs: {inputs}}}\n"
-    with pytest.raises(CheckError, match="error G309: the service /light is offered here and by"):
+    with pytest.raises(CheckError, match="error G309: the service /light has a server here and another in"):
         play.graph(extended(SERVER, second, "Tick.tick -> Second.execIn"))
 
 
@@ -300,7 +300,7 @@ def test_a_topic_may_have_the_name_of_a_service(play: Player) -> None:
 
 def test_a_client_of_another_type_than_the_server_is_an_error(play: Player) -> None:
     client = "  Client: {type: ROS2ServiceClient, inputs: {serviceName: light, messagePackage: std_srvs, messageName: Empty}}\n"
-    with pytest.raises(CheckError, match="/light is std_srvs/srv/Empty here and std_srvs/srv/SetBool at"):
+    with pytest.raises(CheckError, match="/light has the type std_srvs/srv/Empty here and std_srvs/srv/SetBool at"):
         play.graph(extended(SERVER, client, "Tick.tick -> Client.execIn"))
 
 
@@ -361,7 +361,7 @@ def test_a_server_that_never_comes_is_told_once(context: RecordingContext) -> No
     assert context.logged == [
         (
             "network",
-            f"/service_name: no server offers this service with the type {SET_BOOL}; the last 10 calls wait for it",
+            f"/service_name: no server offers this service with the type {SET_BOOL}; the last 10 calls wait for a server",
         )
     ]
 

@@ -92,7 +92,7 @@ def test_what_is_fixed_to_something_does_not_move_and_is_told() -> None:
     bench = Bench()
     bench.hear([edge("world", "mark")])
     assert bench.context.logged == [
-        ("warning", "/tf: mark tells where /World/box/mark is, which cannot be moved by itself")
+        ("warning", "/tf: mark is the frame of /World/box/mark, which cannot be moved by itself")
     ]
 
 
@@ -115,7 +115,7 @@ def test_a_transform_that_is_none_is_dropped_and_told_and_the_others_count(bad: 
     assert bench.hear([bad, edge("world", "cart", (4.0, 0.0, 0.0))]) == bench.node.exec_out
     assert bench.box.pose()[0] == (0.0, 0.0, 5.0)
     assert bench.cart.pose()[0] == (4.0, 0.0, 0.0)
-    told = f"/tf: a transform from {bad.header.frame_id} to box that leads nowhere was dropped"
+    told = f"/tf: an invalid transform from {bad.header.frame_id} to box was dropped"
     assert bench.context.logged == [("warning", told)]
 
 
@@ -135,11 +135,17 @@ def test_a_rotation_that_is_almost_of_length_1_is_taken_for_one() -> None:
 @pytest.mark.parametrize(
     ("inputs", "fault"),
     [
-        ({"frame_names_map": ["/World/box"]}, "frameNamesMap has 1 texts, but a prim and a frame make a pair"),
+        (
+            {"frame_names_map": ["/World/box"]},
+            "frameNamesMap has 1 strings, but it must be pairs of a prim path and a frame name",
+        ),
         ({"frame_names_map": ["/World", "a", "/World", "b"]}, "'/World' is in frameNamesMap twice"),
         ({"frame_names_map": ["/World", "a", "/World/box", "a"]}, "'a' is in frameNamesMap twice"),
         ({"frame_names_map": ["/World/bax", "a"]}, "no prim at '/World/bax'"),
-        ({"articulation_roots": ["/World/box"]}, "'/World/box' does not stand for a robot"),
+        (
+            {"articulation_roots": ["/World/box"]},
+            "'/World/box' is not the root prim, base link or articulation root of a robot",
+        ),
     ],
 )
 def test_a_map_that_cannot_be_gone_by_is_refused_in_setup(inputs: dict[str, Any], fault: str) -> None:

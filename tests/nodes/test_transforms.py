@@ -350,7 +350,7 @@ def test_a_robots_state_goes_out_again_when_its_frequency_is_set() -> None:
 def test_a_frequency_that_is_none_is_refused_in_setup(frequency: float) -> None:
     described = Described()
     described.node.publish_frequency = frequency
-    with pytest.raises(ValueError, match="publishFrequency must be above 0 and 1e9 Hz or less"):
+    with pytest.raises(ValueError, match="publishFrequency must be above 0 and at most 1e9 Hz"):
         described.node.setup(described.context)
 
 

@@ -105,7 +105,7 @@ def test_the_resolution_of_no_viewport_in_particular_is_that_of_the_one_there(co
 
 @pytest.mark.parametrize("size", [{"width": 0}, {"height": 8193}])
 def test_a_size_that_there_is_not_is_refused(context: RecordingContext, size: dict[str, int]) -> None:
-    with pytest.raises(ContextError, match="width and height are 1 to 8192"):
+    with pytest.raises(ContextError, match="legal: width and height from 1 to 8192"):
         ready(IsaacSetViewportResolution, context, **size)
 
 
@@ -113,7 +113,7 @@ def test_a_viewport_that_nobody_made_is_refused_with_those_there_are(context: Re
     made(context, name="Front")
     with pytest.raises(ContextError) as caught:
         product(context, "Frnt")
-    assert (caught.value.message, caught.value.help) == ("no viewport 'Frnt'", ("viewports: Front",))
+    assert (caught.value.message, caught.value.help) == ("there is no viewport 'Frnt'", ("viewports: Front",))
 
 
 def test_a_viewport_without_a_camera_has_no_pictures(context: RecordingContext) -> None:

@@ -337,10 +337,10 @@ def test_the_twist_is_as_uncertain_as_the_motions_of_its_window_and_the_encoders
 
 
 def test_joints_that_the_kinematics_lack_are_named() -> None:
-    with pytest.raises(ContextError, match="mecanum kinematics lack joints") as caught:
+    with pytest.raises(ContextError, match="the joints do not fit mecanum kinematics") as caught:
         two_wheels(kinematics="mecanum")
-    assert caught.value.help == ("leftJoints and rightJoints, [front, back] in each",)
-    with pytest.raises(ContextError, match="ackermann kinematics lack joints"):
+    assert caught.value.help == ("set leftJoints and rightJoints, with [front, back] in each",)
+    with pytest.raises(ContextError, match="the joints do not fit ackermann kinematics"):
         two_wheels(kinematics="ackermann")
     with pytest.raises(JointError, match="no joint 'rigth'"):
         two_wheels(right_joints=["rigth"])
@@ -350,7 +350,7 @@ def test_joints_that_the_kinematics_lack_are_named() -> None:
     ("inputs", "message"),
     [
         ({"wheel_radius": 0.0}, "wheelRadius must be other than 0"),
-        ({"wheel_distance": 0.0}, "must be those of a base with differential kinematics"),
+        ({"wheel_distance": 0.0}, "must be values that determine the motion of a base with differential kinematics"),
         ({"wheel_distance": math.nan}, "wheelDistance must be finite"),
         ({"slip": -0.1}, "slip must be 0.0 or more"),
         ({"velocity_window": 0}, "velocityWindow must be 1 or more"),

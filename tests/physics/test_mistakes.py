@@ -204,7 +204,7 @@ def test_a_description_that_cannot_be_loaded(project: Project, old: str, new: st
         ("sensors: {s: {type: lidar, profile: realsense_d455, parent: arm}}", "'realsense_d455' is not for a lidar"),
         (
             "frames: {f: {parent: arm, orientation: {quaternion_xyzw: [0, 0, 0, 0]}}}",
-            "error G109: orientation: a rotation quaternion has length 1",
+            "error G109: orientation: the quaternion of a rotation must have length 1",
         ),
     ],
 )

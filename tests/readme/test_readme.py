@@ -197,7 +197,7 @@ def test_every_path_and_link_leads_somewhere(text: str) -> None:
 
 
 def test_the_python_that_is_needed_is_the_one_that_the_package_asks_for() -> None:
-    (needed,) = re.findall(r"Needs Python (3\.\d+) or newer", README)
+    (needed,) = re.findall(r"needs Python (3\.\d+) or newer", README)
     assert PROJECT["project"]["requires-python"] == f">={needed}"
 
 
@@ -208,5 +208,5 @@ def test_what_is_named_in_python_is_there(word: str) -> None:
 
 
 def test_the_tutorials_share_of_speed_is_the_one_that_check_tells() -> None:
-    assert "0.1 m on a wheel of 0.049 m drives at 49 %" in README
+    assert "with 0.1 m for a wheel of 0.049 m, the robot drives at 49 %" in README
     assert "will drive at 0.49 times the commanded speed" in process("check", "tutorial/navigation").out

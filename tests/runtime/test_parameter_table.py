@@ -108,7 +108,7 @@ def test_a_set_value_holds_from_the_next_tick_on(play: MakePlay) -> None:
     ("name", "value", "words"),
     [
         ("g0.Tuned.share", 0.0, "expected a value"),
-        ("g0.Tuned.level", 256, "expected 0 to 255"),
+        ("g0.Tuned.level", 256, "expected a value from 0 to 255"),
         ("g0.Tuned.level", 1.5, "expected a whole number"),
         ("g0.Tuned.mode", "quick", "expected one of slow, fast"),
         ("g0.Tuned.axis", [1.0], "expected 3 values"),

@@ -74,7 +74,7 @@ def test_the_panes_show_the_run_and_what_strangers_wrote_is_text(sim: ge.Session
     assert found["images"] == 0
     assert f"error G106 unknown key {HOSTILE}" in found["findings"]
     assert "lab.yaml:3:1" in found["findings"]
-    assert "warning W102 nothing that runs uses Idle" in found["findings"]
+    assert "warning W102 no executed node reads Idle" in found["findings"]
 
 
 def test_a_robot_is_spawned_selected_and_deleted(sim: ge.Session) -> None:

@@ -179,7 +179,7 @@ def test_findings_have_a_place_and_come_again_when_they_change(sim: ge.Session, 
 
     first, second, _ = viewed(sim, play)
     (unused,) = [row for row in first if row["severity"] == "warning"]
-    assert (unused["code"], unused["message"]) == ("W102", "nothing that runs uses Idle")
+    assert (unused["code"], unused["message"]) == ("W102", "no executed node reads Idle")
     assert unused["copy"] == f"{lab.with_name('lab.yaml')}:8"
     assert unused["place"].endswith("lab.yaml:8:3")
     assert second == [

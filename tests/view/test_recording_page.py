@@ -147,5 +147,5 @@ def test_the_end_of_the_pages_process_ends_the_look(player: RecordingPlayer) -> 
 
     with closing(open_recording_page(playback, "127.0.0.1", 0)) as feed:
         feed.page._process.kill()
-        with pytest.raises(UsageError, match="the process of the page has ended"):
+        with pytest.raises(UsageError, match="the process that serves the page has ended"):
             play_on(feed)

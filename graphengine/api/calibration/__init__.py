@@ -1,1 +1,1 @@
-"""Calibration of a mobile robot: test drives on a flat floor, and the measurements taken in these drives."""
+"""Calibrates a mobile robot: runs test drives on a flat floor and measures radius, track, odometry errors and noise."""

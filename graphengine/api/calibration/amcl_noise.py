@@ -1,4 +1,4 @@
-"""The noise parameters of nav2_amcl's motion models for a calibrated robot."""
+"""Computes the noise parameters of nav2_amcl's motion models, alpha1 to alpha5, for a calibrated robot."""
 
 from __future__ import annotations
 
@@ -7,24 +7,26 @@ from dataclasses import astuple
 from graphengine.api.calibration.figures import Alphas, Calibration
 
 LEAST = (0.01, 0.01, 0.01, 0.01, 0.01)
-"""Smallest alpha1 to alpha5. They give standard deviations of 10 % of the motion, such as 0.025 m per update of 0.25 m.
+"""Smallest values of alpha1 to alpha5. They give standard deviations of 10 % of the motion, such as 0.025 m for an update of
+0.25 m.
 
-Without motion noise, all particles are copies of each other after some resamplings, and none is near the true pose if the filter
-has lost it: particle deprivation (Thrun, Burgard, Fox: Probabilistic Robotics, 4.3.4). So a filter with the small alphas of an
-exact odometry fails where one with larger alphas recovers. The particles also have to cover the error that the cells of the map
-cause, and slip on floors that are less flat than that of the calibration.
+Without motion noise, resampling soon makes all particles copies of each other. If the filter then loses the true pose, no
+particle is near this pose: particle deprivation (Thrun, Burgard, Fox: Probabilistic Robotics, 4.3.4). A filter with the small
+alphas of exact odometry therefore fails where a filter with larger alphas recovers. The particles also have to cover errors
+caused by the cell size of the map, and slip on floors that are less flat than the floor of the calibration.
 """
 
 
 def amcl_alphas(result: Calibration) -> tuple[float, float, float, float, float]:
-    """Return alpha1 to alpha5 of nav2_amcl: the measured values, at least `LEAST`, or `LEAST` where none could be measured.
+    """Return alpha1 to alpha5 of nav2_amcl: each is the measured value, but at least the corresponding value in `LEAST`.
 
     DifferentialMotionModel splits a motion into a rotation a1, a translation d and a rotation a2. A rotation a has the variance
     alpha1 a^2 + alpha2 d^2; the translation has alpha3 d^2 + alpha4 (a1^2 + a2^2). OmniMotionModel has alpha1 a^2 + alpha2 d^2
     for the rotation, alpha3 d^2 + alpha4 a^2 along the translation and alpha4 a^2 + alpha5 d^2 across. In both models,
     alphas are factors of squares and are not squared themselves: 0.01 is an error of 10 %. Each measured alpha is the
     mean square of the ratio error / motion over steps of 0.25 m or 0.2 rad, at which AMCL updates by default. If the robot
-    has several odometry topics, each alpha is the largest value among the topics.
+    has several odometry topics, each alpha is the largest value among the topics. An alpha without a measurement has the value in
+    `LEAST`.
     """
     measured = [astuple(one.alphas) for one in result.odometry] or [astuple(Alphas())]
     first, second, third, fourth, fifth = (

@@ -41,13 +41,13 @@ from graphengine.physics.model.robot import RobotInstance
 from graphengine.scene.loaded_scene import LoadedScene
 
 SPEED, TURN_SPEED = 0.3, 0.6
-"""Default commands, m/s and rad/s."""
+"""Default speed (m/s) and turn rate (rad/s) of the commands."""
 REST, LONGEST_RAMP, LONGEST_TURN = 3.0, 15.0, 60.0
-"""Times, s: standing at the start, waiting for a steady velocity, and turning once."""
+"""Time for which the robot stands at the start, maximum time to wait for a steady velocity, and maximum time of a turn, s."""
 STRAIGHT = 4.0
 """Time for which a steady straight motion is measured, s."""
 ARC = 1.0
-"""Angle of an arc, rad."""
+"""Angle by which the robot turns in a test arc, rad."""
 
 Progress = Callable[[float], None]
 
@@ -68,18 +68,18 @@ def calibrate(
     log: Log = log_to_logging,
     progress: Progress = no_progress,
 ) -> Calibration:
-    """Calibrate a robot of a scene.
+    """Run test drives with a robot of a scene and return the measurements.
 
     Args:
         scene: scene with the robot.
-        robot: name of the robot; None for the only robot, or for the first one if all have the same robot file.
-        command_topic: topic to drive the robot with; None if it has only one.
-        speed: speed to command, m/s; limits of the robot's controllers apply.
-        turn_speed: turn rate to command, rad/s; limits of the robot's controllers apply.
+        robot: name of the robot; None takes the only robot, or the first one if all robots have the same robot file.
+        command_topic: topic to drive the robot with; None takes the robot's only command topic.
+        speed: speed to command, m/s; lowered to the limits of the robot's controllers.
+        turn_speed: turn rate to command, rad/s; lowered to the limits of the robot's controllers.
         seed: seed of all random generators.
-        modules: Python modules with node types.
-        log: receives severity, prim path and text of each log message of a node.
-        progress: receives the completed share of the work, 0 to 1.
+        modules: names of Python modules with node types.
+        log: function called with severity, prim path and text of each log message of a node.
+        progress: function called with the completed share of the work, 0 to 1.
 
     Raises:
         CheckError: the robot or one of its graphs has errors.
@@ -105,7 +105,7 @@ def calibrate(
 
 
 def choose_robot(scene: LoadedScene, name: str | None) -> RobotInstance:
-    """Return the robot with the given name; without a name, the only robot, or the first one if all have the same robot file.
+    """Return the robot with this name; if `name` is None, the only robot, or the first one if all have the same robot file.
 
     Raises:
         UsageError: the scene has no robot, no robot has the name, or no name is given and the robot files differ.
@@ -226,7 +226,12 @@ class _Calibrator:
     # Motions
 
     def _responds(self, twist: Twist, *, by_wheels: bool = True) -> bool:
-        """Drive with a command for 2 s and return whether the robot follows it; with `by_wheels`, turning wheels are enough."""
+        """Drive with a command for 2 s and return whether the robot follows the command.
+
+        Args:
+            twist: velocity to command.
+            by_wheels: whether to return True, too, if only the wheels turn and the robot does not move.
+        """
         self._begin()
         self._drives.drive(twist, 2.0)
         trace = self._drives.trace()
@@ -281,7 +286,10 @@ class _Calibrator:
         return motion
 
     def _drive_a_turn(self, twist: Twist, begin: int) -> None:
-        """Drive on until a full turn on the spot, or an arc of `ARC` rad, is complete; stop early if the robot hardly turns."""
+        """Keep driving until a full turn on the spot, or an arc of `ARC` rad, is complete.
+
+        If this would take longer than `LONGEST_TURN`, because the robot hardly turns, stop after 2 s.
+        """
         self._drives.drive(twist, 2.0)
         rate = abs(mean_velocity(self._drives.trace().part(begin)).yaw)
         needed = (ARC if twist.x else 1.02 * math.tau) / rate - 2.0 if rate > 0.0 else math.inf
@@ -292,8 +300,8 @@ class _Calibrator:
 def _arc_radius(wheel_base: float | None, steering_limit: float) -> float:
     """Return the radius of the test arcs, m.
 
-    The radius is that of 0.8 of the steering limit (rad), kept within 2 to 5 wheel bases. Without a limit, or with one of 1.2 rad
-    or more, it is 3 wheel bases; without a wheel base, 1.5 m.
+    The radius is the turning radius at 0.8 times the steering limit (rad), but at least 2 and at most 5 wheel bases. If the
+    steering limit is 1.2 rad or more, or infinite, the radius is 3 wheel bases. If the wheel base is None, the radius is 1.5 m.
     """
     if wheel_base is None:
         return 1.5

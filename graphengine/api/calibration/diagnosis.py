@@ -1,4 +1,4 @@
-"""Explains why a robot does not follow its commands, from its graphs and from the state of the physics."""
+"""Finds reasons why a robot does not follow its commands, in the robot's graphs and in the state of the physics."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ from graphengine.api.session import Session
 from graphengine.scene.loaded_scene import LoadedScene
 
 SLOWEST = 1e-3
-"""Speed of a robot that moves, m/s or rad/s."""
+"""Smallest speed at which a robot without a command counts as moving, m/s and rad/s."""
 
 
 def no_command(scene: LoadedScene, alone: LoadedScene) -> str:
-    """Explain why a robot has no command topic.
+    """Return the reason why a robot has no command topic.
 
     Args:
-        scene: scene that the user gave.
+        scene: scene that the user calibrates.
         alone: scene with only this robot and the graphs of its robot file.
     """
     names = ", ".join(COMMAND_TYPES).replace("/msg/", "/")
@@ -35,7 +35,10 @@ def no_command(scene: LoadedScene, alone: LoadedScene) -> str:
 
 
 def floor_load(sim: Session, robot: str) -> dict[str, float]:
-    """Return the vertical contact force from other bodies on each link of a robot, N; links without contact are left out."""
+    """Return the vertical contact force that other bodies exert on each link of a robot, N, by link name.
+
+    Links without contact are left out.
+    """
     world = sim._runner.session.services.world
     contacts, names = world.contacts(), world.bodies().names
     loads: dict[str, float] = defaultdict(float)
@@ -56,27 +59,33 @@ def rolls_away(velocity: Twist) -> list[str]:
 
 
 def stands_still(drives: DriveRecorder, wheels: WheelMeter, load: dict[str, float]) -> list[str]:
-    """Explain why a robot did not move in the last drive of `drives`, which commanded a motion."""
+    """Return reasons why the robot did not move in the last drive, although a motion was commanded.
+
+    Args:
+        drives: recorder of the drive.
+        wheels: the robot's wheels.
+        load: vertical contact force on each link, N, from `floor_load`.
+    """
     trace = drives.trace(drives.rows // 2)
     rates = {name: rate for name, rate in wheels.rates(trace).items() if abs(rate) > 0.05}
     if rates:
         turning = ", ".join(f"{name} ({rate:.2f} rad/s)" for name, rate in list(rates.items())[:8])
         text = f"the wheels turn, but the robot does not move: {turning}"
         if not load:
-            return [f"{text}; nothing of the robot touches the floor"]
+            return [f"{text}; no link of the robot touches the floor"]
         total = sum(load.values())
         shares = ", ".join(f"{link} {force:.1f} N" for link, force in sorted(load.items(), key=lambda one: -one[1])[:8])
-        return [f"{text}; of {total:.1f} N on the floor: {shares}"]
+        return [f"{text}; the floor carries {total:.1f} N: {shares}"]
     if not wheels.driven:
-        return ["no joint of the robot has a drive: give the wheels one below `joints:` of the robot file"]
+        return ["no joint of the robot has a drive: add a drive for each wheel below `joints:` of the robot file"]
     targets = drives.set_points()
     if not np.any(np.abs(np.nan_to_num(targets)) > 0.0):
         remedy = "check the wires from the subscriber of the command topic to the node that commands joints, and its jointNames"
         return [f"no joint gets a velocity command: {remedy}"]
-    return ["joints are commanded but do not turn: check damping and max_force of their drives"]
+    return ["joints get commands but do not turn: check damping and max_force of their drives"]
 
 
 def clamped(sim: Session) -> list[str]:
-    """Return notes on the commands of the test drives that exceeded joint limits and were clamped."""
+    """Return notes on joint commands of the test drives that exceeded a limit and were clamped."""
     counts = sim._runner.session.services.world.clamped_commands
     return [f"{count} commands were clamped: {text}" for text, count in counts.items()]

@@ -1,4 +1,4 @@
-"""Test drives: commands sent over the robot's topic, and the motion that follows, recorded tick by tick."""
+"""Drives a robot with messages on its command topic and records its motion in each tick."""
 
 from __future__ import annotations
 
@@ -19,30 +19,30 @@ from graphengine.devices.rotation import Pose
 from graphengine.devices.stage import Prim
 
 PERIOD = 0.05
-"""Time between two commands, s."""
+"""Time between two command messages, s."""
 REST = 0.25
-"""Time for which a robot stands before a trace begins, s."""
+"""Time for which the robot stands before a trace begins, s."""
 FALLEN = math.radians(45.0)
-"""Tilt of a robot that has fallen over, rad."""
+"""Tilt of the base link above which the robot counts as fallen over, rad."""
 BELOW = -1.0
-"""Height of a robot that has fallen through the floor, m."""
+"""Height of the base link below which the robot counts as fallen through the floor, m."""
 STILL = Twist()
 
 
 class FallenError(Exception):
-    """A robot fell over, or through the floor, during a test drive; the message says which."""
+    """During a test drive, the robot fell over or fell through the floor; the message says which of the two happened."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Trace:
-    """A recorded motion, one row per tick.
+    """A recorded motion; each array has one row per tick.
 
     Attributes:
         dt: time between two rows, s.
-        base: x (m), y (m) and continuous yaw (rad) of the base link.
+        base: true x (m), y (m) and yaw (rad, without jumps at +-pi) of the base link.
         joints: joint positions, rad or m, in the order of the articulation.
-        odometry: by topic, x (m), y (m) and yaw (rad) as published in each tick; NaN in ticks without a message.
-        frames: by topic, the true pose of the odometry's child frame.
+        odometry: for each odometry topic, the published x (m), y (m) and yaw (rad); NaN in ticks without a message.
+        frames: for each odometry topic, the true x (m), y (m) and yaw (rad) of the child frame that the topic names.
     """
 
     dt: float
@@ -52,7 +52,7 @@ class Trace:
     frames: Mapping[str, Floats]
 
     def part(self, begin: int, end: int | None = None) -> Trace:
-        """Return the rows from `begin` up to `end`, which is excluded; None means all rows from `begin`."""
+        """Return the trace of the rows from `begin` to `end - 1`; if `end` is None, of all rows from `begin` on."""
         odometry = {topic: rows[begin:end] for topic, rows in self.odometry.items()}
         frames = {topic: rows[begin:end] for topic, rows in self.frames.items()}
         return Trace(self.dt, self.base[begin:end], self.joints[begin:end], odometry, frames)
@@ -77,7 +77,7 @@ class DriveRecorder:
         self._odometry: dict[str, Subscription[Any]] = {topic: sim.subscribe(topic, keep=1) for topic in odometry}
         self._newest: dict[str, bytes | None] = dict.fromkeys(odometry)
         self.child_frames: dict[str, str] = {}
-        """Child frame of each odometry topic, as published."""
+        """`child_frame_id` in the first message of each odometry topic."""
         self._frames: dict[str, Frame] = {}
         self._rows: list[tuple[Any, ...]] = []
         self._since_command = math.inf
@@ -113,9 +113,9 @@ class DriveRecorder:
 
         Args:
             twist: velocity to command.
-            done: condition on the motion of the last `2 * block` seconds.
+            done: condition; it is called with the trace of the last `2 * block` seconds.
             longest: time after which to give up, s.
-            block: time between two tests of the condition, s.
+            block: time between two evaluations of the condition, s.
         """
         rows = 2 * round(block / self.dt) + 1
         for _ in range(max(2, round(longest / block))):
@@ -150,14 +150,17 @@ class DriveRecorder:
         self._rows.append((_planar(base), self.articulation.positions(), published, frames))
 
     def _pose(self, topic: str, message: Any) -> tuple[float, float, float]:
-        """Return x, y (m) and yaw (rad) of an odometry message; the first message of a topic sets the child frame to record."""
+        """Return x, y (m) and yaw (rad) of an odometry message.
+
+        The `child_frame_id` in the first message of a topic decides which frame's true pose is recorded.
+        """
         if topic not in self._frames:
             self.child_frames[topic] = message.child_frame_id
             self._frames[topic] = self._frame(message.child_frame_id)
         return _planar_message(message.pose.pose)
 
     def _frame(self, name: str) -> Frame:
-        """Return the robot's frame that has this name in TF, or the base link's frame if none has it."""
+        """Return the frame of the robot that has this name in TF; if the robot has no such frame, the base link's frame."""
         plain = name.rpartition("/")[2]  # the namespace of a scene with `tf: global`
         named = [prim for prim in self._prim.descendants() if _can_be_frame(prim) and prim.frame_name in (name, plain)]
         return self._world.frame(named[0]) if named else self._base
@@ -171,7 +174,7 @@ def _can_be_frame(prim: Prim) -> bool:
 
 
 def _path(rows: Sequence[tuple[float, float, float]]) -> Floats:
-    """Return rows of x, y and yaw as an array, with yaw unwrapped."""
+    """Return rows of x, y (m) and yaw (rad) as an array; yaw is unwrapped, so it does not jump at +-pi."""
     path: Floats = np.array(rows, dtype=float)
     known = np.isfinite(path[:, 2])
     path[known, 2] = np.unwrap(path[known, 2])

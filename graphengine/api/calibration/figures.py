@@ -1,4 +1,4 @@
-"""Results of a calibration, in SI units; None stands for a value that could not be measured."""
+"""Classes for the results of a calibration. Values are in SI units; None means that a value could not be measured."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ Floats = NDArray[np.float64]
 Kind = Literal["straight", "turn", "sideways"]
 Kinematics = Literal["differential", "mecanum", "ackermann", ""]
 TURN_MARGIN = 1.5
-"""Bound of turns and of sideways motions, as a multiple of the bound of straight motions."""
+"""Ratio of the bound for turns and sideways motions to the bound for straight motions in `Motion.is_within`."""
 
 
 @dataclass(frozen=True, slots=True)
 class Twist:
-    """A velocity of the base in its own frame: forward and to the left, m/s, and counter-clockwise, rad/s."""
+    """A velocity of the base link in its own frame: x forward and y to the left, m/s; yaw counter-clockwise, rad/s."""
 
     x: float = 0.0
     y: float = 0.0
@@ -33,12 +33,13 @@ class Motion:
         kind: component of the velocity that is evaluated: `straight` (forward), `sideways`, or `turn` (turn rate, also for arcs).
         commanded: velocity that was commanded.
         reached: mean velocity of the base link.
-        share: reached / commanded velocity, of the component that `kind` names.
-        settle_time: time from the command until the velocity stays within 5 % of the reached one, s.
-        lateral_drift: displacement across the commanded direction, m per metre; None for turns.
-        heading_drift: change of heading, rad per metre; None for turns.
-        position_drift: displacement of the base link by one full turn on the spot, m; None for other motions.
-        slip: share of the wheels' motion that the base does not follow, with the wheel radii and track of the robot description.
+        share: ratio of reached to commanded velocity, for the component that `kind` names.
+        settle_time: time from the first command until the velocity stays within 5 % of `reached`, s.
+        lateral_drift: displacement across the commanded direction, m per metre of the drive; None for turns.
+        heading_drift: change of heading, rad per metre of the drive; None for turns.
+        position_drift: distance by which one full turn on the spot displaces the base link, m; None for other motions.
+        slip: share of the wheels' rolling that does not move the base: 1 - true motion / motion computed from the wheel angles
+            with the wheel radii and track in the robot description.
     """
 
     name: str
@@ -59,7 +60,13 @@ class Motion:
 
 @dataclass(frozen=True, slots=True)
 class DrivenWheel:
-    """A driven wheel: joint, rolling radius (distance per angle, m), and the side of the base it is on, if known."""
+    """A driven wheel.
+
+    Attributes:
+        joint: name of the wheel's joint.
+        radius: rolling radius, m: distance that the base travels per rad of the wheel.
+        side: side of the base on which the wheel is; empty if unknown.
+    """
 
     joint: str
     radius: float
@@ -68,16 +75,19 @@ class DrivenWheel:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Square:
-    """A square driven by time, without feedback. Paths are those of the point about which the robot turns on the spot.
+    """A square that the robot drove with timed commands, without feedback.
+
+    Each path is an array with rows of x (m), y (m) and yaw (rad) and begins at 0, 0, 0. It is the path of the point about which
+    the robot turns on the spot.
 
     Attributes:
         direction: `counterclockwise` or `clockwise`.
         side: commanded length of a side, m.
         position_error: distance between the ends of the true and the commanded path, m.
         heading_error: true minus commanded heading at the end, rad.
-        commanded: path of an ideal robot, rows of x (m), y (m), yaw (rad); the paths begin at 0, 0, 0.
+        commanded: path of an ideal robot that follows the commands exactly.
         truth: true path.
-        odometry: path that each odometry topic reports.
+        odometry: path that each odometry topic reports, by topic.
     """
 
     direction: Literal["clockwise", "counterclockwise"]
@@ -91,12 +101,12 @@ class Square:
 
 @dataclass(frozen=True, slots=True)
 class Alphas:
-    """Noise parameters of nav2_amcl's motion models that correspond to the errors of an odometry.
+    """Noise parameters of nav2_amcl's motion models, computed from the measured errors of an odometry topic.
 
-    nav2_amcl (sample_motion_model_odometry of Thrun, Burgard, Fox: Probabilistic Robotics, 5.4) gives a motion of distance d
-    and angle a these variances: rotation alpha1 a^2 + alpha2 d^2, translation alpha3 d^2 + alpha4 a^2, and across the motion,
-    in the omni model, alpha5 d^2. Each parameter is the mean square error over steps of 0.25 m or 0.2 rad, at which AMCL
-    updates by default, divided by the square of the step.
+    For a motion of distance d and angle a, nav2_amcl (sample_motion_model_odometry of Thrun, Burgard, Fox: Probabilistic
+    Robotics, 5.4) assumes the variances alpha1 a^2 + alpha2 d^2 of the rotation and alpha3 d^2 + alpha4 a^2 of the translation.
+    In the omni model, the translation across the motion has the variance alpha5 d^2. Each parameter is the mean of the squared
+    ratio error / motion over steps of 0.25 m or 0.2 rad, the default steps at which AMCL updates.
     """
 
     alpha1: float | None = None
@@ -108,9 +118,9 @@ class Alphas:
 
 @dataclass(frozen=True, slots=True)
 class Covariances:
-    """Variances of an odometry that grow with the motion, as ComputeWheelOdometry takes them.
+    """Variances per distance or angle, computed from the measured errors of an odometry topic: inputs of ComputeWheelOdometry.
 
-    Each is the mean of error^2 / motion over steps of 0.25 m or 0.2 rad.
+    Each value is the mean of error^2 / motion over steps of 0.25 m or 0.2 rad.
 
     Attributes:
         distance_variance: variance of the distance, m2 per m.
@@ -125,21 +135,24 @@ class Covariances:
 
 @dataclass(frozen=True, slots=True)
 class Odometry:
-    """Errors of an odometry topic: odometry minus truth, the mean of both directions.
+    """Errors of an odometry topic: odometry minus truth.
+
+    Each test is driven in both directions (forward and backward, or left and right). Errors are the mean of the two directions
+    unless another rule is given.
 
     Attributes:
         topic: name of the topic.
-        frame: child frame of the odometry, whose true pose is compared.
-        distance_error: m per metre of a straight drive.
-        lateral_error: m per metre of a straight drive; the larger of both directions, without sign.
-        heading_error: rad per metre of a straight drive; the larger of both directions, without sign.
-        turn_error: rad per full turn; positive if the odometry turns further than the robot.
-        turn_position_error: m per full turn.
-        sideways_error: m per metre of a sideways drive.
-        square_position_error: at the end of a square, m; the larger of both directions.
-        square_heading_error: at the end of a square, rad; the larger of both directions, without sign.
-        alphas: parameters of AMCL.
-        covariances: parameters of a covariance model.
+        frame: child frame of the odometry; its true pose is the truth.
+        distance_error: error of the distance, m per metre of a straight drive.
+        lateral_error: error across the drive, m per metre of a straight drive; larger absolute value of the two directions.
+        heading_error: error of the heading, rad per metre of a straight drive; larger absolute value of the two directions.
+        turn_error: error of the angle, rad per full turn; positive if the odometry turns further than the robot.
+        turn_position_error: error of the position, m per full turn on the spot.
+        sideways_error: error of the distance, m per metre of a sideways drive.
+        square_position_error: error of the position at the end of a square, m; the larger one of the two directions.
+        square_heading_error: error of the heading at the end of a square, rad; larger absolute value of the two directions.
+        alphas: noise parameters for AMCL.
+        covariances: variances for ComputeWheelOdometry.
     """
 
     topic: str
@@ -169,9 +182,9 @@ class ImuNoise:
     Attributes:
         topic: name of the topic.
         rate: messages per second.
-        gyro_noise: standard deviation of the angular velocity, of the noisiest axis, rad/s.
+        gyro_noise: standard deviation of the angular velocity about the noisiest axis, rad/s.
         gyro_bias: magnitude of the mean angular velocity, rad/s.
-        accelerometer_noise: standard deviation of the acceleration, of the noisiest axis, m/s2.
+        accelerometer_noise: standard deviation of the acceleration along the noisiest axis, m/s2.
         gravity: magnitude of the mean acceleration, m/s2.
     """
 
@@ -189,24 +202,25 @@ class Calibration:
 
     Attributes:
         robot: name of the robot in its scene.
-        command_topic: topic that the test drives use.
-        command_type: its message type.
+        command_topic: topic to which the test drives publish commands; empty if the robot has no command topic.
+        command_type: message type of the command topic.
         speed: commanded speed, m/s.
         turn_speed: commanded turn rate, rad/s.
         moves: whether the robot moves and stays upright; `notes` has the reason if not.
-        kinematics: `differential` if the robot turns on the spot, `mecanum` if it also goes sideways, `ackermann` if it
-            turns in arcs only; empty if it does not turn.
+        kinematics: `differential` if the robot turns on the spot, `mecanum` if it also drives sideways, `ackermann` if it
+            turns only in arcs; empty if the robot does not turn.
         motions: test drives with a constant command.
         wheels: driven wheels.
-        wheel_radius: mean rolling radius of the wheels, m, with which wheel odometry measures the true distance.
-        track: distance between left and right wheels with which odometry measures the true turn, m; for mecanum wheels the
-            sum of track and wheel base.
-        wheel_base: distance between the axles with which the steering angles give the true turn rate, m; ackermann only.
-        turning_centre: point of the base link's frame about which the robot turns on the spot, x and y, m.
-        squares: a square in each direction.
+        wheel_radius: mean rolling radius of the driven wheels, m; wheel odometry with this radius gives the true distance.
+        track: effective distance between left and right wheels, m; wheel odometry with this track gives the true turn. For
+            mecanum wheels, the sum of track and wheel base.
+        wheel_base: effective distance between the axles, m; with this wheel base, the steering angles give the true turn rate.
+            Only for `ackermann`.
+        turning_centre: point about which the robot turns on the spot, x and y in the base link's frame, m.
+        squares: squares driven counter-clockwise and clockwise.
         odometry: errors of each odometry topic.
         imus: noise of each IMU.
-        notes: what could not be measured, with the reason.
+        notes: sentences that say which values could not be measured, and why.
     """
 
     robot: str
@@ -232,7 +246,7 @@ class Calibration:
         return tuple(motion for motion in self.motions if not motion.is_within(bound))
 
     def to_data(self) -> dict[str, Any]:
-        """Return the figures as plain data for JSON, without the paths of the squares."""
+        """Return the results as dicts, lists and numbers for JSON, without the paths of the squares."""
         data = asdict(self)
         for square in data["squares"]:
             for path in ("commanded", "truth", "odometry"):
@@ -242,7 +256,7 @@ class Calibration:
 
 
 def _rounded(value: Any) -> Any:
-    """Return plain data with floats rounded to 9 decimals; further digits are rounding noise."""
+    """Return the data with all floats rounded to 9 decimals; further digits are rounding noise."""
     if isinstance(value, dict):
         return {key: _rounded(item) for key, item in value.items()}
     if isinstance(value, list | tuple):

@@ -1,4 +1,4 @@
-"""A scene with one robot of another scene alone on a flat floor."""
+"""Makes a scene in which one robot of another scene stands alone on a flat floor."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ from graphengine.scene.loaded_scene import LoadedScene
 
 WORLD = "worlds/flat_grid.xml"
 _PLACES = ("position", "orientation", "count", "spacing", "per_row", "places", "namespace")
-"""Keys of a robot's use that say where it stands and what its fleet is called; the others are kept."""
+"""Keys of a robot's entry in a scene file that place and name the robot or its fleet; the new scene does not copy these keys."""
 
 
 @contextmanager
 def on_flat_floor(scene: LoadedScene, robot: RobotInstance) -> Iterator[LoadedScene]:
-    """Yield a scene with only this robot, with the graphs of its robot file, at the origin of a flat floor.
+    """Yield a scene with only this robot at the origin of a flat floor; the robot has the graphs of its robot file.
 
-    Graphs of the scene are left out: they may command the robot.
+    The graphs of the scene file are left out, because they may command the robot.
 
     Raises:
         CheckError: the robot or one of its graphs has errors.

@@ -1,4 +1,4 @@
-"""Noise of IMUs while a robot stands."""
+"""Measures the noise and bias of IMUs while a robot stands."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from graphengine.api.session import Session
 from graphengine.api.topics import Subscription
 
 LARGEST_RATE = 10_000
-"""Messages per second that are kept."""
+"""Highest message rate of an IMU, Hz, at which all messages are evaluated; at higher rates, the oldest messages are left out."""
 
 
 def measure(sim: Session, topics: Sequence[str], drives: DriveRecorder, seconds: float) -> tuple[ImuNoise, ...]:

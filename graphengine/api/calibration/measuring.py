@@ -20,7 +20,7 @@ SMOOTHING = 0.1
 
 
 def increments(path: Floats) -> Floats:
-    """Return the motion from row to row, in the frame of the moving body: forward, left (m) and turn (rad)."""
+    """Return the motion between successive rows in the frame of the moving body: forward and left (m), and turn (rad)."""
     steps = np.diff(path, axis=0)
     yaw = path[:-1, 2] + steps[:, 2] / 2.0
     cosine, sine = np.cos(yaw), np.sin(yaw)
@@ -30,14 +30,14 @@ def increments(path: Floats) -> Floats:
 
 
 def displacement(path: Floats) -> Floats:
-    """Return the last pose of a path relative to its first pose: x, y (m) and yaw (rad)."""
+    """Return the last pose of a path in the frame of the first pose: x, y (m) and yaw (rad)."""
     x, y, turn = path[-1] - path[0]
     cosine, sine = math.cos(path[0, 2]), math.sin(path[0, 2])
     return np.array((cosine * x + sine * y, cosine * y - sine * x, turn))
 
 
 def mean_velocity(trace: Trace) -> Twist:
-    """Return the mean velocity of the base link in its own frame."""
+    """Return the mean velocity of the base link in the base link's frame."""
     x, y, yaw = (increments(trace.base).sum(axis=0) / ((len(trace.base) - 1) * trace.dt)).tolist()
     return Twist(x, y, yaw)
 
@@ -99,7 +99,7 @@ def largest(values: Sequence[float]) -> float | None:
 
 
 def ideal_path(segments: Sequence[tuple[Twist, float]], dt: float) -> Floats:
-    """Return the path (rows of x, y, yaw) of an ideal robot that drives each segment: a velocity, and its duration in s."""
+    """Return the path (rows of x, y, yaw) of an ideal robot that drives the segments; each is a velocity and a duration (s)."""
     rows = [(0.0, 0.0, 0.0)]
     for twist, seconds in segments:
         count = max(1, round(seconds / dt))
@@ -137,14 +137,17 @@ def in_first_frame(path: Floats) -> Floats:
 
 
 def share(twist: Twist, reached: Twist) -> float:
-    """Return measured / commanded velocity: of the turn rate if one is commanded, else of the forward or sideways velocity."""
+    """Return the ratio of measured to commanded velocity.
+
+    If a turn rate is commanded, it is the ratio of the turn rates; otherwise of the forward or of the sideways velocities.
+    """
     if twist.yaw:
         return reached.yaw / twist.yaw
     return reached.x / twist.x if twist.x else reached.y / twist.y
 
 
 def with_drift(motion: Motion, window: Trace) -> Motion:
-    """Return a copy of the motion with its drifts filled in; the drifts stay None if the robot hardly moved."""
+    """Return a copy of the motion with the drifts measured in the trace `window`; they stay None if the robot hardly moved."""
     if motion.kind == "turn":
         moved = one_turn(window.base) if not motion.commanded.x else None
         return replace(motion, position_drift=math.hypot(*moved) if moved is not None else None)
@@ -156,7 +159,10 @@ def with_drift(motion: Motion, window: Trace) -> Motion:
 
 
 def turning_centre(motions: Sequence[Motion]) -> tuple[float, float] | None:
-    """Return the point about which the robot turns on the spot, as x, y (m) in the base link's frame; None without such turns."""
+    """Return the point about which the robot turns on the spot, as x, y (m) in the base link's frame.
+
+    Return None if `motions` has no turn on the spot.
+    """
     turns = [one for one in motions if one.kind == "turn" and not one.commanded.x and abs(one.share) >= LEAST]
     if not turns:
         return None

@@ -1,4 +1,4 @@
-"""Errors of an odometry topic against the true pose, and the parameters that describe them."""
+"""Measures the errors of an odometry topic against the true pose, and computes noise parameters from these errors."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ from graphengine.api.calibration.figures import Alphas, Covariances, Floats, Mot
 from graphengine.api.calibration.measuring import displacement, in_first_frame, largest, mean, mean_square, pieces
 
 STEP, ANGLE = 0.25, 0.2
-"""Motion between two updates of AMCL by default (update_min_d, update_min_a), m and rad."""
+"""Distance (m) and angle (rad) between two updates of AMCL, from the defaults of update_min_d and update_min_a."""
 FARTHEST = 1e6
 STRAIGHT = 0.01
-"""Largest turn of a step of a square that counts as straight, rad."""
+"""Largest angle by which the robot may turn in a step of `STEP` m for the step to count as straight, rad."""
 
 
 class OdometryMeter:
@@ -32,7 +32,7 @@ class OdometryMeter:
         self._turns: list[tuple[float, float, float]] = []
 
     def take(self, motion: Motion, window: Trace) -> None:
-        """Add a steady motion; it is ignored if no odometry was published or the robot hardly moved."""
+        """Add the odometry errors of a steady motion; motions without odometry messages, and too short motions, are ignored."""
         truth, odometry = self._published(window)
         if len(odometry) < 2:
             self.notes = [f"{self.topic}: not published during the test drives"]
@@ -61,7 +61,7 @@ class OdometryMeter:
             self._errors["sideways"].append(relative)
 
     def _published(self, trace: Trace) -> tuple[Floats, Floats]:
-        """Return the true and the published poses of the ticks with an odometry message."""
+        """Return the true and the published poses of all ticks with an odometry message, as arrays of x, y (m), yaw (rad)."""
         odometry = trace.odometry[self.topic]
         known = np.isfinite(odometry).all(axis=1)
         return trace.frames[self.topic][known], odometry[known]
@@ -75,7 +75,7 @@ class OdometryMeter:
             self._errors["turn_position"].append(math.hypot(error[0], error[1]) * math.tau / angle)
 
     def take_square(self, trace: Trace) -> None:
-        """Add the error at the end of a square, and the steps in which the robot drives straight, or turns on the spot."""
+        """Add the errors of a square: at its end, and in each step in which the robot drives straight or turns on the spot."""
         truth, odometry = map(in_first_frame, self._published(trace))
         if len(odometry):
             for true, error in pieces(truth, odometry, STEP, ANGLE):

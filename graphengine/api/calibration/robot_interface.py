@@ -1,4 +1,4 @@
-"""Finds the topics of a robot to calibrate, and the graph inputs that hold its geometry and limits."""
+"""Finds the command and sensor topics of a robot, and the graph inputs that contain its geometry and its speed limits."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ ODOMETRY, IMU = "nav_msgs/msg/Odometry", "sensor_msgs/msg/Imu"
 
 @dataclass(frozen=True, slots=True)
 class CommandTopic:
-    """The topic through which a robot is driven."""
+    """A topic to which a robot's graphs subscribe for velocity commands."""
 
     topic: str
     type: str
@@ -48,14 +48,14 @@ class CommandTopic:
 
 
 def find_command(claims: Sequence[EndpointClaim], wanted: str | None) -> CommandTopic | None:
-    """Return the topic that commands the robot; None if no graph subscribes to one.
+    """Return the topic that commands the robot; None if no graph subscribes to a topic of a command type.
 
     Args:
         claims: topics of the robot's graphs.
-        wanted: full name of the topic, or a unique end of it; None for the only command topic.
+        wanted: full name of the topic, or its last parts if they are unique; None takes the only command topic.
 
     Raises:
-        UsageError: several topics command the robot and `wanted` is None, or `wanted` matches no topic or several.
+        UsageError: several topics command the robot and `wanted` is None, or `wanted` matches no topic or several topics.
     """
     found = {
         claim.topic: claim.message_type
@@ -100,12 +100,12 @@ def inputs_named(scene: LoadedScene, *names: str) -> Iterator[tuple[Graph, Insta
 
 
 def limit_of(scene: LoadedScene, *names: str) -> float:
-    """Return the lowest limit among the inputs with these names; 0 means no limit. Return infinity if there is no limit."""
+    """Return the lowest absolute value of all inputs with these names. 0 means no limit; without limits, return infinity."""
     return min(_numbers(scene, *names), default=math.inf)
 
 
 def known_wheel_base(scene: LoadedScene) -> float | None:
-    """Return the first `wheelBase` input in the graphs, m; None if no graph has one."""
+    """Return the absolute value of the first nonzero input `wheelBase` in the graphs, m; None if there is no such input."""
     return next(_numbers(scene, "wheelBase"), None)
 
 

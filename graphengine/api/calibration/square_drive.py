@@ -26,10 +26,10 @@ def drive_square(
 
     Args:
         drives: recorder that drives the robot; the robot has to be at rest.
-        meters: receive the recorded motion.
-        command: forward speed of the sides, and turn rate of the corners; a negative turn rate gives a clockwise square.
-        centre: point of the base link's frame whose path is measured, m.
-        steered: corners are arcs at the speed of the sides, instead of turns on the spot.
+        meters: odometry meters to which the recorded motion is added.
+        command: forward speed along the sides, and turn rate in the corners; a negative turn rate gives a clockwise square.
+        centre: point whose path is measured, x and y in the base link's frame, m.
+        steered: if True, the corners are arcs driven at the speed of the sides; if False, they are turns on the spot.
     """
     straight, corner = _segments(command, drives.dt, steered=steered)
     for _ in range(4):
@@ -55,7 +55,7 @@ def drive_square(
 
 
 def _segments(command: Twist, dt: float, *, steered: bool) -> list[tuple[Twist, float]]:
-    """Return the commands of one side and one corner, each with its duration (s), a whole number of ticks."""
+    """Return the command of a side and the command of a corner, each with its duration (s), which is a whole number of ticks."""
     side = math.ceil(SIDE / command.x / dt) * dt
     corner = math.ceil(math.pi / 2.0 / abs(command.yaw) / dt) * dt
     speed, rate = SIDE / side, math.copysign(math.pi / 2.0 / corner, command.yaw)

@@ -1,4 +1,4 @@
-"""A drawing of the squares of a calibration: commanded path, truth and odometry."""
+"""Draws the squares of a calibration as SVG: commanded path, true path and odometry."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ import numpy as np
 from graphengine.api.calibration.figures import Calibration, Floats, Square
 
 PANEL, SPACE, LINE = 360.0, 56.0, 18.0
-"""Side of a panel, distance around it, and height of a line of text, pixels."""
+"""Side of a panel, distance around a panel, and height of a line of text, pixels."""
 COMMANDED, TRUTH = "#8a8f98", "#1769aa"
 ODOMETRY = ("#c2410c", "#7c3aed", "#0f766e", "#a16207")
 _STYLE = (
@@ -101,7 +101,7 @@ def _panel(square: Square, left: float, top: float, extent: float, colours: dict
 
 
 def _curve(points: Floats, colour: str, dashes: str, width: float) -> str:
-    """Return a path as an SVG element, without points that repeat the previous one."""
+    """Return a path as an SVG element, without points that are equal to the previous point."""
     moved = np.r_[True, np.abs(np.diff(points, axis=0)).max(axis=1) > 0.02]
     places = " ".join(f"{x:.1f} {y:.1f}" for x, y in points[moved].tolist())
     style = f' stroke-dasharray="{dashes}"' if dashes else ""

@@ -1,4 +1,4 @@
-"""Rolling radius, track and wheel base of a robot, from the angles of its wheels and its true motion."""
+"""Computes rolling radius, track and wheel base of a robot from the angles of its wheels and its true motion."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ from graphengine.physics.description.urdf import TURNING, track
 from graphengine.physics.model.robot import RobotInstance, wheel_shapes
 
 SLOWEST = 0.05
-"""Speed of a joint that turns, rad/s."""
+"""Smallest speed at which a joint counts as turning, rad/s."""
 SHARE = 0.2
-"""Share of the fastest joint's speed from which on a driven joint counts as a wheel."""
+"""A driven joint counts as a wheel if its speed in a straight drive exceeds this share of the fastest joint's speed."""
 STEERED = 0.02
-"""Least angle by which a steering joint turns in an arc, rad."""
+"""A joint counts as steering in an arc if it turns by more than this angle, rad."""
 
 
 class WheelMeter:
@@ -38,12 +38,15 @@ class WheelMeter:
         self._offsets: dict[int, list[float]] = {}
         self._bases: list[float] = []
         self._moved: dict[str, tuple[float, Floats]] = {}
-        """Of each motion the distance (m) or turn (rad) of the base, and the angles by which joints turned."""
+        """By name of the motion: the distance (m) or angle (rad) by which the base moved, and the angle of each joint (rad)."""
         self._straight_angles: Floats = np.zeros(len(self._names))
 
     @staticmethod
     def described_wheel_base(robot: RobotInstance) -> float | None:
-        """Return the distance along x between the foremost and the rearmost wheels of the description, m."""
+        """Return the distance along x between the foremost and the rearmost wheel in the robot description, m.
+
+        Return None if the description has no wheels, or if all wheels are on one axle.
+        """
         places = [_place(robot, joint)[0] for joint in robot.wheel_radii]
         distance = max(places) - min(places) if places else 0.0
         return distance if distance > 1e-3 else None
@@ -54,12 +57,12 @@ class WheelMeter:
         return [self._names[index] for index in self._driven]
 
     def rates(self, trace: Trace) -> dict[str, float]:
-        """Return the mean speed of each driven joint, rad/s or m/s."""
+        """Return the mean speed of each driven joint by joint name, rad/s or m/s."""
         moved = (trace.joints[-1] - trace.joints[0]) / ((len(trace.joints) - 1) * trace.dt)
         return {self._names[index]: float(moved[index]) for index in self._driven}
 
     def roll(self, trace: Trace) -> bool:
-        """Return whether any wheel turns; until the wheels are known, every driven joint counts as a wheel."""
+        """Return whether any wheel turns. Before the first straight drive, every driven joint counts as a wheel."""
         rates = self.rates(trace)
         names = [self._names[index] for index in self._wheels or self._driven]
         return any(abs(rates[name]) > SLOWEST for name in names)
@@ -91,7 +94,10 @@ class WheelMeter:
                 self._radii.setdefault(index, []).append(forward / moved[index])
 
     def _take_arc(self, window: Trace, forward: float, turn: float) -> None:
-        """Add the wheel base tan(s) d / w (m) of an arc of length d (m) and angle w (rad) with the steering angle s (rad)."""
+        """Add a measurement of the wheel base, tan(s) d / w (m), from an arc of length d (m) and angle w (rad).
+
+        s is the mean steering angle in the arc (rad).
+        """
         angles = window.joints.mean(axis=0) - self._straight_angles
         steering = [i for i in self._driven if abs(angles[i]) > STEERED and self._may_steer(i)]
         if steering:
@@ -104,7 +110,10 @@ class WheelMeter:
         return not is_wheel and self._robot.urdf.joints[name].type != "prismatic"
 
     def _is_steered(self, index: int) -> bool:
-        """Return whether another revolute joint carries the wheel, and so may steer it; prismatic joints are suspensions."""
+        """Return whether the wheel is mounted on another revolute joint, which may steer it.
+
+        Prismatic joints do not count, because they are suspensions.
+        """
         joints = self._robot.urdf.joints
         carriers = {joint.child: joint for joint in joints.values()}
         link = joints[self._names[index]].parent
@@ -150,14 +159,17 @@ class WheelMeter:
 
     @property
     def wheel_base(self) -> float | None:
-        """Distance between the axles, m, from the steering angles and turns in arcs; None without arcs."""
+        """Distance between the axles, m, computed from the steering angles and turns in arcs; None without test arcs."""
         return mean(self._bases)
 
     def slip(self, motion: Motion, *, omni: bool) -> float | None:
-        """Return the share of the wheels' motion that the base does not follow in a test drive; None if it is not known.
+        """Return the slip in a test drive: 1 - true motion / motion computed from the wheel angles; None if it is unknown.
 
-        The wheels' motion is computed with the radii and positions in the robot description; `omni` is True for a base that can
-        drive sideways.
+        The computed motion uses the wheel radii and positions in the robot description.
+
+        Args:
+            motion: test drive that was added by `take`.
+            omni: whether the base can drive sideways.
         """
         if motion.name not in self._moved or motion.kind == "sideways":
             return None
@@ -178,7 +190,7 @@ class WheelMeter:
         return 1.0 - actual / rolled if rolled else None
 
     def _described_radius(self, index: int) -> float:
-        """Return the wheel radius in the robot description, m; NaN if the description has none."""
+        """Return the wheel radius in the robot description, m; NaN if the description does not contain it."""
         return self._robot.wheel_radii.get(self._names[index], math.nan)
 
     def _described_track(self, *, omni: bool) -> float | None:
@@ -190,12 +202,12 @@ class WheelMeter:
         return distance + max(places) - min(places)
 
     def notes(self) -> list[str]:
-        """Return a note for each of radius, slip and track that could not be measured, with the reason."""
+        """Return notes that say which of radius, slip and track could not be measured, and why."""
         if not self._radii:
             return ["wheel radius: no driven joint turns while the robot drives straight"]
         missing = []
         if any(math.isnan(self._described_radius(index)) for index in self._radii):
-            missing.append("slip: the description does not say the radius of every driven wheel")
+            missing.append("slip: the robot description does not contain the radius of every driven wheel")
         if self.track is None:
             missing.append("track: no unsteered driven wheels on both sides of the turning centre")
         return missing

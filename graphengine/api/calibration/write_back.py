@@ -1,4 +1,4 @@
-"""Writes measured values into the graph and robot files of a robot by editing their text."""
+"""Writes measured values into a robot's graph and robot files; only the numbers in their text are edited."""
 
 from __future__ import annotations
 
@@ -23,11 +23,11 @@ from graphengine.physics.description.robot_file import RobotFile
 from graphengine.scene.loaded_scene import LoadedScene
 
 SLIPPING = 0.2
-"""Slip of a straight motion from which on rolling radius, track and wheel base are not properties of the wheels."""
+"""Maximum slip of straight motions for which rolling radius, track and wheel base are written; larger slip distorts them."""
 SAME = 5e-4
-"""Relative difference up to which a value in a file is left as it is."""
+"""Maximum relative difference between the measured value and the value in the file for which the file is not changed."""
 LEAST = 1e-12
-"""Smallest value that is written; smaller values are rounding noise."""
+"""Smallest measured value that is written; smaller values are rounding noise."""
 _REMEDY = "copy the file into your project, use the copy in your robot file or scene, and calibrate that scene"
 _PARAMETER = re.compile(r"\$\(([^$()]*)\)")
 _COVARIANCES = {
@@ -43,8 +43,8 @@ class Change:
 
     Attributes:
         path: file to change.
-        location: keys and indices of the value in the file.
-        node: node and input that use the value, such as `cmd_vel/DiffController.wheelRadius`.
+        location: keys and indices that lead to the value in the file.
+        node: address of the input that has the value, such as `cmd_vel/DiffController.wheelRadius`.
         input: name of the input.
         old: value before the change.
         new: measured value, rounded to 5 digits.
@@ -60,7 +60,7 @@ class Change:
 
 @dataclass(frozen=True, slots=True)
 class _Place:
-    """The place in a file where the value of an input is written."""
+    """The place in a file that sets the value of an input."""
 
     document: Document
     location: Location
@@ -161,14 +161,20 @@ def _wanted(scene: LoadedScene, result: Calibration) -> Iterator[tuple[Graph, In
 
 
 def _without_factors(track: float, inputs: Mapping[str, Any], result: Calibration) -> float:
-    """Return the `wheelDistance` with which a node uses the given track, in view of its `wheelBase` and multiplier inputs."""
+    """Return the input `wheelDistance` for a track, m.
+
+    The node multiplies `wheelDistance` by `wheelDistanceMultiplier`; a mecanum node adds `wheelBase`, which is subtracted here.
+    """
     if result.kinematics == "mecanum":
         track -= abs(float(inputs.get("wheelBase", 0.0)))
     return track / (float(inputs.get("wheelDistanceMultiplier", 1.0)) or 1.0)
 
 
 def _covariances(scene: LoadedScene, result: Calibration, graph: Graph) -> Covariances:
-    """Return the covariances of the graph's odometry topic; if the graph publishes no odometry, those of the robot's odometry."""
+    """Return the covariances measured for the graph's odometry topic; if it publishes no odometry, for any topic of the robot.
+
+    Of several topics, the one with the largest variance of the distance counts.
+    """
     topics = {claim.topic for claim in scene.claims if claim.direction == "publish" and claim.graph == graph.name}
     own = [one for one in result.odometry if one.topic in topics] or list(result.odometry)
     known = [one.covariances for one in own if one.covariances.distance_variance is not None]
@@ -176,7 +182,10 @@ def _covariances(scene: LoadedScene, result: Calibration, graph: Graph) -> Covar
 
 
 def _find_place(graph: Graph, instance: Instance, name: str, index: int | None, file: RobotFile) -> _Place | None:
-    """Return the place in the files where an input is set to a number; None if no file sets it."""
+    """Return the place in the robot's files that sets an input to a number; None if no file does.
+
+    For covariances that no file sets, return the place in the graph file at which to add the input.
+    """
     entry = instance.entry
     if name in entry.given or f"inputs:{name}" in entry.given:
         return None
@@ -193,9 +202,18 @@ def _find_place(graph: Graph, instance: Instance, name: str, index: int | None, 
 def _lead_out(
     document: Document, location: Location, index: int | None, graph: Graph, around: list[str], file: RobotFile
 ) -> _Place | None:
-    """Return the place of the number at a location; if a graph parameter is written there, the place of its value.
+    """Follow graph parameters from a location in a graph file to the number they refer to, and return the number's place.
 
-    `around` lists the enclosing subgraphs, outermost first.
+    Args:
+        document: file to start in.
+        location: keys and indices in the file.
+        index: index in an array; None for a scalar.
+        graph: graph of the input.
+        around: enclosing subgraphs, outermost first.
+        file: the robot file, which may set parameters of the graph.
+
+    Returns:
+        The place of the number, or the place at which the robot file can set the parameter; None if there is no such place.
     """
     value = document.find(*location)
     data = value.data if value is not None else None

@@ -1,1 +1,1 @@
-"""Files with which Nav2 drives the robots of a scene: parameters, map, launch file and RViz configuration."""
+"""Generates the files that Nav2 needs to drive the robots of a scene: parameters, map, launch file, RViz configuration."""

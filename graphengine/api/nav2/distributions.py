@@ -26,15 +26,16 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True, slots=True)
 class Distribution:
-    """Parameters that Nav2 reads in one distribution.
+    """A ROS 2 distribution, with the Nav2 parameters that differ between distributions.
 
     Attributes:
         name: name of the ROS 2 distribution.
-        error_code_prefixes: bt_navigator takes prefixes of error codes, not names.
-        service_timeout: lifecycle managers have the parameter `service_timeout`.
-        limited_behaviors: backup and drive_on_heading have acceleration limits.
-        path_inversion: smoothers can keep the points where a path changes direction.
-        path_handlers: a plugin of the controller server prunes paths, and controllers have no `transform_tolerance`.
+        error_code_prefixes: whether bt_navigator has the parameter `error_code_name_prefixes` instead of `error_code_names`.
+        service_timeout: whether lifecycle managers have the parameter `service_timeout`.
+        limited_behaviors: whether the behaviors backup and drive_on_heading have acceleration limits.
+        path_inversion: whether smoothers have the parameter `enforce_path_inversion`.
+        path_handlers: whether the controller server has path handler plugins; controllers then have no
+            `transform_tolerance`.
     """
 
     name: str

@@ -1,4 +1,4 @@
-"""Nav2 parameters for driving: controller, behaviors, velocity smoother and collision monitor."""
+"""Computes the Nav2 parameters for driving: controller, behaviors, velocity smoother and collision monitor."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ from graphengine.api.nav2.sourced import Sourced, nav2
 
 REACHED, FACING = 0.15, 0.2
 """Distance (m) and angle (rad) from a goal within which the robot has reached it."""
-NEAR = "less than Nav2's 0.25, because the localization error adds to it"
+NEAR = "smaller than 0.25 in Nav2's parameter file, because the localization error adds to it"
 CONTROL_RATE = 10.0
-"""Commands of the controller per second."""
+"""Rate at which the controller sends velocity commands, Hz."""
 
 
 def driving(robot: RobotFacts, distribution: Distribution) -> Parameters:
@@ -42,13 +42,13 @@ def _controller(robot: RobotFacts, distribution: Distribution) -> Parameters:
                 "plugin": nav2("nav2_controller::FeasiblePathHandler"),
                 "prune_distance": nav2(2.0),
                 "enforce_path_inversion": Sourced(
-                    car, "a car stops where its path changes direction" if car else "no car"
+                    car, "a car stops where its path changes direction" if car else "not needed: the robot is no car"
                 ),
             },
         }
     return {
         **_stamped(robot),
-        "controller_frequency": Sourced(CONTROL_RATE, f"half of Nav2's, {BUSY}"),
+        "controller_frequency": Sourced(CONTROL_RATE, f"half of the rate in Nav2's parameter file, {BUSY}"),
         "costmap_update_timeout": Sourced(2.0, BUSY),
         "failure_tolerance": Sourced(2.0, BUSY),
         "min_x_velocity_threshold": nav2(0.001),
@@ -56,7 +56,7 @@ def _controller(robot: RobotFacts, distribution: Distribution) -> Parameters:
         "min_theta_velocity_threshold": nav2(0.001),
         "progress_checker_plugins": nav2(["progress_checker"]),
         "progress_checker": {
-            "plugin": Sourced("nav2_controller::PoseProgressChecker", "turning on the spot is progress, too"),
+            "plugin": Sourced("nav2_controller::PoseProgressChecker", "counts turning on the spot as progress, too"),
             "required_movement_radius": nav2(0.5),
             "required_movement_angle": nav2(0.5),
             "movement_time_allowance": Sourced(15.0, BUSY),
@@ -75,7 +75,7 @@ def _controller(robot: RobotFacts, distribution: Distribution) -> Parameters:
 
 
 def _sideways_threshold(robot: RobotFacts) -> Sourced[float]:
-    """Return the threshold below which Nav2 takes the odometry's sideways velocity as zero, m/s."""
+    """Return the sideways velocity in the odometry below which Nav2's controller assumes zero, m/s."""
     omni = robot.limits.kinematics.value == "omni"
     return Sourced(0.001, robot.limits.kinematics.source) if omni else nav2(0.5)
 
@@ -90,10 +90,10 @@ def _turning(robot: RobotFacts, distribution: Distribution) -> Parameters:
     return {
         "plugin": Sourced(
             "nav2_rotation_shim_controller::RotationShimController",
-            "it turns on the spot to the heading of a new path; DWB alone turns on an arc, which hits what is beside the robot",
+            "turns on the spot to the heading of a new path; DWB alone turns on an arc and can hit obstacles beside the robot",
         ),
         "primary_controller": Sourced(
-            "dwb_core::DWBLocalPlanner", "it takes all limits below, and needs little of a CPU"
+            "dwb_core::DWBLocalPlanner", "respects all limits below, and needs little CPU time"
         ),
         "angular_dist_threshold": nav2(0.785),
         "forward_sampling_distance": nav2(0.5),
@@ -105,19 +105,19 @@ def _turning(robot: RobotFacts, distribution: Distribution) -> Parameters:
 
 
 def _dwb(robot: RobotFacts, distribution: Distribution) -> Parameters:
-    """Return the parameters of Nav2's controller DWB: velocity limits, sampled velocities and critics."""
+    """Return the parameters of the controller DWB: velocity limits, sampled velocities and critics."""
     limits = robot.limits
     omni = limits.kinematics.value == "omni"
     sideways = limits.speed if omni else Sourced(0.0, limits.kinematics.source)
     braking = Sourced(-limits.deceleration.value, limits.deceleration.source)
     turn_braking = Sourced(-limits.turn_acceleration.value, limits.turn_acceleration.source)
-    example = "example of DWB in Nav2's documentation"
+    example = "DWB example in Nav2's documentation"
 
     def scaled(scale: float, **more: Any) -> Parameters:
         return {name: Sourced(value, example) for name, value in {"scale": scale, **more}.items()}
 
     return {
-        "min_vel_x": Sourced(0.0, "lidars seldom see backward; the behavior backup does it"),
+        "min_vel_x": Sourced(0.0, "lidars seldom see backward; only the behavior backup drives backward"),
         "max_vel_x": limits.speed,
         "min_vel_y": Sourced(-sideways.value, sideways.source),
         "max_vel_y": sideways,
@@ -138,12 +138,12 @@ def _dwb(robot: RobotFacts, distribution: Distribution) -> Parameters:
         "linear_granularity": Sourced(0.05, example),
         "angular_granularity": Sourced(0.05, f"twice the default, {BUSY}"),
         **_tolerance(distribution),
-        "xy_goal_tolerance": Sourced(REACHED, "as the goal checker"),
+        "xy_goal_tolerance": Sourced(REACHED, "as in the goal checker"),
         "trans_stopped_velocity": Sourced(0.25, example),
         "short_circuit_trajectory_evaluation": Sourced(True, example),
         "critics": Sourced(
             ["RotateToGoal", "Oscillation", "ObstacleFootprint", "GoalAlign", "PathAlign", "PathDist", "GoalDist"],
-            f"{example}; ObstacleFootprint checks the footprint, not only its inscribed circle",
+            f"{example}; ObstacleFootprint checks the whole footprint, not only its inscribed circle",
         ),
         "RotateToGoal": scaled(32.0, slowing_factor=5.0, lookahead_time=-1.0),
         "ObstacleFootprint": scaled(0.02),
@@ -155,17 +155,18 @@ def _dwb(robot: RobotFacts, distribution: Distribution) -> Parameters:
 
 
 def _pursuit(robot: RobotFacts, distribution: Distribution) -> Parameters:
-    """Return the parameters of regulated pure pursuit for robots with car-like steering, without turns on the spot."""
+    """Return the parameters of the controller regulated pure pursuit, for robots with car-like steering."""
     limits = robot.limits
     radius = limits.turning_radius
     speeds: Parameters = {"desired_linear_vel": limits.speed}
     if distribution.path_handlers:
         speeds = {"max_linear_vel": limits.speed, "max_angular_vel": limits.turn}
     ahead = max(0.6, round(1.2 * radius.value, 2))
-    by_radius = f"1.2 times the turning radius, {radius.source}"
+    by_radius = f"1.2 times the turning radius ({radius.source})"
     return {
         "plugin": Sourced(
-            "nav2_regulated_pure_pursuit_controller::RegulatedPurePursuitController", "it steers along paths as a car"
+            "nav2_regulated_pure_pursuit_controller::RegulatedPurePursuitController",
+            "follows paths with car-like steering",
         ),
         **speeds,
         **_tolerance(distribution),
@@ -183,7 +184,7 @@ def _pursuit(robot: RobotFacts, distribution: Distribution) -> Parameters:
         "regulated_linear_scaling_min_radius": Sourced(max(0.9, 1.5 * radius.value), "1.5 times the turning radius"),
         "regulated_linear_scaling_min_speed": nav2(0.25),
         "use_rotate_to_heading": Sourced(False, limits.kinematics.source),
-        "allow_reversing": Sourced(True, "the planner's paths lead backward where that is shorter"),
+        "allow_reversing": Sourced(True, "the planner's paths go backward where that is shorter"),
     }
 
 
@@ -213,7 +214,7 @@ def _behaviors(robot: RobotFacts, distribution: Distribution) -> Parameters:
         "rotational_acc_lim": limits.turn_acceleration,
         "behavior_plugins": Sourced(
             ["spin", "backup", "drive_on_heading", "wait"],
-            "those of the default behavior trees; a car's spin ends by its time limit",
+            "all behaviors of the default behavior trees; a car cannot spin, so its spin ends at the time limit",
         ),
         "spin": {"plugin": nav2("nav2_behaviors::Spin")},
         "backup": {"plugin": nav2("nav2_behaviors::BackUp"), **accelerations},
@@ -235,13 +236,13 @@ def _smoother(robot: RobotFacts) -> Parameters:
     return {
         **_stamped(robot),
         "smoothing_frequency": nav2(20.0),
-        "scale_velocities": Sourced(True, "a command that is limited keeps its curvature"),
+        "scale_velocities": Sourced(True, "a limited command keeps its curvature"),
         "feedback": nav2("OPEN_LOOP"),
         "max_velocity": Sourced([speed, speed * omni, turn], speeds),
         "min_velocity": Sourced([-speed, -speed * omni, -turn], speeds),
         "max_accel": Sourced([push, push * omni, turn_push.value], pushes),
         "max_decel": Sourced([-brake, -brake * omni, -turn_push.value], brakes),
-        "odom_topic": Sourced(robot.odometry_topic, "publisher in the robot's graph"),
+        "odom_topic": Sourced(robot.odometry_topic, "topic that the robot's graph publishes"),
         "odom_duration": nav2(0.1),
         "deadband_velocity": nav2([0.0, 0.0, 0.0]),
         "velocity_timeout": nav2(1.0),
@@ -255,7 +256,7 @@ def _monitor(robot: RobotFacts) -> Parameters:
         "base_frame_id": Sourced(robot.base_frame, "child frame of the odometry"),
         "odom_frame_id": Sourced(robot.odometry_frame, f"frame of {robot.odometry_topic}"),
         "cmd_vel_in_topic": Sourced("cmd_vel_smoothed", "output of velocity_smoother"),
-        "cmd_vel_out_topic": Sourced(robot.command_topic, "subscription in the robot's graph"),
+        "cmd_vel_out_topic": Sourced(robot.command_topic, "topic to which the robot's graph subscribes"),
         "state_topic": nav2("collision_monitor_state"),
         "transform_tolerance": Sourced(TOLERANCE, BUSY),
         "source_timeout": Sourced(5.0, BUSY),
@@ -276,7 +277,7 @@ def _monitor(robot: RobotFacts) -> Parameters:
         **{
             name: {
                 "type": Sourced("scan", "type of the topic"),
-                "topic": Sourced(scan.topic, "publisher in the robot's graph"),
+                "topic": Sourced(scan.topic, "topic that the robot's graph publishes"),
                 "enabled": nav2(True),
             }
             for name, scan in sources.items()

@@ -1,4 +1,4 @@
-"""Launch files that start Nav2, from the templates beside this module."""
+"""Fills in the templates beside this module to make the launch files that start Nav2."""
 
 from __future__ import annotations
 
@@ -45,19 +45,19 @@ _MAP_ARGUMENT = """\
             "localization",
             default_value="amcl",
             choices=["amcl", "truth"],
-            description="truth: `graphrun run --localization truth` publishes the true pose of the robot",
+            description="truth: no AMCL; `graphrun run --localization truth` publishes the true pose of the robot",
         ),
 """
 
 
 def robot_launch(robot: RobotFacts, scene: str, *, slam: bool, in_fleet: bool) -> str:
-    """Return the launch file of a robot.
+    """Return the content of the launch file that starts Nav2 for one robot.
 
     Args:
-        robot: the robot.
+        robot: properties of the robot.
         scene: name of the scene.
-        slam: whether slam_toolbox builds the map.
-        in_fleet: whether the map is in the parent folder.
+        slam: whether slam_toolbox builds the map; otherwise, map_server loads a map file.
+        in_fleet: whether the robot is one of several, which share a map file in the parent folder.
     """
     return _filled(
         "robot_launch.txt",
@@ -73,7 +73,7 @@ def robot_launch(robot: RobotFacts, scene: str, *, slam: bool, in_fleet: bool) -
 
 
 def fleet_launch(robots: Sequence[RobotFacts], scene: str, *, slam: bool) -> str:
-    """Return the launch file that starts Nav2 for several robots; each robot has its files in a folder of its name."""
+    """Return the content of the launch file that starts Nav2 for several robots; each robot has a folder with its name."""
     defaults = {"use_sim_time": '"true"', "rviz": '"false"'}
     if not slam:
         defaults |= {"map": 'str(HERE / "map.yaml")', "localization": '"amcl"'}
@@ -83,7 +83,7 @@ def fleet_launch(robots: Sequence[RobotFacts], scene: str, *, slam: bool) -> str
 
 
 def _plain(name: str) -> str:
-    """Return the name of a scene file without characters that could end the docstring of a launch file."""
+    """Return the name of a scene file with unusual characters, such as quotes, replaced; it is put into a docstring."""
     return "".join(character if character.isalnum() or character in "_-. " else "_" for character in name)
 
 

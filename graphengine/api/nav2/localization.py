@@ -1,4 +1,4 @@
-"""Nav2 parameters for localization: map_server and AMCL."""
+"""Computes the Nav2 parameters for localization: map_server and AMCL."""
 
 from __future__ import annotations
 
@@ -25,13 +25,13 @@ def _amcl(robot: RobotFacts, alphas: Sourced[Alphas]) -> Parameters:
     scan = robot.scans[0]
     lidar = f"lidar of {scan.topic}"
     omni = robot.limits.kinematics.value == "omni"
-    start = "place of the robot in the scene"
+    start = "pose of the robot in the scene"
     x, y, yaw = robot.pose
     return {
         "base_frame_id": Sourced(robot.base_frame, "child frame of the odometry"),
         "odom_frame_id": Sourced(robot.odometry_frame, f"frame of {robot.odometry_topic}"),
         "global_frame_id": Sourced(MAP_FRAME, "frame of the map"),
-        "scan_topic": Sourced(scan.topic, "LaserScan with the widest view"),
+        "scan_topic": Sourced(scan.topic, "LaserScan with the widest field of view"),
         "robot_model_type": Sourced(
             f"nav2_amcl::{'Omni' if omni else 'Differential'}MotionModel", robot.limits.kinematics.source
         ),

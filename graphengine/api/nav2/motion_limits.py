@@ -1,4 +1,4 @@
-"""Motion limits of a robot, from the controllers in its graphs, its wheels and its drives. Each limit names its source."""
+"""Computes the motion limits of a robot from the controllers in its graphs, its wheels and its drives."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ from graphengine.scene.loaded_scene import LoadedScene
 Kinematics = Literal["differential", "omni", "ackermann"]
 
 MOST_SPEED, MOST_TURN = 1.0, 1.5
-"""Highest speeds that Nav2 commands, m/s and rad/s: for indoor driving with a costmap that is updated five times a second."""
+"""Highest speed (m/s) and turn rate (rad/s) that Nav2 may command, for indoor driving with a costmap updated at 5 Hz."""
 MOST_ACCELERATION, MOST_TURN_ACCELERATION = 2.5, 3.2
-"""Accelerations if no limits are known, m/s2 and rad/s2, from Nav2's own parameter file."""
+"""Linear (m/s2) and angular (rad/s2) acceleration for robots whose limits are unknown, from Nav2's own parameter file."""
 GRIP = 0.5
-"""Deceleration that the grip of the wheels allows, as a share of gravity."""
+"""Largest acceleration and deceleration that the friction of the wheels allows, as a share of gravity."""
 SHARE_OF_FORCE = 0.8
 """Share of the drives' force that accelerates the robot; the rest overcomes friction."""
 
@@ -35,7 +35,7 @@ _CONTROLLERS: dict[str, Kinematics] = {
 
 @dataclass(frozen=True, slots=True)
 class MotionLimits:
-    """Motion limits of a robot.
+    """Motion limits of a robot; each limit comes with the source of its value.
 
     Attributes:
         kinematics: `differential`, `omni` or `ackermann`.
@@ -44,7 +44,7 @@ class MotionLimits:
         acceleration: highest acceleration, m/s2.
         deceleration: highest deceleration, m/s2.
         turn_acceleration: highest angular acceleration, rad/s2.
-        turning_radius: smallest radius of the path of the base, m; 0 if the robot turns on the spot.
+        turning_radius: smallest radius of a path that the base can follow, m; 0 if the robot turns on the spot.
     """
 
     kinematics: Sourced[Kinematics]
@@ -81,21 +81,25 @@ def motion_limits(scene: LoadedScene, robot: RobotInstance, graphs: Collection[s
     ]
     speed = _least(speeds)
     steering = inputs.first("maxWheelRotation")
-    turning_radius = Sourced(0.0, "it turns on the spot")
+    turning_radius = Sourced(0.0, "the robot turns on the spot")
     if kinematics.value == "ackermann" and base is not None:
         turning_radius = _turning_radius(base, steering, track)
     turns = [*inputs.limits("maxAngularSpeed"), Sourced(MOST_TURN, "limit for indoor driving")]
     if turning_radius.value:
-        turns.append(Sourced(speed.value / turning_radius.value, "speed by the turning radius"))
+        turns.append(Sourced(speed.value / turning_radius.value, "speed divided by the turning radius"))
     elif track is not None:
-        turns.append(Sourced(2.0 * speed.value / track.value, f"speed of the wheels by half the track, {track.source}"))
+        turns.append(
+            Sourced(2.0 * speed.value / track.value, f"speed of the wheels divided by half the track ({track.source})")
+        )
     push = _acceleration_by_force(scene, robot)
     acceleration = _least([*inputs.limits("maxAcceleration", "acceleration"), *push, _DEFAULT])
     deceleration = _least([*inputs.limits("maxDeceleration"), *push, Sourced(MOST_ACCELERATION, acceleration.source)])
     lever = track.value / 2.0 if track is not None else 0.2
     turn_accelerations = [
         *inputs.limits("maxAngularAcceleration"),
-        Sourced(acceleration.value / lever, f"acceleration of the wheels, {acceleration.source}, by half the track"),
+        Sourced(
+            acceleration.value / lever, f"acceleration of the wheels ({acceleration.source}) divided by half the track"
+        ),
         Sourced(MOST_TURN_ACCELERATION, f"{NAV2}; the graphs have no limit"),
     ]
     return MotionLimits(
@@ -122,11 +126,11 @@ class _Inputs:
         return Sourced("differential", "assumed: the graphs have no wheel controller")
 
     def limits(self, *names: str) -> list[Sourced[float]]:
-        """Return the absolute values of the inputs with these names, without zeros, which mean no limit."""
+        """Return the absolute values of the inputs with these names; values of 0 mean no limit and are left out."""
         return [one for one in self._values(names) if one.value > 0.0]
 
     def first(self, *names: str) -> Sourced[float] | None:
-        """Return the absolute value of the first input with one of these names that is not 0; None if there is none."""
+        """Return the first absolute value other than 0 of the inputs with these names; None if there is no such value."""
         return next(iter(self.limits(*names)), None)
 
     def _values(self, names: Collection[str]) -> Iterator[Sourced[float]]:
@@ -154,7 +158,7 @@ def _least(found: list[Sourced[float]]) -> Sourced[float]:
 
 
 def _times(one: Sourced[float], radius: Sourced[float], unit: str) -> Sourced[float]:
-    return Sourced(one.value * radius.value, f"{one.source} by the wheel's radius, {unit}")
+    return Sourced(one.value * radius.value, f"{one.source} times the wheel's radius, {unit}")
 
 
 def _rim_speeds(robot: RobotInstance) -> Iterator[Sourced[float]]:
@@ -165,20 +169,23 @@ def _rim_speeds(robot: RobotInstance) -> Iterator[Sourced[float]]:
         if drive is None:
             continue
         if math.isfinite(drive.max_velocity):
-            yield Sourced(drive.max_velocity * radius, f"drive of {name}: max_velocity by the wheel's radius")
+            yield Sourced(drive.max_velocity * radius, f"max_velocity of the drive of {name} times the wheel's radius")
         elif (limit := joints[name].velocity) is not None:
-            yield Sourced(limit * radius, f"{name}: velocity limit by the wheel's radius")
+            yield Sourced(limit * radius, f"velocity limit of {name} times the wheel's radius")
 
 
 def _turning_radius(
     base: Sourced[float], steering: Sourced[float] | None, track: Sourced[float] | None
 ) -> Sourced[float]:
-    """Return the smallest turning radius of the middle of the unsteered axle, m: that of the steering limit, plus 10 %."""
+    """Return the smallest turning radius, m, of the centre of the unsteered axle.
+
+    It is 1.1 times the radius at the steering limit; if the limit is unknown, twice the wheel base.
+    """
     if steering is None or not 0.05 < steering.value < 1.3:
-        return Sourced(2.0 * base.value, f"twice the wheel base, {base.source}; the steering limit is unknown")
+        return Sourced(2.0 * base.value, f"twice the wheel base ({base.source}), because the steering limit is unknown")
     inner = base.value / math.tan(steering.value)
     radius = inner + (track.value / 2.0 if track is not None else 0.0)
-    return Sourced(1.1 * radius, f"wheel base, track and {steering.source}, and 10 % for corrections")
+    return Sourced(1.1 * radius, f"wheel base, track and steering limit ({steering.source}), plus 10 % for corrections")
 
 
 def _acceleration_by_force(scene: LoadedScene, robot: RobotInstance) -> list[Sourced[float]]:
@@ -193,5 +200,5 @@ def _acceleration_by_force(scene: LoadedScene, robot: RobotInstance) -> list[Sou
     mass = float(model.body_mass[own].sum())
     grip = GRIP * 9.81
     if SHARE_OF_FORCE * force / mass > grip:
-        return [Sourced(grip, f"grip of the wheels, {GRIP:g} of gravity")]
-    return [Sourced(SHARE_OF_FORCE * force / mass, f"max_force of {len(wheels)} drives on {mass:.3g} kg")]
+        return [Sourced(grip, f"grip of the wheels: {GRIP:g} times gravity")]
+    return [Sourced(SHARE_OF_FORCE * force / mass, f"max_force of {len(wheels)} drives, mass {mass:.3g} kg")]

@@ -1,4 +1,4 @@
-"""All files with which Nav2 drives the robots of a scene."""
+"""Generates all files that Nav2 needs to drive the robots of a scene."""
 
 from __future__ import annotations
 
@@ -28,18 +28,18 @@ CELL = 0.05
 OPEN_FLOOR = 10.0
 """Margin of the map around the robots in a world without obstacles, m."""
 UNCALIBRATED = 0.01
-"""Each of AMCL's five alphas if no calibration measured them."""
+"""Value of each of AMCL's five alphas if they were not measured by a calibration."""
 
 Progress = Callable[[str, float], None]
 
 
 @dataclass(frozen=True, slots=True)
 class Nav2Files:
-    """The contents of the files, and notes for the user.
+    """The contents of the generated files, and notes for the user.
 
     Attributes:
-        contents: content of each file, by path relative to the folder.
-        robots: the robots that Nav2 drives.
+        contents: content of each file, by path relative to the output folder.
+        robots: properties of the robots that Nav2 drives.
         notes: sentences about values that could not be determined.
     """
 
@@ -58,20 +58,20 @@ def nav2_files(
     modules: Sequence[str] = (),
     progress: Progress = lambda _, __: None,
 ) -> Nav2Files:
-    """Make the files for the robots of a scene. Several robots get a folder each, named after the robot.
+    """Return the files for the robots of a scene. If there are several robots, each has a folder with its name.
 
     Args:
         scene: the checked scene.
-        robots: names of the robots; empty for all.
+        robots: names of the robots; empty takes all robots.
         distribution: name of the ROS 2 distribution.
         slam: whether slam_toolbox builds the map and localizes the robot, instead of map_server and AMCL.
-        calibrated: whether to measure the odometry for AMCL.
-        modules: Python modules with node types.
-        progress: receives the name of a robot that is being calibrated, and the completed share, 0 to 1.
+        calibrated: whether to calibrate the robots, which measures AMCL's noise parameters.
+        modules: names of Python modules with node types.
+        progress: function called with the name of the robot that is being calibrated and the completed share, 0 to 1.
 
     Raises:
         CheckError: a robot has errors on the flat floor of its calibration.
-        UsageError: there is no robot, or Nav2 cannot drive one; the message says what to add.
+        UsageError: a robot is unknown, the scene has no robot, or Nav2 cannot drive a robot; the message says what to add.
     """
     chosen = _chosen(scene, robots)
     facts = [robot_facts(scene, robot) for robot in chosen]
@@ -115,14 +115,16 @@ def _alphas(
     progress: Progress,
     notes: list[str],
 ) -> Sourced[Alphas]:
-    """Return AMCL's motion noise: measured by a calibration, or else small values that assume good odometry."""
+    """Return AMCL's alphas, measured by a calibration; if there is none or it fails, small alphas for good odometry."""
     if not calibrated:
-        return Sourced((UNCALIBRATED,) * 5, "good odometry; not measured (--no-calibrate)")
+        return Sourced((UNCALIBRATED,) * 5, "assumes good odometry; not measured (--no-calibrate)")
     result = calibrate(scene, robot.name, modules=modules, progress=lambda share: progress(robot.name, share))
     if not result.moves:
         notes.append(f"{robot.name} did not move in its calibration: {'; '.join(result.notes)}")
-        return Sourced((UNCALIBRATED,) * 5, "good odometry; the calibration did not move the robot")
-    return Sourced(amcl_alphas(result), "calibration of the robot, at least 0.01, because particles need some noise")
+        return Sourced((UNCALIBRATED,) * 5, "assumes good odometry; the robot did not move in the calibration")
+    return Sourced(
+        amcl_alphas(result), "calibration of the robot; at least 0.01, because the particle filter needs some noise"
+    )
 
 
 def _robot_files(
@@ -138,7 +140,7 @@ def _robot_files(
 
 
 def _map(scene: LoadedScene, robots: Sequence[RobotFacts], notes: list[str]) -> dict[Path, bytes]:
-    """Return the files of the occupancy map. It shows the obstacles up to the highest robot or scan plane."""
+    """Return the image and YAML file of the occupancy map, which shows obstacles up to the highest robot or scan plane."""
     assert scene.world is not None
     scans = [scan.height for robot in robots for scan in robot.scans]
     window = scan_window(scans, [robot.height for robot in robots])
@@ -160,7 +162,12 @@ def _map(scene: LoadedScene, robots: Sequence[RobotFacts], notes: list[str]) -> 
 def scan_window(scans: Sequence[float], heights: Sequence[float]) -> tuple[float, float]:
     """Return the lowest and highest height above the floor at which the map shows obstacles, m.
 
-    The robot can hit all obstacles below its top. AMCL compares scans with the map, so the range contains all scan planes.
+    The robot can hit every obstacle that is lower than its top. AMCL compares scans with the map, so the range includes all
+    scan planes.
+
+    Args:
+        scans: heights of the scan planes, m.
+        heights: heights of the robots, m.
     """
     low = min(min(scans) / 2.0, 0.1)
     return low, max([*heights, *(scan + 0.05 for scan in scans)])

@@ -1,4 +1,4 @@
-"""Nav2's parameter file for a robot."""
+"""Generates Nav2's parameter file for a robot."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ NAVIGATION = (
 """Nodes that lifecycle_manager_navigation starts, in this order."""
 LOCALIZATION = ("map_server", "amcl")
 SLAM = ("slam_toolbox",)
-"""Nodes that lifecycle_manager_localization starts, in this order: with a map, or with slam_toolbox."""
+"""Nodes that lifecycle_manager_localization starts if slam_toolbox builds the map."""
 BOND_TIMEOUT = 20.0
 """Time without a heartbeat after which a lifecycle manager stops all its nodes, s."""
 
@@ -47,10 +47,10 @@ def nav2_parameters(robot: RobotFacts, distribution: Distribution, alphas: Sourc
     """Return the content of nav2_params.yaml.
 
     Args:
-        robot: the robot.
+        robot: properties of the robot.
         distribution: the ROS 2 distribution.
-        alphas: motion noise of AMCL; None for slam_toolbox instead of AMCL.
-        scene: name of the scene, for the first line.
+        alphas: motion noise of AMCL; None configures slam_toolbox instead of AMCL.
+        scene: name of the scene, for the comment in the first line.
     """
     place = localization(robot, alphas) if alphas is not None else slam_toolbox(robot)
     located_by = LOCALIZATION if alphas is not None else SLAM
@@ -62,7 +62,9 @@ def nav2_parameters(robot: RobotFacts, distribution: Distribution, alphas: Sourc
         "lifecycle_manager_localization": node(_manager(located_by, distribution)),
         "lifecycle_manager_navigation": node(_manager(NAVIGATION, distribution)),
     }
-    head = f"Nav2 ({distribution.name}) for {robot.name} of {scene}, by `graphrun nav2 files`; comments: sources of the values"
+    head = (
+        f"Nav2 ({distribution.name}) for {robot.name} of {scene}, by `graphrun nav2 files`; comments: sources of values"
+    )
     return parameter_text(nodes, robot.namespace, head)
 
 
@@ -73,7 +75,7 @@ def _navigator(robot: RobotFacts, distribution: Distribution) -> Parameters:
     return {
         "global_frame": Sourced(MAP_FRAME, "frame of the map"),
         "robot_base_frame": Sourced(robot.base_frame, "child frame of the odometry"),
-        "odom_topic": Sourced(robot.odometry_topic, "publisher in the robot's graph"),
+        "odom_topic": Sourced(robot.odometry_topic, "topic that the robot's graph publishes"),
         "transform_tolerance": Sourced(TOLERANCE, BUSY),
         "bt_loop_duration": nav2(10),
         "default_server_timeout": Sourced(5000, f"ms, instead of 20, {BUSY}"),
@@ -90,7 +92,7 @@ def _manager(nodes: Sequence[str], distribution: Distribution) -> Parameters:
     service: Parameters = {"service_timeout": Sourced(BOND_TIMEOUT, BUSY)} if distribution.service_timeout else {}
     return {
         "autostart": nav2(True),
-        "node_names": Sourced(list(nodes), "nodes of nav2.launch.py, in the order of their start"),
+        "node_names": Sourced(list(nodes), "nodes of nav2.launch.py, in start order"),
         "bond_timeout": Sourced(BOND_TIMEOUT, f"s, instead of 4, {BUSY}"),
         **service,
     }

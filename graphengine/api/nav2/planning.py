@@ -1,4 +1,4 @@
-"""Nav2 parameters for planning: costmaps, planner and smoother."""
+"""Computes the Nav2 parameters for planning: costmaps, planner and smoother."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ from graphengine.api.nav2.sourced import Sourced, nav2
 PADDING = 0.02
 """Distance by which the footprint is enlarged, m."""
 CLEARANCE = 0.5
-"""Distance that the inflation of obstacles reaches beyond the robot's circumscribed circle, m."""
+"""Distance by which the inflation radius of obstacles exceeds the robot's circumscribed radius, m."""
 SIMULATED = 1.7
-"""Time that the controller simulates ahead, s."""
+"""Duration of the trajectories that the controller simulates, s."""
 RESOLUTION = 0.05
-"""Side of a costmap cell, m; the map has the same."""
+"""Side of a cell of the costmaps, m; the map has cells of the same size."""
 TOLERANCE = 0.5
-"""Accepted age of transforms, s, for a busy machine."""
+"""Maximum age of transforms that Nav2 accepts, s; large enough for delays on a busy machine."""
 BUSY = "to tolerate a busy machine"
 
 
@@ -26,9 +26,9 @@ def planning(robot: RobotFacts, distribution: Distribution, *, known_map: bool) 
     """Return the parameters of the costmaps, planner_server and smoother_server.
 
     Args:
-        robot: the robot.
+        robot: properties of the robot.
         distribution: the ROS 2 distribution.
-        known_map: whether the map is complete; paths then avoid unknown cells.
+        known_map: whether the map is complete; if True, the planner avoids unknown cells.
     """
     return {
         "global_costmap": {"global_costmap": node(_global_costmap(robot))},
@@ -48,7 +48,7 @@ def _global_costmap(robot: RobotFacts) -> Parameters:
         "plugins": nav2(["static_layer", "obstacle_layer", "inflation_layer"]),
         "static_layer": {
             "plugin": nav2("nav2_costmap_2d::StaticLayer"),
-            "map_topic": Sourced(robot.topic("map"), "map_server in the namespace of the robot"),
+            "map_topic": Sourced(robot.topic("map"), "topic `map` in the namespace of the robot"),
             "map_subscribe_transient_local": nav2(True),
         },
         "obstacle_layer": _obstacles(robot, 3.0),
@@ -58,7 +58,7 @@ def _global_costmap(robot: RobotFacts) -> Parameters:
 
 def _local_costmap(robot: RobotFacts) -> Parameters:
     side = local_size(robot)
-    reach = "way in the time that the controller looks ahead, on both sides"
+    reach = f"twice the sum of the way driven in {SIMULATED:g} s, the circumscribed radius and 0.3 m; at least 3 m"
     return {
         "global_frame": Sourced(robot.odometry_frame, f"frame of {robot.odometry_topic}"),
         **_costmap(robot),
@@ -67,7 +67,7 @@ def _local_costmap(robot: RobotFacts) -> Parameters:
         "rolling_window": nav2(True),
         "width": Sourced(side, reach),
         "height": Sourced(side, reach),
-        "plugins": Sourced(["obstacle_layer", "inflation_layer"], "the scans lie in planes: no voxels"),
+        "plugins": Sourced(["obstacle_layer", "inflation_layer"], "no voxel layer, because scans are planar"),
         "obstacle_layer": _obstacles(robot, side / 2.0),
         "inflation_layer": _inflation(robot),
     }
@@ -84,12 +84,12 @@ def _costmap(robot: RobotFacts) -> Parameters:
     inner, outer = robot.radii
     return {
         "robot_base_frame": Sourced(robot.base_frame, "child frame of the odometry"),
-        "resolution": Sourced(RESOLUTION, "as the map"),
+        "resolution": Sourced(RESOLUTION, "as in the map"),
         "footprint": Sourced(
             f"[{corners}]",
             f"convex hull of all colliders on the floor; inscribed {inner:.3f} m, circumscribed {outer:.3f} m",
         ),
-        "footprint_padding": Sourced(PADDING, "more than what simplifying the footprint cuts off"),
+        "footprint_padding": Sourced(PADDING, "more than the simplification of the footprint cuts off"),
         "transform_tolerance": Sourced(TOLERANCE, BUSY),
         "always_send_full_costmap": nav2(True),
     }
@@ -99,7 +99,9 @@ def _obstacles(robot: RobotFacts, reach: float) -> Parameters:
     sources = {f"scan{number or ''}": scan for number, scan in enumerate(robot.scans)}
     top = max(2.0, *(math.ceil(scan.height) + 0.0 for scan in robot.scans))
     heights: Parameters = {
-        "min_obstacle_height": Sourced(-1.0, "below the frame of any scan: with 0 a rounding error hides obstacles"),
+        "min_obstacle_height": Sourced(
+            -1.0, "below all scan planes; with 0, rounding errors would hide a scan plane at height 0"
+        ),
         "max_obstacle_height": Sourced(top, "above the planes of all scans"),
     }
     return {
@@ -109,17 +111,20 @@ def _obstacles(robot: RobotFacts, reach: float) -> Parameters:
         "observation_sources": Sourced(" ".join(sources), "all LaserScan topics of the robot"),
         **{
             name: {
-                "topic": Sourced(scan.topic, "publisher in the robot's graph"),
+                "topic": Sourced(scan.topic, "topic that the robot's graph publishes"),
                 "data_type": Sourced("LaserScan", "type of the topic"),
                 "marking": nav2(True),
                 "clearing": nav2(True),
-                "inf_is_valid": Sourced(True, "a beam that meets nothing clears what it crosses"),
+                "inf_is_valid": Sourced(True, "a beam without a hit clears the cells that it crosses"),
                 **heights,
-                "obstacle_min_range": Sourced(scan.ranges[0], "least range of the lidar"),
-                "obstacle_max_range": Sourced(min(reach, scan.ranges[1]), "reach of the costmap, at most of the lidar"),
-                "raytrace_min_range": Sourced(scan.ranges[0], "least range of the lidar"),
+                "obstacle_min_range": Sourced(scan.ranges[0], "minimum range of the lidar"),
+                "obstacle_max_range": Sourced(
+                    min(reach, scan.ranges[1]), "reach of this costmap layer, at most the range of the lidar"
+                ),
+                "raytrace_min_range": Sourced(scan.ranges[0], "minimum range of the lidar"),
                 "raytrace_max_range": Sourced(
-                    min(reach + 0.5, scan.ranges[1]), "0.5 m beyond, to clear what moved away"
+                    min(reach + 0.5, scan.ranges[1]),
+                    "0.5 m beyond obstacle_max_range, to clear obstacles that moved away",
                 ),
             }
             for name, scan in sources.items()
@@ -140,7 +145,7 @@ def _inflation(robot: RobotFacts) -> Parameters:
 
 def _planner(robot: RobotFacts, *, known_map: bool) -> Parameters:
     radius = robot.limits.turning_radius
-    unknown = Sourced(not known_map, "the map is complete" if known_map else "the map grows")
+    unknown = Sourced(not known_map, "the map is complete" if known_map else "slam_toolbox is still building the map")
     plugin: Parameters = {
         "plugin": nav2("nav2_navfn_planner::NavfnPlanner"),
         "tolerance": nav2(0.5),
@@ -150,7 +155,7 @@ def _planner(robot: RobotFacts, *, known_map: bool) -> Parameters:
     if radius.value:
         car = "a car that can drive backward"
         plugin = {
-            "plugin": Sourced("nav2_smac_planner::SmacPlannerHybrid", "paths that a car can follow"),
+            "plugin": Sourced("nav2_smac_planner::SmacPlannerHybrid", "plans paths that a car can follow"),
             "minimum_turning_radius": radius,
             "motion_model_for_search": Sourced("REEDS_SHEPP", car),
             "tolerance": nav2(0.25),
@@ -167,7 +172,7 @@ def _planner(robot: RobotFacts, *, known_map: bool) -> Parameters:
         }
     return {
         "expected_planner_frequency": Sourced(
-            1.0, "rate at which the behavior tree asks for plans; a slower one is a warning"
+            1.0, "rate at which the behavior tree requests plans; slower planning causes a warning"
         ),
         "costmap_update_timeout": Sourced(5.0, BUSY),
         "planner_plugins": nav2(["GridBased"]),

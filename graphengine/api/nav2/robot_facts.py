@@ -1,4 +1,4 @@
-"""Properties of a robot that Nav2's configuration needs, from the checked scene: topics, frames, outline, lidars, limits."""
+"""Finds the properties of a robot that Nav2's configuration needs: topics, frames, footprint, lidars and motion limits."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ from graphengine.scene.loaded_scene import LoadedScene
 TRANSFORMS = "tf2_msgs/msg/TFMessage"
 MAP_FRAME = "map"
 _LIDAR_WORDS = ("scan", "laser", "lidar")
-"""Parts of the names of links that carry lidars."""
+"""A link whose name contains one of these words is suggested as the mount of a lidar."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,21 +38,21 @@ class RobotFacts:
     """Properties of a robot for the configuration of Nav2.
 
     Attributes:
-        name: name in the scene.
-        namespace: namespace of its topics without slashes at the ends; empty for none.
-        command_topic: topic on which the robot receives velocities.
-        stamped: whether that topic takes TwistStamped, not Twist.
+        name: name of the robot in the scene.
+        namespace: namespace of the robot's topics, without slashes at the ends; empty if there is none.
+        command_topic: topic on which the robot receives velocity commands.
+        stamped: whether the type of the command topic is TwistStamped; otherwise it is Twist.
         odometry_topic: topic of the odometry.
-        odometry_frame: frame of the odometry.
-        base_frame: frame of the robot's base, which the odometry moves.
+        odometry_frame: parent frame of the odometry (`odom`).
+        base_frame: frame of the robot's base, a child of the odometry frame in TF.
         tf_topic: topic of the transforms.
         tf_static_topic: topic of the static transforms.
-        scans: LaserScan topics, the one with the widest view first.
-        pose: x, y (m) and yaw (rad) of the base frame in the scene at the start.
-        footprint: corners of the outline of the robot in the base frame, m.
-        floor: height of the robot's lowest point, on which it stands, in the world, m.
-        height: height of the robot above the floor, m.
-        limits: limits of its motion.
+        scans: LaserScan topics; the topic with the widest field of view comes first.
+        pose: x, y (m) and yaw (rad) of the base frame in the world at time 0.
+        footprint: corners (x, y) of the robot's outline in the base frame, m.
+        floor: z of the robot's lowest point in the world, m, where the floor is assumed.
+        height: height of the robot's highest point above the floor, m.
+        limits: motion limits of the robot.
     """
 
     name: str
@@ -73,7 +73,7 @@ class RobotFacts:
 
     @property
     def radii(self) -> tuple[float, float]:
-        """Radii of the inscribed and of the circumscribed circle of the footprint, m."""
+        """Inscribed and circumscribed radius of the footprint, m."""
         return radii(self.footprint)
 
     def topic(self, name: str) -> str:
@@ -143,7 +143,10 @@ def robot_facts(scene: LoadedScene, robot: RobotInstance) -> RobotFacts:
 
 
 def _claims_of(scene: LoadedScene, robot: RobotInstance) -> list[EndpointClaim]:
-    """Return the topics of a robot's nodes, or of all nodes if it is the only robot. Topics with fewer name parts come first."""
+    """Return the topics of a robot's nodes, or of all nodes if the scene has only one robot.
+
+    Topics whose names have fewer parts come first.
+    """
     assert scene.world is not None
     alone = len(scene.world.robots) == 1
     own = [claim for claim in scene.claims if alone or at_or_below(claim.node, robot.prim_path)]
@@ -155,7 +158,7 @@ def _first(claims: Sequence[EndpointClaim], direction: str, *types: str) -> Endp
 
 
 def _command(claims: Sequence[EndpointClaim], missing: list[str]) -> EndpointClaim | None:
-    """Return the subscription that drives the robot; if there is none, or several, add the reason to `missing`."""
+    """Return the subscription that drives the robot. If no topic or several topics drive it, add an error text to `missing`."""
     found = [one for one in claims if one.direction == "subscribe" and one.message_type in COMMAND_TYPES]
     driven = [one for one in found if one.message_type != ACKERMANN]
     named = [one for one in driven if one.topic.rpartition("/")[2] == "cmd_vel"]
@@ -179,7 +182,7 @@ def _edges(claims: Sequence[EndpointClaim]) -> list[tuple[str, str]]:
 
 
 def _description_edges(claims: Sequence[EndpointClaim], robot: RobotInstance) -> Iterator[tuple[str, str]]:
-    """Yield the (parent, child) frames that robot_state_publisher adds to TF if the robot publishes its description."""
+    """Yield the transforms, as (parent, child) frames, of the robot description, if a topic publishes the description."""
     if any(claim.topic.endswith("/robot_description") for claim in claims):
         yield from ((joint.parent, joint.child) for joint in robot.urdf.joints.values())
 
@@ -187,7 +190,7 @@ def _description_edges(claims: Sequence[EndpointClaim], robot: RobotInstance) ->
 def _base_frame(
     scene: LoadedScene, robot: RobotInstance, odometry: EndpointClaim | None, edges: Sequence[tuple[str, str]]
 ) -> str | None:
-    """Return a child of the odometry frame in TF, preferably the robot's base link; None if it has no child."""
+    """Return a child of the odometry frame in TF, preferably the robot's base link; None if the odometry frame has no child."""
     if odometry is None:
         return None
     children = [child for parent, child in edges if parent == odometry.frame_id]
@@ -207,7 +210,7 @@ def _connected(frame: str, edges: Sequence[tuple[str, str]]) -> set[str]:
 
 
 def _no_scan(robot: RobotInstance, stage: Stage, claims: Sequence[EndpointClaim]) -> str:
-    """Return the text of the error for a robot without a LaserScan topic; it contains the YAML lines to add."""
+    """Return the error text for a robot without a LaserScan topic; the text says what to add, with YAML lines if possible."""
     cloud = _first(claims, "publish", "sensor_msgs/msg/PointCloud2")
     if cloud is not None:
         return (
@@ -228,14 +231,17 @@ def _no_scan(robot: RobotInstance, stage: Stage, claims: Sequence[EndpointClaim]
 
 
 def _transform_topics(claims: Sequence[EndpointClaim]) -> tuple[str, str]:
-    """Return the topics of the moving and of the static transforms; by default, the second is the first with `_static`."""
+    """Return the topics of the transforms and of the static transforms.
+
+    If no graph publishes static transforms, their topic is the topic of the transforms with the suffix `_static`.
+    """
     topics = [claim.topic for claim in claims if claim.message_type == TRANSFORMS]
     moving = next(topic for topic in [*topics, "/tf"] if not topic.endswith("_static"))
     return moving, next((topic for topic in topics if topic.endswith("_static")), f"{moving}_static")
 
 
 def _frame_prim(scene: LoadedScene, robot: RobotInstance, frame: str) -> Prim:
-    """Return the prim of the robot whose frame has this name; the base link if there is none."""
+    """Return the robot's prim with this TF frame name; if there is no such prim, the prim of the base link."""
     prim = scene.stage.find(robot.prim_path)
     name = frame.rpartition("/")[2]
     found = [one for one in prim.descendants() if one.frame_name == name and one.carrier()[0]]

@@ -1,4 +1,4 @@
-"""The RViz configuration for a robot that Nav2 drives: displays of map, robot, scans, costmaps and plan, and goal tools."""
+"""Generates the RViz configuration for a robot that Nav2 drives: displays for map, robot, scans, costmaps and plan."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ def rviz_file(robot: RobotFacts, description: str) -> str:
     """Return the content of view.rviz.
 
     Args:
-        robot: the robot.
-        description: topic of the robot description; empty if none is published.
+        robot: properties of the robot.
+        description: topic of the robot description; empty if no robot description is published.
     """
     topic = robot.topic
     x, y, _ = robot.pose

@@ -1,4 +1,4 @@
-"""The LaserScan topics of a robot, with the properties of their lidars."""
+"""Finds the LaserScan topics of a robot and the properties of their lidars."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ class ScanSource:
 
     Attributes:
         topic: full name of the topic.
-        frame: frame of its messages.
-        ranges: smallest and largest measured distance, m.
-        view: field of view, rad.
+        frame: TF frame of the scans.
+        ranges: smallest and largest range of the lidar, m.
+        view: horizontal field of view, rad.
         rate: scans per second.
-        height: height of the scan plane, m, in the world; `above` makes it relative to a floor.
+        height: height of the lidar in the world, m; relative to a floor in copies that `above` returns.
     """
 
     topic: str
@@ -34,12 +34,12 @@ class ScanSource:
     height: float
 
     def above(self, floor: float) -> ScanSource:
-        """Return a copy whose height is relative to a floor; `floor` is the height of the floor in the world, m."""
+        """Return a copy whose `height` is measured from a floor; `floor` is the height of this floor in the world, m."""
         return replace(self, height=self.height - floor)
 
 
 def scan_sources(scene: LoadedScene, claims: Sequence[EndpointClaim]) -> list[ScanSource]:
-    """Return the scans that the graphs publish, the widest field of view first."""
+    """Return the LaserScan topics that the graphs publish, sorted from the widest to the narrowest field of view."""
     assert scene.world is not None
     found: dict[str, ScanSource] = {}
     for claim in claims:
@@ -55,7 +55,7 @@ def scan_sources(scene: LoadedScene, claims: Sequence[EndpointClaim]) -> list[Sc
 
 
 def _lidar(scene: LoadedScene, claim: EndpointClaim) -> Prim | None:
-    """Return the first lidar that is found upstream of the publisher; None if there is none."""
+    """Return the lidar whose prim path is nearest upstream of the publishing node; None if no lidar is found."""
     for graph in scene.planned:
         if claim.node.startswith(f"{graph.prim_path}/"):
             node = claim.node.removeprefix(f"{graph.prim_path}/")
@@ -68,7 +68,7 @@ def _lidar(scene: LoadedScene, claim: EndpointClaim) -> Prim | None:
 
 
 def _upstream_paths(graph: Graph, node: str) -> Iterator[str]:
-    """Yield the prim paths in the inputs of a node and of the nodes upstream of it, nearest first."""
+    """Yield the prim paths that are input values of a node or of nodes upstream; the nearest node comes first."""
     pending = [one.index for one in graph.instances if one.id == node]
     seen = set(pending)
     for index in pending:

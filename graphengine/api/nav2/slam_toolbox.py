@@ -1,4 +1,4 @@
-"""Parameters of slam_toolbox, which replaces map_server and AMCL: it builds the map while the robot drives."""
+"""Computes the parameters of slam_toolbox, which replaces map_server and AMCL and builds the map while the robot drives."""
 
 from __future__ import annotations
 
@@ -42,8 +42,8 @@ def slam_toolbox(robot: RobotFacts) -> Parameters:
                 "odom_frame": Sourced(robot.odometry_frame, f"frame of {robot.odometry_topic}"),
                 "map_frame": Sourced(MAP_FRAME, "frame of the map"),
                 "base_frame": Sourced(robot.base_frame, "child frame of the odometry"),
-                "scan_topic": Sourced(scan.topic, "LaserScan with the widest view"),
-                "resolution": Sourced(0.05, "as the costmaps"),
+                "scan_topic": Sourced(scan.topic, "LaserScan with the widest field of view"),
+                "resolution": Sourced(0.05, "as in the costmaps"),
                 "min_laser_range": Sourced(scan.ranges[0], f"lidar of {scan.topic}"),
                 "max_laser_range": Sourced(min(scan.ranges[1], 40.0), f"lidar of {scan.topic}, at most 40 m"),
                 "transform_timeout": Sourced(1.0, "to tolerate a busy machine"),

@@ -1,4 +1,4 @@
-"""Values with their sources, which become the comments of a parameter file."""
+"""A parameter value together with its source, which is written as a comment into the parameter file."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ T = TypeVar("T")
 
 @dataclass(frozen=True, slots=True)
 class Sourced(Generic[T]):
-    """A value, and its source as a text for a comment."""
+    """A parameter value, and the text of the comment that names the value's source."""
 
     value: T
     source: str

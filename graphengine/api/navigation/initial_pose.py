@@ -18,30 +18,38 @@ from graphengine.ros.transport import Transport, Writer
 
 MESSAGE = "geometry_msgs/msg/PoseWithCovarianceStamped"
 SPREAD = 0.05
-"""Standard deviation of the pose, m and rad."""
+"""Standard deviation that the pose message states for position (m) and yaw (rad)."""
 NEAR = 0.3
-"""Distance (m) and angle (rad) from the true pose within which a pose on `amcl_pose` shows that the localization has taken it."""
+"""The initial pose counts as accepted if the pose on `amcl_pose` is within this distance (m) and angle (rad) of the true pose."""
 AGAIN = 2.0
 """Wall time after which the pose is sent again, s."""
 PATIENCE = 30.0
-"""Maximum wall time to wait until the localization has taken the pose, s."""
+"""Maximum wall time to wait until the localization has accepted the pose, s."""
 
 
 @dataclass(slots=True)
 class _Heard:
-    """Answers of the localization since the pose was sent: a pose near the true one, and a transform from the map."""
+    """Messages of the localization since the call began.
+
+    Attributes:
+        near: whether the newest `amcl_pose` is near the true pose.
+        broadcasts: whether a transform map -> odom of the robot was received.
+    """
 
     near: bool = False
     broadcasts: bool = False
 
 
 def has_listener(transport: Transport, namespace: str) -> bool:
-    """Return whether a node subscribes to `initialpose` of a namespace."""
+    """Return whether a node subscribes to the topic `initialpose` in a namespace."""
     return bool(transport.graph().subscribers(f"{namespace}/initialpose"))
 
 
 def may_belong(frame: str, namespace: str) -> bool:
-    """Return whether a frame on the shared `/tf` can belong to a robot: its prefix is the robot's namespace, or it has none."""
+    """Return whether a frame on a `/tf` shared by all robots can belong to the robot with this namespace.
+
+    It can if the frame's prefix is the namespace, or if the frame has no prefix.
+    """
     return frame.strip("/").rpartition("/")[0] in ("", namespace.strip("/"))
 
 
@@ -50,8 +58,8 @@ def give_initial_pose(
 ) -> bool:
     """Publish the true pose on `initialpose` until the localization accepts it; return whether it did.
 
-    A localization that publishes `amcl_pose` has accepted the pose when `amcl_pose` is near the true pose. Any other localization
-    has accepted it when it broadcasts map -> odom of this robot.
+    If the localization publishes `amcl_pose`, it has accepted the pose when `amcl_pose` is near the true pose. Otherwise, it has
+    accepted the pose when it broadcasts the transform map -> odom of this robot.
     """
     heard = _Heard()
     writer = transport.writer(f"{namespace}/initialpose", MESSAGE, QoS())

@@ -1,4 +1,4 @@
-"""Sends goals to the action NavigateToPose and measures how the robot reaches them."""
+"""Sends goals to Nav2's action NavigateToPose and measures how the robot reaches these goals."""
 
 from __future__ import annotations
 
@@ -30,11 +30,14 @@ POLL = 0.1
 RETRY = 1.0
 """Wall time after which a rejected goal is sent again while Nav2 may still be inactive, s."""
 LOST = 5.0
-"""Wall time without a server after which a goal is given up, s; before the first goal is accepted, at least `activation`."""
+"""Wall time without an action server after which the navigator gives up, s.
+
+Until the first goal is accepted, it waits for `activation` s if that is longer.
+"""
 ANSWER = 10.0
 """Maximum wall time to wait until the server accepts, rejects or cancels a goal, s."""
 STANDSTILL = 60.0
-"""Wall time without progress of the simulation time after which the navigator gives up, unless the run is paused, s."""
+"""The navigator gives up if the simulation time does not advance for this wall time, s, although the run is not paused."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,7 +53,14 @@ class Progress:
 
 @dataclass(slots=True)
 class Track:
-    """Feedback on a goal: Nav2's estimated poses of the robot, by simulation time in s."""
+    """Feedback on a goal.
+
+    Attributes:
+        poses: Nav2's estimated poses of the robot, by simulation time in s.
+        recoveries: number of recoveries so far.
+        distance: remaining distance, m.
+        remaining_time: estimated remaining time, s.
+    """
 
     poses: dict[float, PlanarPose] = field(default_factory=dict)
     recoveries: int | None = None
@@ -58,7 +68,7 @@ class Track:
     remaining_time: float | None = None
 
     def add(self, feedback: Any, now: float) -> None:
-        """Add a feedback message that arrived at a simulation time."""
+        """Add a feedback message; `now` is the simulation time of its arrival, s."""
         head, pose = feedback.current_pose.header, feedback.current_pose.pose
         stamp = head.stamp.sec + head.stamp.nanosec * 1e-9 or now
         q = pose.orientation
@@ -71,7 +81,7 @@ class Track:
 
     @property
     def last(self) -> PlanarPose | None:
-        """The newest estimated pose; None before the first one."""
+        """The newest estimated pose; None before the first feedback with a pose."""
         return self.poses[max(self.poses)] if self.poses else None
 
     @property
@@ -82,11 +92,11 @@ class Track:
 
 
 class FailedError(Exception):
-    """A goal cannot be reached; the arguments are the result, such as `timed out`, and the reason."""
+    """A goal was not reached. The arguments are the result, such as `timed out`, and the reason."""
 
 
 class GivenUpError(FailedError):
-    """Neither the present goal nor any further goal can be reached, such as after the end of the run."""
+    """No goal can be reached any more, neither the present one nor a further one; for example, because the run has ended."""
 
 
 class Navigator:
@@ -95,12 +105,12 @@ class Navigator:
     Args:
         transport: open transport; closing it also closes the endpoints of the navigator.
         action: full name of the action.
-        clock: returns the simulation time, s.
+        clock: function that returns the simulation time, s.
         truth: true poses of the robot; None if they are unknown.
-        definitions: message types.
-        patience: longest simulation time for each goal, s.
-        activation: longest wall time until Nav2 is discovered and active, s.
-        say: prints a message for the user.
+        definitions: definitions of the message types.
+        patience: maximum simulation time for each goal, s.
+        activation: maximum wall time to wait until Nav2 is discovered and active, s.
+        say: function that prints a message for the user.
     """
 
     def __init__(
@@ -124,9 +134,9 @@ class Navigator:
         self._activation = activation
         self._say = say
         self._sent: dict[GoalCall, float] = {}
-        """Calls for the present goal that were not rejected, with the wall time at which each was sent."""
+        """Action calls for the present goal that were not rejected, with the wall time at which each call was sent."""
         self._accepted = False
-        """Whether the server has accepted a goal, so it is active."""
+        """Whether the server has accepted any goal, which shows that Nav2 is active."""
         self._seen = time.monotonic()
         self._moved = (clock(), time.monotonic())
         self.over = ""
@@ -137,7 +147,7 @@ class Navigator:
 
         Args:
             goal: pose in the map.
-            watch: called about ten times a second while the goal is under way.
+            watch: function called about ten times a second while the goal is active.
 
         Raises:
             KeyboardInterrupt: Ctrl-C; the goal is cancelled.
@@ -169,10 +179,10 @@ class Navigator:
     def _send(
         self, goal: NavigationGoal, feedback: Callable[[Any], object], watch: Callable[[Progress], None]
     ) -> GoalCall:
-        """Send a goal, again after each rejection, until it is accepted.
+        """Send a goal, and send it again after each rejection, until the server accepts it; return the accepted call.
 
         Raises:
-            FailedError: the goal is rejected for too long, or two goals got no answer.
+            FailedError: the server rejects the goal for too long, or does not answer two requests.
         """
         deadline, told = time.monotonic() + (RETRY * 3 if self._accepted else self._activation), False
         while True:
@@ -193,7 +203,9 @@ class Navigator:
                 return call
             del self._sent[call]
             if time.monotonic() > deadline:
-                raise FailedError("rejected", "Nav2 did not accept the goal; is it active? see its log")
+                raise FailedError(
+                    "rejected", "Nav2 did not accept the goal; check that Nav2 is active, and see its log"
+                )
             if not told:
                 told = True
                 self._say(f"{self._action} rejects the goal: waiting until Nav2 is active")
@@ -218,10 +230,10 @@ class Navigator:
         begun: float,
         watch: Callable[[Progress], None],
     ) -> tuple[str, str]:
-        """Wait for the end of an accepted goal; return its result and the reason.
+        """Wait for the end of an accepted goal; return the result and, if the goal was not reached, the reason.
 
         Raises:
-            FailedError: the goal is not reached in time.
+            FailedError: the goal is not reached within the maximum simulation time.
         """
         while not call.result.done():
             with suppress(NotYet):
@@ -284,7 +296,7 @@ class Navigator:
         return message
 
     def _measured(self, outcome: Outcome, track: Track, begun: float) -> Outcome:
-        """Return a copy of an outcome with the measurements from the feedback and from the true poses."""
+        """Return a copy of an outcome to which the measurements from the feedback and from the true poses are added."""
         goal, end = PlanarPose(outcome.goal.x, outcome.goal.y, outcome.goal.yaw), self._clock()
         measured = replace(
             outcome,

@@ -50,28 +50,28 @@ ERROR_NAMES = {
     9002: "navigator TF_ERROR",
     9003: "navigator TIMEOUT",
 }
-"""Names of Nav2's error codes. Names that several servers of Nav2 use begin with the server."""
+"""Names of Nav2's error codes. A name that several Nav2 servers use is preceded by the name of the server."""
 
 
 def error_name(code: int) -> str:
-    """Return the name and number of an error code of Nav2; empty for 0."""
+    """Return the name and number of an error code of Nav2; for code 0, no error, return an empty string."""
     return f"{ERROR_NAMES.get(code, 'error')} ({code})" if code else ""
 
 
 @dataclass(frozen=True, slots=True)
 class Outcome:
-    """The end of a goal. Values that could not be measured are None.
+    """The outcome of a goal. Values that could not be measured are None.
 
     Attributes:
         goal: the goal.
-        result: `reached`, or another end, such as `aborted`.
-        reason: reason why the goal was not reached; empty if unknown.
+        result: `reached`, or the way in which the goal failed, such as `aborted`.
+        reason: reason why the goal was not reached; empty if it was reached or the reason is unknown.
         time: simulation time from the goal's acceptance to its end, s.
         path: length of the robot's path, m.
         error: distance from the goal to the robot's position as Nav2 estimates it, m.
         true_error: distance from the goal to the robot's true position, m.
         true_turn: angle between the goal's yaw and the robot's true yaw, rad.
-        recoveries: number of recoveries.
+        recoveries: number of Nav2's recovery behaviors.
         localization: mean and maximum distance between the estimated and the true position along the path, m.
     """
 
@@ -97,7 +97,7 @@ _UNKNOWN = "-"
 
 
 def rows(outcomes: Sequence[Outcome]) -> list[tuple[str, ...]]:
-    """Return the cells of a table, with its header."""
+    """Return the outcomes as rows of a table; the first row is the header."""
     return [HEADER, *(_cells(outcome) for outcome in outcomes)]
 
 
@@ -125,7 +125,7 @@ def _metres(value: float | None) -> str:
 
 
 def write_junit(path: Path, outcomes: Sequence[Outcome], suite: str) -> None:
-    """Write the outcomes as JUnit XML, a test case for each goal; times are simulation times.
+    """Write the outcomes as JUnit XML with a test case for each goal; times are in simulation time.
 
     Raises:
         OSError: the file cannot be written.
@@ -148,7 +148,7 @@ def write_junit(path: Path, outcomes: Sequence[Outcome], suite: str) -> None:
 
 
 def _legal(text: str) -> str:
-    """Return a text without control characters and surrogates, which XML cannot contain."""
+    """Return a text in which characters that are not printable, and may be illegal in XML, are replaced."""
     return "".join(c if c.isprintable() else "\N{REPLACEMENT CHARACTER}" for c in text)
 
 

@@ -1,4 +1,4 @@
-"""True poses of a robot, sampled over the control channel of the run that simulates it."""
+"""Samples the true pose of a robot over the control channel of the run that simulates the robot."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from graphengine.format.errors import ControlError
 PERIOD = 0.05
 """Wall time between two samples, s."""
 PATIENCE = 30.0
-"""Wall time in which a run has to answer, s; one that is stopped (SIGSTOP) or hangs does not."""
+"""Maximum wall time to wait for an answer of the run, s; a run whose process is suspended or hangs does not answer."""
 MAX_SAMPLES = 500_000
 """Maximum number of samples; when it is exceeded, the oldest half is dropped."""
 
@@ -31,11 +31,11 @@ class PlanarPose(NamedTuple):
     yaw: float
 
     def distance(self, other: PlanarPose) -> float:
-        """Distance of the positions, m."""
+        """Return the distance between the two positions, m."""
         return math.hypot(self.x - other.x, self.y - other.y)
 
     def turn(self, other: PlanarPose) -> float:
-        """Absolute difference of the yaws, rad."""
+        """Return the absolute difference of the two yaws, 0 to pi rad."""
         return abs(math.remainder(self.yaw - other.yaw, math.tau))
 
 
@@ -48,19 +48,19 @@ class TruePoses:
     """Samples the pose of a robot, in a thread that runs until `close`.
 
     Args:
-        run: name or process id of the run; empty for the only one that has a robot in the namespace.
+        run: name or process id of the run; empty takes the only run that has a robot in the namespace.
         namespace: namespace of the robot.
 
     Raises:
-        ControlError: there is no such run, or it has no robot in the namespace.
-        UsageError: there are several runs.
+        ControlError: no run has the name or process id, or the run has no robot in the namespace.
+        UsageError: `run` is empty, and several runs are possible.
     """
 
     def __init__(self, run: str, namespace: str) -> None:
         self.entry = _find(run, namespace.strip("/"))
-        """The entry of the run in the list of runs."""
+        """The entry of the run in the list of running sessions."""
         self.ended = ""
-        """Reason why sampling has ended; empty while it goes on."""
+        """Reason why sampling has ended; empty while sampling continues."""
         self.paused = False
         self._namespace = namespace.strip("/")
         self._times: list[float] = []
@@ -84,7 +84,7 @@ class TruePoses:
 
     @property
     def newest(self) -> PlanarPose:
-        """The newest sample."""
+        """The newest sampled pose."""
         with self._lock:
             return self._poses[-1]
 
@@ -107,20 +107,20 @@ class TruePoses:
             )
 
     def wait_until(self, moment: float, timeout: float = 1.0) -> None:
-        """Wait for a sample at or after a simulation time, at most `timeout` s of wall time."""
+        """Wait until there is a sample at or after a simulation time, but at most `timeout` s of wall time."""
         deadline = time.monotonic() + timeout
         while self.time < moment and not self.ended and time.monotonic() < deadline:
             time.sleep(PERIOD / 2)
 
     def way(self, start: float, end: float) -> float:
-        """Return the length of the path between two simulation times, m."""
+        """Return the length of the robot's path between two simulation times, m."""
         with self._lock:
             first, last = bisect.bisect_left(self._times, start), bisect.bisect_right(self._times, end)
             poses = self._poses[first:last]
         return sum((one.distance(other) for one, other in itertools.pairwise(poses)), 0.0)
 
     def close(self) -> None:
-        """End the thread; the samples remain."""
+        """Stop sampling and end the thread; the samples remain readable."""
         self._closed.set()
         self._client.interrupt()  # the run may never answer
         self._thread.join()
@@ -161,16 +161,16 @@ class TruePoses:
 
 
 def _robots(state: Mapping[str, Any]) -> dict[str, Mapping[str, Any]]:
-    """Return the robots of a run by namespace, without slashes at its ends."""
+    """Return the robots in the state of a run, by namespace without slashes at the ends."""
     return {robot["namespace"].strip("/"): robot for robot in state["robots"]}
 
 
 def _find(run: str, namespace: str) -> runs.Entry:
-    """Return the run with a name or process id; without one, the only run with a robot in the namespace.
+    """Return the run with this name or process id; if `run` is empty, the only run that has a robot in the namespace.
 
     Raises:
-        ControlError: there is no such run.
-        UsageError: there are several.
+        ControlError: no run matches.
+        UsageError: several runs match.
     """
     there = runs.running(os.environ)
     fitting = [entry for entry in there if _has_robot(entry, namespace)] if not run and len(there) > 1 else []

@@ -1,4 +1,4 @@
-"""`graphrun action`: list actions of a live network and send goals, with or without ROS, like `ros2 action`."""
+"""`graphrun action`: list actions and send goals on a live network, with or without ROS installed, like `ros2 action`."""
 
 from __future__ import annotations
 
@@ -19,6 +19,6 @@ VERBS = {
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the command-line arguments of `graphrun action` to its parser."""
     parser.epilog = (
-        "Embedded DDS reaches servers on Cyclone DDS only; --transport rclpy reaches those of the sourced RMW."
+        "--transport dds reaches only servers on Cyclone DDS; --transport rclpy reaches servers on the sourced RMW."
     )
     add_subverbs(parser, VERBS)

@@ -13,13 +13,17 @@ from graphengine.format.wording import listing
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the command-line arguments of `graphrun action info` to its parser."""
     parser.add_argument("action", metavar="ACTION", help="action, such as /fibonacci")
-    parser.add_argument("-t", "--show-types", action="store_true", help="print the type of each client and server too")
+    parser.add_argument("-t", "--show-types", action="store_true", help="also print the type of each client and server")
     parser.add_argument("-c", "--count", action="store_true", help="print only the number of clients and servers")
     add_live_arguments(parser)
 
 
 def execute(arguments: argparse.Namespace) -> int:
-    """Print the clients and servers; return 0 if there are any."""
+    """Print the clients and servers of the action; return 0.
+
+    Raises:
+        TransportError: the action has no client or server.
+    """
     action = absolute(arguments.action)
     with Live(arguments) as live:
         graph = live.graph(names=not arguments.count)

@@ -11,7 +11,7 @@ from graphengine.ros.network_graph import NetworkGraph
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the command-line arguments of `graphrun action list` to its parser."""
-    parser.add_argument("-t", "--show-types", action="store_true", help="print the type of each action too")
+    parser.add_argument("-t", "--show-types", action="store_true", help="also print the type of each action")
     parser.add_argument("-c", "--count-actions", action="store_true", help="print only the number of actions")
     add_live_arguments(parser)
 
@@ -33,7 +33,7 @@ def execute(arguments: argparse.Namespace) -> int:
 
 
 def action_types(graph: NetworkGraph) -> dict[str, list[str]]:
-    """Return the types of each action, known from its feedback topic."""
+    """Return the types of each action by its name; both come from the feedback topics on the network."""
     topics = {topic: types for topic, types in graph.types().items() if topic.endswith(FEEDBACK)}
     return {
         topic.removesuffix(FEEDBACK): [name.removesuffix("_FeedbackMessage") for name in types]

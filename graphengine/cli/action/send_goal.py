@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from graphengine.ros.action_caller import ActionCaller, GoalCall
 
 CANCEL_PATIENCE = 5.0
-"""Seconds to wait for the server's response to a cancel request."""
+"""Maximum time to wait for the server's response to a cancel request, s."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -21,16 +21,17 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("action", metavar="ACTION", help="action, such as /fibonacci")
     parser.add_argument("type", metavar="TYPE", help="action type, such as example_interfaces/action/Fibonacci")
     source = parser.add_mutually_exclusive_group()
-    goal = "goal as YAML, such as '{order: 10}'; a header `auto` or a time `now` is set to the time of sending"
+    goal = "goal as YAML, such as '{order: 10}' (default '{}'); the values `auto` of a header and `now` of a time become the"
+    goal += " time of sending"
     source.add_argument("goal", metavar="GOAL", nargs="?", default="{}", help=goal)
-    source.add_argument("--stdin", action="store_true", help="read the goal from the standard input")
+    source.add_argument("--stdin", action="store_true", help="read the goal from standard input")
     parser.add_argument("-f", "--feedback", action="store_true", help="print feedback as it arrives")
     parser.epilog = "Ctrl-C cancels the goal. The exit code is 0 if the goal succeeded, else 1."
     add_live_arguments(parser, clock=True)
 
 
 def execute(arguments: argparse.Namespace) -> int:
-    """Send the goal; return 0 if it succeeded."""
+    """Send the goal and wait for its result; return 0 if the goal succeeded, else 1."""
     from graphengine.messages.goals import STATUS_NAMES, SUCCEEDED
     from graphengine.messages.message_input import full_type, parse
     from graphengine.messages.message_text import TypedValue, to_yaml
@@ -72,11 +73,11 @@ def execute(arguments: argparse.Namespace) -> int:
 
 
 def _nothing(message: Any) -> None:
-    """Do nothing; the callback for feedback without `--feedback`."""
+    """Ignore a feedback message; used without `--feedback`."""
 
 
 def _cancel(caller: ActionCaller, call: GoalCall) -> None:
-    """Cancel a goal that the server has accepted, and wait for the response."""
+    """Cancel the goal and wait for the server's response; do nothing if the server has not accepted the goal."""
     if not call.accepted.done() or not call.accepted.result():
         return
     show("Canceling goal...")

@@ -11,7 +11,10 @@ __all__ = ["add_arguments", "execute"]
 
 VERBS = {
     "files": (files, "write Nav2's parameters, map, launch file and RViz configuration for a scene"),
-    "goals": (goals, "send goals to Nav2 one after another, and measure them against the true pose of the robot"),
+    "goals": (
+        goals,
+        "send goals to Nav2 one after another, and measure how well the robot reaches them, by its true pose",
+    ),
 }
 
 

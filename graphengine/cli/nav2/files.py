@@ -30,11 +30,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the command-line arguments of `graphrun nav2 files` to its parser."""
     add_file_arguments(parser)
     parser.add_argument("-o", "--output", metavar="DIR", type=Path, required=True, help="folder to write the files to")
-    add_repeatable(parser, "--robot", "NAME", "robot that Nav2 drives (default: all)", dest="robots")
+    add_repeatable(parser, "--robot", "NAME", "robot that Nav2 drives (default: all robots)", dest="robots")
     parser.add_argument(
-        "--slam", action="store_true", help="let slam_toolbox make the map, without map_server and AMCL"
+        "--slam", action="store_true", help="use slam_toolbox, which makes the map, instead of map_server and AMCL"
     )
-    skip = "do not calibrate the robot; AMCL's noise then assumes good odometry"
+    skip = "do not measure the robot's odometry errors; AMCL's noise parameters then assume good odometry"
     parser.add_argument("--no-calibrate", action="store_true", help=skip)
     parser.add_argument("--force", action="store_true", help="overwrite existing files")
 
@@ -43,7 +43,7 @@ def execute(arguments: argparse.Namespace) -> int:
     """Write the files; return 0 on success, 1 if the scene has errors."""
     folder: Path = arguments.output
     if folder.exists() and not folder.is_dir():
-        raise UsageError(f"-o {folder}: is not a folder")
+        raise UsageError(f"-o {folder}: this is not a folder")
     scene = open_scene(arguments)
     if scene is None:
         return 1
@@ -87,7 +87,7 @@ def _make(scene: Scene, arguments: argparse.Namespace) -> Nav2Files:
 
 
 def _summary(robot: RobotFacts) -> str:
-    """Return kinematics, limits and footprint of a robot on one line."""
+    """Return a line for the user with the kinematics, limits and footprint of a robot."""
     limits, (inner, outer) = robot.limits, robot.radii
     turns = (
         f"turning radius {limits.turning_radius.value:.2f} m" if limits.turning_radius.value else "turns on the spot"

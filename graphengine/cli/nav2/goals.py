@@ -1,4 +1,4 @@
-"""`graphrun nav2 goals`: send goals to Nav2 and measure how the robot reaches them."""
+"""`graphrun nav2 goals`: send goals to Nav2 and measure how well the robot reaches them."""
 
 from __future__ import annotations
 
@@ -27,35 +27,36 @@ if TYPE_CHECKING:
 CLOCK_PATIENCE = 5.0
 """Wall time to wait for the first message on /clock, s."""
 SAME_TIME = 5.0
-"""Difference of simulation times up to which a run counts as the one that publishes /clock, s."""
+"""Maximum difference between the simulation time of a run and /clock, s. If it is larger, another run publishes /clock."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the command-line arguments of `graphrun nav2 goals` to its parser."""
-    what = "a pose in the map, 'X Y [YAW]' in m and rad (or 90deg), or a YAML file: goals: [{x: 1, y: 2, yaw: 0, name: door}]"
+    what = "pose in the frame map, 'X Y [YAW]' in m and rad (or as 90deg); or a YAML file with goals, such as"
+    what += " goals: [{x: 1, y: 2, yaw: 0, name: door}]"
     parser.add_argument("goals", metavar="GOAL|FILE", nargs="+", help=what)
     namespace = "namespace of the robot (default: that of the only Nav2 on the network)"
     parser.add_argument("--namespace", metavar="NAME", help=namespace)
-    patience = "simulation time for each goal (default 300s); then it is canceled"
+    patience = "simulation time after which a goal is canceled (default 300s)"
     parser.add_argument("--patience", metavar="TIME", type=duration, default=300.0, help=patience)
-    wait = "wall time to wait for Nav2, and until it accepts the first goal (default 60s)"
+    wait = "wall time to wait for Nav2 to appear, and then for it to accept the first goal (default 60s)"
     parser.add_argument("--wait", metavar="TIME", type=duration, default=60.0, help=wait)
-    pose = "do not send the robot's true pose on `initialpose` before the first goal"
+    pose = "do not publish the robot's true pose on `initialpose` before the first goal"
     parser.add_argument("--no-initial-pose", action="store_true", help=pose)
     parser.add_argument(
         "--run", metavar="NAME|PID", default="", help="run that simulates the robot (default: the only one)"
     )
-    parser.add_argument("--junit", metavar="FILE", type=Path, help="write the results as JUnit XML too")
+    parser.add_argument("--junit", metavar="FILE", type=Path, help="also write the results to this file as JUnit XML")
     parser.epilog = (
-        "The true pose of the robot comes from the control channel of the run (`graphrun ctl`). Ctrl-C cancels the goal. "
-        "The exit code is 0 if all goals were reached, else 1. Embedded DDS reaches Nav2 on Cyclone DDS only; "
-        "--transport rclpy reaches that of the sourced RMW."
+        "The true poses of the robot come from the control channel of the run, as for `graphrun ctl`. Ctrl-C cancels the goal. "
+        "The exit code is 0 if all goals were reached, else 1. --transport dds reaches Nav2 only if it uses Cyclone DDS; "
+        "--transport rclpy reaches Nav2 on the sourced RMW."
     )
     add_live_arguments(parser)
 
 
 def execute(arguments: argparse.Namespace) -> int:
-    """Send the goals; return 0 if all were reached."""
+    """Send the goals and print a table of their outcomes; return 0 if all were reached, else 1."""
     from graphengine.api.navigation.initial_pose import give_initial_pose, has_listener
     from graphengine.api.navigation.navigator import ACTION, Navigator
     from graphengine.api.navigation.outcome import Outcome, rows, write_junit
@@ -68,7 +69,7 @@ def execute(arguments: argparse.Namespace) -> int:
         with _truth(arguments.run, namespace, own_clock) as truth:
             clock = own_clock or _other_clock(truth)
             if truth is not None and not arguments.no_initial_pose and has_listener(live.transport, namespace):
-                _say(f"sending the true pose on {namespace}/initialpose")
+                _say(f"publishing the true pose on {namespace}/initialpose")
                 if not give_initial_pose(live.transport, namespace, truth, clock):
                     _say(f"warning: the localization of {namespace or '/'} did not confirm the initial pose")
             navigator = Navigator(
@@ -100,10 +101,10 @@ def execute(arguments: argparse.Namespace) -> int:
 
 
 def _read(text: str) -> list[NavigationGoal]:
-    """Return the goals of a file, or a single goal parsed from the text.
+    """Return the goals in the YAML file with this name, or the single goal that the text describes.
 
     Raises:
-        UsageError: the text is neither a file nor a goal.
+        UsageError: the text is neither the name of a file nor a goal.
         CheckError: the file has errors.
     """
     from graphengine.api.navigation.goal_list import NavigationGoal, read_goals
@@ -125,10 +126,10 @@ def _read(text: str) -> list[NavigationGoal]:
 
 
 def _action(live: Live, arguments: argparse.Namespace) -> str:
-    """Wait for the action server of the chosen Nav2, and return the name of its action.
+    """Wait for an action server of Nav2, in the namespace given on the command line, and return the full name of its action.
 
     Raises:
-        TransportError: no server was found in time, or several servers were found and no namespace is given.
+        TransportError: there is no server within `--wait`, or there are several and no namespace is given.
     """
     from graphengine.api.navigation.navigator import ACTION
 
@@ -168,7 +169,7 @@ def _action(live: Live, arguments: argparse.Namespace) -> str:
 
 
 def _servers(live: Live) -> list[str]:
-    """Return the navigation actions on the network, found by the publishers of their feedback."""
+    """Return the names of the NavigateToPose actions on the network, sorted; a server is found by its feedback publisher."""
     from graphengine.api.navigation.navigator import ACTION
 
     ending = f"/{ACTION}/_action/feedback"
@@ -178,11 +179,11 @@ def _servers(live: Live) -> list[str]:
 
 @contextlib.contextmanager
 def _truth(run: str, namespace: str, clock: Callable[[], float] | None) -> Iterator[TruePoses | None]:
-    """Sample the true poses of the robot; yield None and print the reason if they are unknown.
+    """Yield the true poses of the robot, read from the run; if they are unknown, print the reason and yield None.
 
     Raises:
-        ControlError: the run that the user named cannot be used.
-        UsageError: there are several runs.
+        ControlError: the run given by `--run` cannot be reached, or is not the publisher of /clock.
+        UsageError: there are several runs, and `--run` is not given.
     """
     from graphengine.api.navigation.true_poses import TruePoses
 
@@ -207,7 +208,7 @@ def _truth(run: str, namespace: str, clock: Callable[[], float] | None) -> Itera
 
 
 def _heard_clock(live: Live) -> Callable[[], float] | None:
-    """Return a function for the simulation time on /clock, s; None if no message arrives within `CLOCK_PATIENCE` s."""
+    """Return a function that returns the simulation time on /clock, s; None if no message arrives within `CLOCK_PATIENCE`."""
     from graphengine.ros.cli_subscription import SimulationClock
 
     clock = SimulationClock(live.transport)
@@ -215,7 +216,7 @@ def _heard_clock(live: Live) -> Callable[[], float] | None:
 
 
 def _other_clock(truth: TruePoses | None) -> Callable[[], float]:
-    """Return a function for the simulation time of the run, s; without a run, for the wall clock."""
+    """Return a function that returns the simulation time of the run, s; without a run, one that returns the wall time."""
     if truth is not None:
         return lambda: truth.time
     _say("no messages on /clock: times are wall times")
@@ -223,7 +224,13 @@ def _other_clock(truth: TruePoses | None) -> Callable[[], float]:
 
 
 def _drive(go: Callable[..., Outcome], goal: NavigationGoal, place: str) -> Outcome:
-    """Send a goal and wait for its end; show its progress if the output is a terminal, then its result."""
+    """Send a goal, wait until it ends, print its outcome and return it; on a terminal, also show the progress.
+
+    Args:
+        go: sends the goal that is its first argument, calls its second argument with each progress, and returns the outcome.
+        goal: the goal to send.
+        place: place of the goal among all goals, such as `2/5`.
+    """
     line = terminal.start_live_line() if terminal.can_overwrite() else None
 
     def watch(progress: Progress) -> None:
@@ -242,7 +249,7 @@ def _drive(go: Callable[..., Outcome], goal: NavigationGoal, place: str) -> Outc
 
 
 def _parts(progress: Progress, place: str) -> Sequence[tuple[str, str]]:
-    """Return the parts of the live line with their styles."""
+    """Return the texts of the progress line, each with its style for rich."""
     parts = [(f"goal {place} ({clean(progress.goal.label)})", "bold"), (f"{progress.time:.1f} s", "")]
     if progress.distance is not None:
         parts.append((f"{progress.distance:.2f} m left", ""))
@@ -254,5 +261,5 @@ def _parts(progress: Progress, place: str) -> Sequence[tuple[str, str]]:
 
 
 def _say(text: str) -> None:
-    """Print a message on standard error, because standard output has the results."""
+    """Print a message on standard error; standard output is for the results."""
     print(clean(text), file=sys.stderr, flush=True)

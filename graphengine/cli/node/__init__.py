@@ -1,4 +1,4 @@
-"""`graphrun node`: the nodes of a live network, with or without ROS, like `ros2 node`."""
+"""`graphrun node`: inspect the nodes of a live network, with or without ROS installed, like `ros2 node`."""
 
 from __future__ import annotations
 

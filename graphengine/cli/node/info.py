@@ -20,12 +20,20 @@ Named = tuple[str, str]
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the command-line arguments of `graphrun node info` to its parser."""
     parser.add_argument("node", metavar="NODE", help="node, such as /graphengine")
-    parser.add_argument("--include-hidden", action="store_true", help="include names with a part that begins with _")
+    parser.add_argument(
+        "--include-hidden",
+        action="store_true",
+        help="include topics, services and actions with a name part that begins with _",
+    )
     add_live_arguments(parser)
 
 
 def execute(arguments: argparse.Namespace) -> int:
-    """Print the endpoints of the node; return 0 if the node exists."""
+    """Print the topics, services and actions of the node; return 0.
+
+    Raises:
+        TransportError: there is no such node.
+    """
     node = absolute(arguments.node)
     with Live(arguments) as live:
         graph = live.graph(names=True)
@@ -34,7 +42,7 @@ def execute(arguments: argparse.Namespace) -> int:
             hint = near_topic(node, names) or listing(names, "nodes")
             raise TransportError(f"unknown node {node!r}\n{hint}\nseen over {live.transport.description}")
         if (number := names.count(node)) > 1:
-            print(f"WARNING: {number} nodes have the name {node!r}; the output merges them", file=sys.stderr)
+            print(f"WARNING: {number} nodes have the name {node!r}; the lists below merge them", file=sys.stderr)
         sections = _sections(graph, node)
         show(node)
         for title, found in sections.items():
@@ -46,7 +54,7 @@ def execute(arguments: argparse.Namespace) -> int:
 
 
 def _sections(graph: NetworkGraph, node: str) -> dict[str, set[Named]]:
-    """Return the endpoints of a node by section title, with the titles and the order of `ros2 node info`."""
+    """Return the topics, services and actions of a node by section, with the titles and the order of `ros2 node info`."""
     heard, said = _topics(graph, node, "subscribe"), _topics(graph, node, "publish")
     same = [other for other in graph.nodes if other.name == node]
     return {
@@ -65,7 +73,11 @@ def _topics(graph: NetworkGraph, node: str, direction: Direction) -> set[Named]:
 
 
 def _actions(topics: Iterable[Named]) -> set[Named]:
-    """Return the actions whose feedback topics are among some topics; servers publish feedback and clients subscribe to it."""
+    """Return name and type of the actions whose feedback topic is among `topics`, which are pairs of name and type.
+
+    A server publishes the feedback topic, and a client subscribes to it. So the topics that a node publishes give its action
+    servers, and the topics that it subscribes to give its action clients.
+    """
     return {
         (topic.removesuffix(FEEDBACK), kind.removesuffix("_FeedbackMessage"))
         for topic, kind in topics
@@ -74,7 +86,7 @@ def _actions(topics: Iterable[Named]) -> set[Named]:
 
 
 def _lines(pairs: Iterable[Named]) -> str:
-    """Return one line for each name, with its types."""
+    """Return one line of text for each name, with all its types."""
     types: dict[str, list[str]] = {}
     for name, kind in pairs:
         types.setdefault(name, []).append(kind)

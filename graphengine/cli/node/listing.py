@@ -32,6 +32,6 @@ def execute(arguments: argparse.Namespace) -> int:
 
 
 def node_names(graph: NetworkGraph, hidden: bool) -> list[str]:
-    """Return the names of all nodes, sorted; a name of several nodes occurs once for each."""
+    """Return the full names of all nodes, sorted; hidden ones only if `hidden` is set. Nodes with equal names are all listed."""
     names = (node.name for node in graph.nodes)
     return [name for name in names if hidden or not name.rpartition("/")[2].startswith("_")]

@@ -1,4 +1,4 @@
-"""`graphrun param`: read and set parameters of nodes on a live network, with or without ROS, like `ros2 param`."""
+"""`graphrun param`: read and set parameters of nodes on a live network, with or without ROS installed, like `ros2 param`."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ VERBS = {
     "list": (listing, "list the parameters of a node, or of all nodes"),
     "get": (get, "print the value of a parameter"),
     "set": (set_value, "set a parameter"),
-    "describe": (describe, "print types, meaning and limits of parameters"),
-    "dump": (dump, "print all parameters of a node as a YAML file"),
+    "describe": (describe, "print the types, descriptions and limits of parameters"),
+    "dump": (dump, "print all parameters of a node in the form of a YAML file"),
     "load": (load, "set the parameters of a node from a YAML file"),
 }
 
@@ -22,7 +22,7 @@ VERBS = {
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the command-line arguments of `graphrun param` to its parser."""
     parser.epilog = (
-        "A run offers the inputs of its nodes and the variables of its graphs as parameters. Embedded DDS reaches nodes on"
-        " Cyclone DDS only; --transport rclpy reaches those of the sourced RMW."
+        "A run offers the inputs of its nodes and the variables of its graphs as parameters. --transport dds reaches only nodes"
+        " on Cyclone DDS; --transport rclpy reaches nodes on the sourced RMW."
     )
     add_subverbs(parser, VERBS)

@@ -1,4 +1,4 @@
-"""`graphrun param describe`: print types, meaning and limits of parameters."""
+"""`graphrun param describe`: print the types, descriptions and limits of parameters."""
 
 from __future__ import annotations
 
@@ -12,12 +12,14 @@ from graphengine.cli.param.nodes import add_node_argument, client_of
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the command-line arguments of `graphrun param describe` to its parser."""
     add_node_argument(parser)
-    parser.add_argument("parameters", metavar="PARAMETER", nargs="+", help="names of parameters")
+    parser.add_argument(
+        "parameters", metavar="PARAMETER", nargs="+", help="name, such as cmd_vel.DiffController.maxLinearSpeed"
+    )
     add_live_arguments(parser)
 
 
 def execute(arguments: argparse.Namespace) -> int:
-    """Print the descriptors; return 0."""
+    """Print the descriptors of the parameters; return 0."""
     with Live(arguments) as live:
         for descriptor in client_of(live, arguments.node).describe(arguments.parameters):
             show(text(descriptor))

@@ -1,4 +1,4 @@
-"""`graphrun param dump`: print all parameters of a node as a YAML file."""
+"""`graphrun param dump`: print all parameters of a node in the form of a YAML file."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def execute(arguments: argparse.Namespace) -> int:
-    """Print the parameters; return 0."""
+    """Print the parameters as YAML; return 0."""
     import yaml
 
     with Live(arguments) as live:
@@ -31,7 +31,7 @@ def execute(arguments: argparse.Namespace) -> int:
 
 
 def current(client: ParameterClient) -> dict[str, Any]:
-    """Return the values of all parameters of a node that have one, by name."""
+    """Return the values of a node's parameters by name; parameters without a value are left out."""
     from graphengine.messages.parameters import python_value
 
     names = client.list()
@@ -44,7 +44,7 @@ def current(client: ParameterClient) -> dict[str, Any]:
 
 
 def nested(values: Mapping[str, Any]) -> dict[str, Any]:
-    """Return values with dotted names as nested mappings; beside a value `a`, the name `a.b` keeps its dot."""
+    """Return values with dotted names as nested mappings. If `a` has a value too, `a.b` stays one key."""
     tree: dict[str, Any] = {}
     for name in sorted(values):
         place, rest = tree, name

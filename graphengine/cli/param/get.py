@@ -31,7 +31,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def execute(arguments: argparse.Namespace) -> int:
-    """Print the value; return 0 if the parameter exists."""
+    """Print the value; return 0.
+
+    Raises:
+        TransportError: there is no such node, or the parameter is not set.
+    """
     from graphengine.format.wording import did_you_mean
     from graphengine.messages.parameters import python_value
 

@@ -15,11 +15,13 @@ from graphengine.format.errors import TransportError, UsageError
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the command-line arguments of `graphrun param list` to its parser."""
     add_node_argument(parser, optional=True)
-    parser.add_argument("--filter", metavar="REGEX", help="list only names that match from their beginning")
+    parser.add_argument(
+        "--filter", metavar="REGEX", help="list only parameters whose name begins with a match of this expression"
+    )
     parser.add_argument("--include-hidden-nodes", action="store_true", help="include nodes whose name begins with _")
     prefixes = "list only parameters with these prefixes, such as cmd_vel.DiffController"
     parser.add_argument("--param-prefixes", metavar="PREFIX", nargs="+", default=[], help=prefixes)
-    parser.add_argument("--param-type", action="store_true", help="print the type of each parameter too")
+    parser.add_argument("--param-type", action="store_true", help="also print the type of each parameter")
     add_live_arguments(parser)
 
 

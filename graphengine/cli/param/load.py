@@ -12,7 +12,7 @@ from graphengine.cli.param.nodes import add_node_argument, client_of
 from graphengine.format.errors import UsageError
 
 EVERY_NODE = "/**"
-"""Key whose parameters apply to every node."""
+"""Key of a parameter file whose parameters apply to all nodes."""
 KEY = "ros__parameters"
 _BATCH = 500
 """Maximum number of parameters in one request."""
@@ -21,8 +21,10 @@ _BATCH = 500
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the command-line arguments of `graphrun param load` to its parser."""
     add_node_argument(parser)
-    parser.add_argument("file", metavar="FILE", type=Path, help="file as `graphrun param dump` prints it")
-    wildcard = f"leave out the parameters below {EVERY_NODE}"
+    parser.add_argument(
+        "file", metavar="FILE", type=Path, help="YAML file in the form that `graphrun param dump` prints"
+    )
+    wildcard = f"ignore the parameters below {EVERY_NODE}, which are for all nodes"
     parser.add_argument("--no-use-wildcard", action="store_true", help=wildcard)
     add_live_arguments(parser)
 
@@ -44,11 +46,15 @@ def execute(arguments: argparse.Namespace) -> int:
 
 
 def read(path: Path, *, wildcard: bool) -> Mapping[str, Any]:
-    """Return the values in a parameter file by name, without nulls. As in ros2, the node names in the file are ignored.
+    """Return the values in a parameter file by parameter name, without nulls. As in ros2, the file's node names are ignored.
+
+    Args:
+        path: the file.
+        wildcard: include the parameters below `/**`.
 
     Raises:
         CheckError: the file is not YAML.
-        UsageError: the file has no parameters, or a list that is no value of a parameter.
+        UsageError: the file has no parameters, or a list whose elements have different types.
     """
     from graphengine.format import document
     from graphengine.format.diagnostics import Findings
@@ -75,7 +81,7 @@ def read(path: Path, *, wildcard: bool) -> Mapping[str, Any]:
 
 
 def flat(tree: Mapping[str, Any], above: str = "") -> Iterator[tuple[str, Any]]:
-    """Yield dotted names and values from nested mappings; `above` is the prefix of the names."""
+    """Yield the dotted name and the value of each leaf of nested mappings; names begin with the prefix `above`."""
     for key, value in tree.items():
         if isinstance(value, dict):
             yield from flat(value, f"{above}{key}.")

@@ -1,4 +1,4 @@
-"""Finds nodes with parameters on a live network."""
+"""Adds the arguments NODE and PARAMETER to parsers, and finds nodes with parameters on a live network."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ _LIST = "list_parameters"
 
 
 def add_node_argument(parser: argparse.ArgumentParser, *, optional: bool = False) -> None:
-    """Add the positional argument for the node."""
+    """Add the positional argument NODE; `optional` allows it to be left out for all nodes."""
     text = "node, such as /dd100_0000/dd100" + (" (default: all nodes)" if optional else "")
     parser.add_argument("node", metavar="NODE", nargs="?" if optional else None, help=text)
 
 
 def add_parameter_argument(parser: argparse.ArgumentParser) -> None:
-    """Add the positional argument for the parameter."""
+    """Add the positional argument PARAMETER."""
     parser.add_argument("parameter", metavar="PARAMETER", help="name, such as cmd_vel.DiffController.maxLinearSpeed")
 
 
@@ -39,7 +39,7 @@ def client_of(live: Live, given: str) -> ParameterClient:
 
     Args:
         live: connection to the network.
-        given: name of the node, with or without its first slash.
+        given: name of the node, with or without the leading slash.
 
     Raises:
         TransportError: there is no such node, or it has no parameters.

@@ -33,7 +33,13 @@ def execute(arguments: argparse.Namespace) -> int:
 
 
 def given(name: str, value: Any, text: str) -> Any:
-    """Return a Parameter message of the type that fits a value; without a fitting type, it has the text as a string."""
+    """Return a Parameter message for a value.
+
+    Args:
+        name: name of the parameter.
+        value: the value; its Python type determines the parameter type.
+        text: value to send as a string if no parameter type fits.
+    """
     from graphengine.messages.parameters import ParameterType, fitting_type, parameter_message
 
     kind = fitting_type(value)
@@ -43,7 +49,13 @@ def given(name: str, value: Any, text: str) -> Any:
 
 
 def report(result: Any, done: str, failed: str) -> int:
-    """Print a SetParametersResult with its reason; return the exit code, 0 or 1."""
+    """Print a SetParametersResult with its reason; return the exit code: 0 on success, else 1.
+
+    Args:
+        result: the result of one parameter.
+        done: text to print on success.
+        failed: text to print on failure.
+    """
     reason = f": {result.reason}" if result.reason else ""
     if result.successful:
         show(f"{done}{reason}")

@@ -14,16 +14,18 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("service", metavar="SERVICE", help="service, such as /light")
     parser.add_argument("type", metavar="TYPE", help="service type, such as std_srvs/srv/SetBool")
     source = parser.add_mutually_exclusive_group()
-    values = "request as YAML, such as '{data: true}'; a header `auto` or a time `now` is set to the time of sending"
+    values = "request as YAML, such as '{data: true}' (default '{}'); the values `auto` of a header and `now` of a time become"
+    values += " the time of sending"
     source.add_argument("values", metavar="VALUES", nargs="?", default="{}", help=values)
-    source.add_argument("--stdin", action="store_true", help="read the request from the standard input")
-    parser.add_argument("-r", "--rate", metavar="HZ", type=positive, help="repeat the call at this rate until Ctrl-C")
+    source.add_argument("--stdin", action="store_true", help="read the request from standard input")
+    rate = "repeat the call at this rate, Hz, until Ctrl-C (default: call once)"
+    parser.add_argument("-r", "--rate", metavar="HZ", type=positive, help=rate)
     parser.epilog = "The exit code is 0 if the server responded, else 1."
     add_live_arguments(parser, clock=True)
 
 
 def execute(arguments: argparse.Namespace) -> int:
-    """Call the service once, or repeatedly until Ctrl-C; return 0 if the server responded."""
+    """Call the service once, or with `--rate` repeatedly until Ctrl-C; return 0 if the server has responded, else 1."""
     from graphengine.messages.message_input import full_type, parse
     from graphengine.messages.message_text import TypedValue, to_expression
     from graphengine.ros.service_caller import ServiceCaller
@@ -54,7 +56,10 @@ def execute(arguments: argparse.Namespace) -> int:
 
 
 def _why_no_server(live: Live, service: str, service_type: str) -> str:
-    """Return why a service has no server of the type: its type differs, or a similar name exists; empty if unknown."""
+    """Return a likely reason why the service has no server of this type: its type differs, or the name is misspelt.
+
+    The text is empty if no reason is known.
+    """
     offered: dict[str, set[str]] = {}
     for node in live.graph_now().nodes:
         for name, kind in node.servers:

@@ -17,7 +17,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def execute(arguments: argparse.Namespace) -> int:
-    """Print the types of the service, one a line; return 0 if the service has a server or client."""
+    """Print the types of the service, one per line; return 0.
+
+    Raises:
+        TransportError: the service has no server or client.
+    """
     service = absolute(arguments.service)
     with Live(arguments) as live:
         types = service_types(live.graph(lambda graph: service in service_types(graph)))

@@ -11,7 +11,7 @@ from graphengine.ros.network_graph import NetworkGraph
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the command-line arguments of `graphrun service list` to its parser."""
-    parser.add_argument("-t", "--show-types", action="store_true", help="print the type of each service too")
+    parser.add_argument("-t", "--show-types", action="store_true", help="also print the type of each service")
     parser.add_argument("-c", "--count-services", action="store_true", help="print only the number of services")
     hidden = "include services with a name part that begins with _, such as those of actions"
     parser.add_argument("--include-hidden-services", action="store_true", help=hidden)
@@ -34,7 +34,7 @@ def execute(arguments: argparse.Namespace) -> int:
 
 
 def service_types(graph: NetworkGraph) -> dict[str, list[str]]:
-    """Return the types of each service."""
+    """Return the types of each service by its name."""
     types: dict[str, list[str]] = {}
     for name, kind in graph.services:
         types.setdefault(name, []).append(kind)

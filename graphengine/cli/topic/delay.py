@@ -1,4 +1,4 @@
-"""`graphrun topic delay`: print the age of messages."""
+"""`graphrun topic delay`: measure the age of messages on arrival, from the stamp in their header."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from graphengine.ros.rates import SECOND, Summary
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the command-line arguments of `graphrun topic delay` to its parser."""
-    parser.add_argument("topic", metavar="TOPIC", help="topic whose messages have a header")
+    parser.add_argument("topic", metavar="TOPIC", help="topic whose messages have a header, such as /scan")
     add_window_argument(parser)
     add_live_arguments(parser, clock=True)
 
@@ -28,7 +28,9 @@ def execute(arguments: argparse.Namespace) -> int:
     with Live(arguments) as live:
         message_type = live.type_of(topic, live.graph_with(topic))
         if "header" not in dict(live.definitions.fields(message_type)):
-            raise TransportError(f"{message_type} has no header with a stamp")
+            raise TransportError(
+                f"{topic}: the delay is unknown, because its type {message_type} has no header with a stamp"
+            )
         inbox = live.listen(topic, message_type, PRESETS["Sensor Data"], live.clock(arguments), WINDOW)
         window: deque[int] = deque(maxlen=arguments.window)
         tell, fresh = time.monotonic() + 1.0, False

@@ -1,4 +1,4 @@
-"""`graphrun topic echo`: print messages."""
+"""`graphrun topic echo`: print the messages of a topic as they arrive."""
 
 from __future__ import annotations
 
@@ -20,28 +20,36 @@ if TYPE_CHECKING:
     from graphengine.ros.cli_subscription import MessageQueue
 
 TRUNCATED = 128
-"""Elements and characters that are shown of longer arrays and texts."""
+"""Default maximum number of elements of an array, and of characters of a string, to print."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the command-line arguments of `graphrun topic echo` to its parser."""
     parser.add_argument("topic", metavar="TOPIC", help="topic, such as /chatter")
     parser.add_argument("type", metavar="TYPE", nargs="?", help="message type (default: that of the publishers)")
-    parser.add_argument("--once", action="store_true", help="end after the first message")
-    parser.add_argument("--timeout", metavar="SECONDS", type=positive, help="end after this time")
-    parser.add_argument("--field", metavar="PATH", help="print one field of each message, such as pose.pose.position")
-    parser.add_argument("--filter", metavar="EXPR", help="print only messages m for which a Python expression is true")
-    parser.add_argument("--csv", action="store_true", help="print all values of a message on one line")
-    parser.add_argument("--raw", action="store_true", help="print the encoded bytes of a message")
-    parser.add_argument("--flow-style", action="store_true", help="print lists in brackets")
-    parser.add_argument("--no-arr", action="store_true", help="print only type and length of arrays")
+    parser.add_argument("--once", action="store_true", help="end after the first printed message")
+    parser.add_argument("--timeout", metavar="SECONDS", type=positive, help="end after this time (default: no limit)")
+    parser.add_argument(
+        "--field", metavar="PATH", help="print only this field of each message, such as pose.pose.position"
+    )
+    wanted = (
+        "print only messages for which this Python expression is true, such as 'm.data > 0'; m is the message, or with"
+    )
+    wanted += " --field the field"
+    parser.add_argument("--filter", metavar="EXPR", help=wanted)
+    parser.add_argument("--csv", action="store_true", help="print each message as one line of comma-separated values")
+    parser.add_argument("--raw", action="store_true", help="print the serialized bytes of each message")
+    parser.add_argument("--flow-style", action="store_true", help="print lists in brackets on one line")
+    parser.add_argument("--no-arr", action="store_true", help="print only the type and length of arrays")
     parser.add_argument("--no-str", action="store_true", help="print only the length of strings")
-    parser.add_argument("-f", "--full-length", action="store_true", help="do not cut long arrays and strings")
-    cut = f"maximum number of elements and characters to print (default {TRUNCATED})"
+    parser.add_argument(
+        "-f", "--full-length", action="store_true", help="print all elements of arrays and all of each string"
+    )
+    cut = f"maximum number of elements of an array, and of characters of a string, to print (default {TRUNCATED})"
     parser.add_argument("-l", "--truncate-length", metavar="N", type=count, help=cut)
     summary = (
-        "print a few lines on each scan, image and point cloud: sizes, extents, a sparkline or picture; the default on a"
-        " terminal, unless another option sets the format"
+        "summarize each scan, image and point cloud in a few lines: sizes, extents, and a sparkline or image; on a terminal,"
+        " this is the default unless another option sets the format"
     )
     parser.add_argument("--summary", action="store_true", help=summary)
     add_quality_arguments(parser, "sensor_data")
@@ -49,7 +57,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def execute(arguments: argparse.Namespace) -> int:
-    """Print messages; return 0 after a message or Ctrl-C, 1 if `--timeout` passed without a message."""
+    """Print messages; return 0 after a message or Ctrl-C, 1 if `--timeout` passes before a message is printed."""
     from graphengine.messages.message_input import full_type
 
     topic, wanted = absolute(arguments.topic), make_filter(arguments.filter)
@@ -75,7 +83,7 @@ def execute(arguments: argparse.Namespace) -> int:
                     file=sys.stderr,
                 )
         if not printed:
-            print(f"nothing arrived on {topic} within {arguments.timeout:g} s", file=sys.stderr)
+            print(f"no message to print arrived on {topic} within {arguments.timeout:g} s", file=sys.stderr)
             return 1
     return 0
 
@@ -88,7 +96,7 @@ def _warn_of_other_definitions(publishers: list[Endpoint], message_type: str, kn
 
 
 def _arriving(inbox: MessageQueue, timeout: float | None) -> Iterator[bytes]:
-    """Yield the encoded messages as they arrive; end at the timeout (s), if there is one."""
+    """Yield the serialized messages as they arrive; end after the timeout (s; None: never)."""
     end = None if timeout is None else time.monotonic() + timeout
     while (arrival := inbox.take(None if end is None else max(0.0, end - time.monotonic()))) is not None:
         yield arrival.data
@@ -97,7 +105,7 @@ def _arriving(inbox: MessageQueue, timeout: float | None) -> Iterator[bytes]:
 def _text(
     data: bytes, message_type: str, definitions: Definitions, wanted: Filter, arguments: argparse.Namespace
 ) -> str | None:
-    """Return the text of a message; None if the filter rejects it or it cannot be decoded."""
+    """Return the text to print for a message; None if the filter rejects the message or its bytes cannot be decoded."""
     from graphengine.messages import messages
     from graphengine.messages.message_text import Style, TypedValue, to_csv, to_plain_text, to_yaml
 

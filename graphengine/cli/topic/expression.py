@@ -1,4 +1,4 @@
-"""The option `--filter`: a Python expression on the message `m`."""
+"""The option `--filter` of `graphrun topic`: a Python expression that can use only the message `m` and safe functions."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _ARRAY = frozenset(
 
 
 class _MessageGuard(Guard):
-    """A guard that lets expressions read message fields, and the attributes and methods of arrays in `_ARRAY`."""
+    """Lets expressions read the fields of messages, and the attributes and methods of arrays that `_ARRAY` lists."""
 
     def attributes(self, value: Any) -> Collection[str]:
         if hasattr(value, "__msgtype__"):
@@ -25,10 +25,12 @@ class _MessageGuard(Guard):
 
 
 def make_filter(text: str | None) -> Filter:
-    """Return a function that returns whether a message passes the filter; without an expression, all do.
+    """Return a function that is true for messages that pass the filter; if `text` is None, it is true for all messages.
+
+    The returned function raises UsageError if the expression fails for a message.
 
     Raises:
-        UsageError: the text is not a legal expression. The returned function raises it if the evaluation fails.
+        UsageError: the text is not a legal expression.
     """
     if text is None:
         return lambda message: True

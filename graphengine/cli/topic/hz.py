@@ -1,4 +1,4 @@
-"""`graphrun topic hz`: print the rate of messages."""
+"""`graphrun topic hz`: measure the rate of the messages of a topic."""
 
 from __future__ import annotations
 
@@ -11,21 +11,22 @@ from graphengine.messages.qos import PRESETS
 from graphengine.ros.rates import Intervals
 
 WINDOW = 10_000
-"""Intervals that count by default."""
+"""Default size of the window: number of latest messages over which to average."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the command-line arguments of `graphrun topic hz` to its parser."""
     parser.add_argument("topic", metavar="TOPIC", help="topic, such as /chatter")
     add_window_argument(parser)
-    parser.add_argument("--filter", metavar="EXPR", help="count only messages m for which a Python expression is true")
-    parser.add_argument("--wall-time", action="store_true", help="measure wall time even with --use-sim-time")
+    wanted = "count only messages for which this Python expression is true, such as 'm.data > 0'; m is the message"
+    parser.add_argument("--filter", metavar="EXPR", help=wanted)
+    parser.add_argument("--wall-time", action="store_true", help="measure in wall time, even with --use-sim-time")
     add_live_arguments(parser, clock=True)
 
 
 def add_window_argument(parser: argparse.ArgumentParser) -> None:
-    """Add `--window`."""
-    averaged = f"number of latest messages to average (default {WINDOW})"
+    """Add `--window`, the number of latest messages over which to average."""
+    averaged = f"number of latest messages over which to average (default {WINDOW})"
     parser.add_argument("-w", "--window", metavar="N", type=size, default=WINDOW, help=averaged)
 
 

@@ -1,4 +1,4 @@
-"""`graphrun topic info`: print writers and readers of a topic."""
+"""`graphrun topic info`: print the type, publishers and subscribers of a topic."""
 
 from __future__ import annotations
 
@@ -12,13 +12,17 @@ from graphengine.ros.network_graph import Endpoint
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the command-line arguments of `graphrun topic info` to its parser."""
     parser.add_argument("topic", metavar="TOPIC", help="topic, such as /chatter")
-    what = "print node, type, type hash, GID and quality of service of each writer and reader"
+    what = "also print node, type, type hash, GID and quality of service of each publisher and subscriber"
     parser.add_argument("-v", "--verbose", action="store_true", help=what)
     add_live_arguments(parser)
 
 
 def execute(arguments: argparse.Namespace) -> int:
-    """Print the endpoints; return 0 if the topic has a writer or reader."""
+    """Print the type, publishers and subscribers of the topic; return 0.
+
+    Raises:
+        TransportError: the topic has no publisher or subscriber.
+    """
     topic = absolute(arguments.topic)
     with Live(arguments) as live:
         graph = live.graph(names=arguments.verbose)
@@ -37,7 +41,7 @@ def execute(arguments: argparse.Namespace) -> int:
 
 
 def describe(end: Endpoint) -> str:
-    """Return all details of a writer or reader; UNKNOWN for those that its peer does not announce."""
+    """Return all details of a publisher or subscriber as text; details that its peer does not announce are UNKNOWN."""
     qos = end.qos
     history = f"KEEP_LAST ({qos.depth})" if qos.history == "keepLast" else shouted(qos.history)
     lines = [

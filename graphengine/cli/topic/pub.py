@@ -1,4 +1,4 @@
-"""`graphrun topic pub`: publish messages."""
+"""`graphrun topic pub`: publish messages on a topic."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ from graphengine.messages.qos import mismatch
 from graphengine.ros.network_graph import Endpoint, NetworkGraph
 
 PATIENCE = 1.0
-"""Seconds between two lines that tell what is waited for."""
-HOW_TO_LEAVE = """the topic has no readers yet; press Ctrl-C to end the wait
-  next time, limit it with --max-wait-time-secs SECONDS, or publish without readers with -w 0"""
+"""Time between two lines that are printed while the verb waits for subscribers, s."""
+HOW_TO_LEAVE = """the topic has too few subscribers yet; press Ctrl-C to end the wait
+  next time, limit the wait with --max-wait-time-secs SECONDS, or publish without subscribers with -w 0"""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -25,31 +25,37 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("type", metavar="TYPE", help="message type, such as geometry_msgs/msg/Twist")
     source = parser.add_mutually_exclusive_group()
     values = (
-        "message as YAML, such as '{linear: {x: 1.0}}'; a header `auto` or a time `now` is set to the time of sending"
+        "message as YAML, such as '{linear: {x: 1.0}}' (default '{}'); the values `auto` of a header and `now` of a time"
+        " become the time of sending"
     )
     source.add_argument("values", metavar="VALUES", nargs="?", default="{}", help=values)
-    source.add_argument("--stdin", action="store_true", help="read the values from the standard input")
-    parser.add_argument("-r", "--rate", metavar="HZ", type=positive, default=1.0, help="rate (default 1)")
+    source.add_argument("--stdin", action="store_true", help="read the message from standard input")
     parser.add_argument(
-        "-p", "--print", metavar="N", type=count, default=1, help="print every N-th message (default 1)"
+        "-r", "--rate", metavar="HZ", type=positive, default=1.0, help="publishing rate, Hz (default 1)"
+    )
+    parser.add_argument(
+        "-p", "--print", metavar="N", type=count, default=1, help="print every N-th message, 0: none (default 1)"
     )
     number = parser.add_mutually_exclusive_group()
     number.add_argument("-1", "--once", action="store_true", help="publish one message")
     number.add_argument(
-        "-t", "--times", metavar="N", type=count, default=0, help="publish N messages (default: no end)"
+        "-t", "--times", metavar="N", type=count, default=0, help="publish N messages (default: until Ctrl-C)"
     )
-    wait = "number of readers to wait for (default 1 with --once and --times, else 0)"
+    wait = "number of matching subscribers to wait for before publishing (default 1 with --once or --times, else 0)"
     parser.add_argument("-w", "--wait-matching-subscriptions", metavar="N", type=count, help=wait)
-    parser.add_argument("--max-wait-time-secs", metavar="SECONDS", type=positive, help="longest wait for readers")
+    longest = "maximum time to wait for subscribers (default: no limit)"
+    parser.add_argument("--max-wait-time-secs", metavar="SECONDS", type=positive, help=longest)
     alive = "time to stay connected after the last message (default 0.1)"
     parser.add_argument("--keep-alive", metavar="SECONDS", type=seconds, default=0.1, help=alive)
-    parser.add_argument("-n", "--node-name", metavar="NAME", help="name of the publishing node")
+    parser.add_argument(
+        "-n", "--node-name", metavar="NAME", help="name of the publishing node (default: a hidden name)"
+    )
     add_quality_arguments(parser, "default")
     add_live_arguments(parser, clock=True)
 
 
 def execute(arguments: argparse.Namespace) -> int:
-    """Publish all messages, or until Ctrl-C; return 0."""
+    """Publish the given number of messages, or until Ctrl-C; return 0."""
     from graphengine.messages.message_input import full_type, parse
     from graphengine.messages.message_text import TypedValue, to_expression
     from graphengine.messages.messages import encode
@@ -83,10 +89,10 @@ def execute(arguments: argparse.Namespace) -> int:
 
 
 def _wait_for_readers(live: Live, offer: Endpoint, wanted: int, limit: float | None) -> None:
-    """Wait until `wanted` readers match the offered topic.
+    """Wait until `wanted` subscribers match the offered publisher in topic, type and quality of service.
 
     Raises:
-        TransportError: they do not match within `limit` seconds.
+        TransportError: too few subscribers match within `limit` s; None: there is no limit.
     """
 
     def found(graph: NetworkGraph) -> int:
@@ -112,11 +118,11 @@ def _wait_for_readers(live: Live, offer: Endpoint, wanted: int, limit: float | N
 
 
 def _mismatches(graph: NetworkGraph, offer: Endpoint) -> str:
-    """Return reasons why readers of the topic do not match, one line each, or a suggestion of another topic."""
+    """Return a line with the reason for each subscriber of the topic that does not match; without subscribers, a suggestion."""
     lines = []
     for end in graph.subscribers(offer.topic):
         if end.message_type != offer.message_type:
-            lines.append(f"{end.full_node} reads {end.message_type}")
+            lines.append(f"{end.full_node} subscribes to {end.message_type}")
         elif reason := mismatch(offer.qos, end.qos, "this publisher", end.full_node):
             lines.append(reason)
     read = {end.topic for end in graph.endpoints if end.direction == "subscribe"}

@@ -1,4 +1,4 @@
-"""Quality of service options, as in ros2cli."""
+"""Command-line options for the quality of service, with the names of ros2cli."""
 
 from __future__ import annotations
 
@@ -39,13 +39,16 @@ _KINDS = {
 
 
 def add_quality_arguments(parser: argparse.ArgumentParser, default: str) -> None:
-    """Add options for a named profile and its individual policies."""
+    """Add options for a named profile (`default` if not given) and for single policies, which replace those of the profile."""
     group = parser.add_argument_group("quality of service")
     group.add_argument("--qos-profile", choices=_PROFILES, default=default, help=f"named profile (default {default})")
-    group.add_argument("--qos-depth", metavar="N", type=count, help="number of messages to keep")
+    group.add_argument(
+        "--qos-depth", metavar="N", type=count, help="queue depth, messages (default: that of the profile)"
+    )
     for policy, kinds in _KINDS.items():
-        group.add_argument(f"--qos-{policy}", choices=kinds)
-    group.add_argument("--qos-liveliness-lease-duration-seconds", metavar="SECONDS", type=seconds)
+        group.add_argument(f"--qos-{policy}", choices=kinds, help=f"{policy} (default: that of the profile)")
+    lease = "liveliness lease duration (default: that of the profile)"
+    group.add_argument("--qos-liveliness-lease-duration-seconds", metavar="SECONDS", type=seconds, help=lease)
 
 
 def quality(arguments: argparse.Namespace) -> QoS:
@@ -60,7 +63,12 @@ def quality(arguments: argparse.Namespace) -> QoS:
 
 
 def quality_for(arguments: argparse.Namespace, publishers: Sequence[Endpoint]) -> QoS:
-    """Return the quality of service given on the command line, else the strictest one that all publishers of a topic offer."""
+    """Return the quality of service for a subscription.
+
+    If the command line sets a policy, or if there are no publishers, return the quality of service from the command line, and
+    print a warning for each publisher that does not match it. Otherwise, return the strictest quality of service that all
+    publishers offer.
+    """
     asked = quality(arguments)
     overridden = [name for name, value in vars(arguments).items() if name.startswith("qos_") and value is not None]
     if overridden != ["qos_profile"] or not publishers:
@@ -83,5 +91,5 @@ def _warn_of_mismatches(publishers: Sequence[Endpoint], asked: QoS) -> None:
 
 
 def shouted(kind: str) -> str:
-    """Return a policy as ros2cli prints it: `bestEffort` is `BEST_EFFORT`."""
+    """Return the value of a policy as ros2cli prints it, such as `BEST_EFFORT` for `bestEffort`."""
     return "UNKNOWN" if kind == "systemDefault" else re.sub(r"(?=[A-Z])", "_", kind).upper()

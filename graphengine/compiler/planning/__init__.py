@@ -1,4 +1,4 @@
-"""Plans the execution of a resolved graph, in these steps: wires, dependencies, regions, calls."""
+"""Plans the execution of a resolved graph, in four steps: `wiring`, `dependencies`, `regions` and `region_calls`."""
 
 from __future__ import annotations
 
@@ -19,10 +19,11 @@ __all__ = ["make_plan", "shape", "share_plans"]
 
 
 def share_plans(graphs: Iterable[Graph], findings: Findings) -> list[Graph]:
-    """Plan graphs; graphs that differ only in literals share a plan.
+    """Set the plan of each graph; graphs of one file that differ only in literals share a plan.
 
     Returns:
-        The planned graphs. Graphs with a cycle are left out, and the cycle is added to `findings`.
+        The graphs that have a plan. Graphs that cannot be planned, because of a cycle for example, are left out; the errors are
+        added to `findings`.
     """
     known: dict[object, Plan | None] = {}
     planned: list[Graph] = []
@@ -38,7 +39,10 @@ def share_plans(graphs: Iterable[Graph], findings: Findings) -> list[Graph]:
 
 
 def shape(graph: Graph) -> object:
-    """Return a key of everything a plan depends on: file, node classes, wires and shared resources; not literals."""
+    """Return a hashable key of all that a plan depends on: file, evaluator, node classes, wires and shared resources.
+
+    Graphs with equal keys share a plan; literals are not part of the key.
+    """
     numbers: dict[str, object] = {UNKNOWN_PRIM: UNKNOWN_PRIM}
 
     def accesses(keys: Iterable[str]) -> tuple[object, ...]:
@@ -53,11 +57,11 @@ def shape(graph: Graph) -> object:
 
 
 def make_plan(graph: Graph, findings: Findings) -> Plan | None:
-    """Return the plan of a resolved graph; None if a cycle prevents its execution.
+    """Return the plan of a resolved graph; None after an error, such as a cycle.
 
     Args:
-        graph: instances and wires.
-        findings: findings to add errors to.
+        graph: graph to plan.
+        findings: receives errors and warnings.
     """
     if graph.flat.spec.evaluator == "push":
         pushed = PushGraph(graph, findings)
@@ -75,7 +79,7 @@ def make_plan(graph: Graph, findings: Findings) -> Plan | None:
 
 
 def _executed(regions: RegionGraph) -> Iterable[int]:
-    """Return all nodes that can run, except data nodes, in the order in which a pass visits them."""
+    """Return all nodes that a pass can run, except data nodes, in the order of execution."""
     executed: dict[int, None] = {}
     pending = regions.members[0][::-1]
     while pending:
@@ -89,7 +93,13 @@ def _executed(regions: RegionGraph) -> Iterable[int]:
 
 
 def _plan(graph: DependencyGraph, regions: Sequence[Region], executed: Iterable[int]) -> Plan:
-    """Assemble the plan: regions, order of setup, constant data nodes, and data nodes that setup needs."""
+    """Return the plan with the given regions, and compute the order of setup and the data nodes that setup needs.
+
+    Args:
+        graph: graph with its dependencies.
+        regions: regions with their calls.
+        executed: all nodes that can run, except data nodes, in the order of execution.
+    """
     order: dict[int, None] = {}
     for index in executed:
         needs = graph.upstream(index)
@@ -115,6 +125,9 @@ def _plan(graph: DependencyGraph, regions: Sequence[Region], executed: Iterable[
 
 
 def _read_off(graph: DependencyGraph, readers: Iterable[int]) -> list[int]:
-    """Return data nodes from whose unwired inputs a wire to a reader begins; such a wire does not need the node computed."""
+    """Return the data nodes at whose unwired inputs the wires of some readers begin.
+
+    A wire that begins at an input carries its value without a computation of the node.
+    """
     wires = [wire for reader in readers for wire in graph.data_in.get(reader, [])]
     return [wire.source for wire in wires if graph.reads_input(wire) and wire.source in graph.data_rank]

@@ -1,4 +1,4 @@
-"""Dependencies of data nodes, which decide when a data node must be computed again."""
+"""Finds the nodes and resources on which each data node depends; they determine when it must be computed again."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ class DependencyGraph(WiredGraph):
     """A wired graph with the dependencies of its data nodes.
 
     Attributes:
-        flagged: data nodes with a run-time flag that says whether they are stale; grows while calls are written.
-        gates: for each node that runs in every pass, or that only `every:` gates keep from doing so: these gates.
+        flagged: data nodes for which a flag at run time says whether they are stale; the set grows while calls are written.
+        gates: as in `Plan.gates`.
     """
 
     def __init__(self, graph: Graph, findings: Findings) -> None:
@@ -27,11 +27,11 @@ class DependencyGraph(WiredGraph):
 
     def _find_dependencies(self) -> None:
         self.shows: dict[int, set[int]] = {}
-        """For each data node: the executed nodes whose outputs reach it over data wires."""
+        """For each data node: the nodes of other kinds whose outputs reach it over wires, also through other data nodes."""
         self.depends: dict[int, set[int]] = {}
-        """For each data node: those in `shows`, and the executed nodes that write resources which it reads."""
+        """For each data node: the nodes in `shows`, and the nodes that write a resource on which its value depends."""
         self.dependents: dict[int, list[int]] = {}
-        """For each executed node: the data nodes that depend on it."""
+        """For each node that is not a data node: the data nodes that depend on it."""
         self.volatile: set[int] = set()
         writers: dict[str, set[int]] = {}
         for instance in self.graph.instances:
@@ -55,11 +55,11 @@ class DependencyGraph(WiredGraph):
         self.constant = {d for d in self.data_rank if not self.depends[d] and d not in self.volatile}
 
     def _sources_of_value(self, index: int) -> Iterator[int]:
-        """Yield the nodes whose outputs a node reads."""
+        """Yield the nodes whose outputs are wired to inputs of a node."""
         return (wire.source for wire in self.data_in.get(index, []) if not self.reads_input(wire))
 
     def upstream(self, index: int) -> list[int]:
-        """Return the data nodes that a node depends on, directly or indirectly, in the order of their execution."""
+        """Return the data nodes on which a node depends, directly or through data nodes, each after those that it reads."""
         if index not in self._upstream:
             self._upstream[index] = self._find_upstream(index)
         return self._upstream[index]
@@ -75,15 +75,20 @@ class DependencyGraph(WiredGraph):
         return sorted(found, key=lambda data: self.data_rank[data])
 
     def data_needs(self, index: int) -> list[int]:
-        """Return the data nodes of `upstream` that are not constant."""
+        """Return the data nodes on which a node depends, as in `upstream`, without constant ones."""
         return [data for data in self.upstream(index) if data not in self.constant]
 
     def marks(self, index: int) -> tuple[int, ...]:
-        """Return the data nodes that become stale when a node is computed; only those with a run-time flag."""
+        """Return the data nodes in `flagged` that become stale when a node is computed."""
         return tuple(data for data in self.dependents.get(index, ()) if data in self.flagged)
 
     def copies(self, index: int, *, constant: bool | None = False) -> tuple[Copy, ...]:
-        """Return the copies of values into a node: of constants if `constant`, of all other values if not, of both if None."""
+        """Return the copies of values along the wires into a node.
+
+        Args:
+            index: index of the node.
+            constant: True: only values that cannot change while the graph runs; False: only the other values; None: all values.
+        """
         copies = []
         for wire in self.data_in.get(index, []):
             fixed = self.reads_input(wire) or wire.source in self.constant
@@ -93,7 +98,14 @@ class DependencyGraph(WiredGraph):
         return tuple(copies)
 
     def report_previous(self, wire: Wire, source: int, why: str, remedy: str) -> None:
-        """Warn that a wire carries the value of the previous pass; `source` is the node that computes the value."""
+        """Add a warning that a wire carries a value of the previous pass.
+
+        Args:
+            wire: the wire.
+            source: index of the node that computes the value.
+            why: reason why the value is old; a clause that follows "because".
+            remedy: what to do if this is not intended; a clause that follows "otherwise".
+        """
         message = f"{wire.entry.target} reads the value that {self.node(source).id} had before this pass, because {why}"
         either = f"if this is intended, ignore the warning; otherwise {remedy}"
         self.findings.add("W104", message, wire.span, either, related=wire.entry.via)

@@ -1,4 +1,4 @@
-"""A lint for nodes that read and write the same resource in one pass although no wire determines their order."""
+"""Warns of nodes that read and write the same resource, such as a variable, in an order that no wire determines."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from graphengine.compiler.planning.regions import RegionGraph
 
 
 def lint_reads_and_writes(regions: RegionGraph) -> None:
-    """Warn of a node that reads a resource and a node that writes it, if no wire or port order determines their order."""
+    """Add a warning for each reader and writer of the same resource if neither wires nor ports determine which runs first."""
     running = set[int]().union(*regions.members)
     writers: dict[str, list[int]] = {}
     for index in sorted(running):
@@ -30,7 +30,7 @@ def lint_reads_and_writes(regions: RegionGraph) -> None:
 
 
 def _in_stated_order(regions: RegionGraph, one: int, other: int) -> bool:
-    """Return whether execution wires, or the order of the ports of a loop or sequence, determine which node runs first."""
+    """Return whether execution wires, or the ports of a loop or sequence, determine which of two nodes runs first."""
     if regions.execution.has_path(one, other) or regions.execution.has_path(other, one):
         return True
     pairs = (pair for ports in regions.port_covers.values() for pair in itertools.permutations(ports, 2))
@@ -38,5 +38,5 @@ def _in_stated_order(regions: RegionGraph, one: int, other: int) -> bool:
 
 
 def _consumers(regions: RegionGraph, data: int) -> list[int]:
-    """Return the event, action, pusher and latent nodes that read a data node, directly or through other data nodes."""
+    """Return the nodes of other kinds that read a data node, directly or through other data nodes."""
     return [i for i, kind in enumerate(regions.kinds) if kind != "data" and data in regions.data_needs(i)]

@@ -1,8 +1,8 @@
-"""The plan of a push graph: every node runs in every pass; wires carry values and decide the order.
+"""Plans a push graph, in which every node runs in every pass; data and execution wires determine only the order.
 
-The outputs that nodes fire have no effect, and wires from latent nodes do not decide the order. Execution inputs count as fired,
-except control pins (toggle, reset, break), which would act in every pass. A pusher runs through all its yields, a latent node
-starts again in every pass.
+Execution outputs have no effect, and wires from latent nodes do not determine the order. Execution inputs count as fired in
+every pass, except control inputs (such as toggle, reset and break). A loop or sequence runs through all its yields, and a latent
+node starts again in every pass.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ class PushGraph(DependencyGraph):
     """A graph in which every node runs in every pass.
 
     Attributes:
-        order: all nodes, each after the nodes that it reads and the nodes that would fire it.
+        order: all nodes in the order of execution, each after the nodes whose outputs are wired to it.
     """
 
     def __init__(self, graph: Graph, findings: Findings) -> None:
@@ -28,7 +28,7 @@ class PushGraph(DependencyGraph):
             self._order_nodes()
 
     def _order_nodes(self) -> None:
-        """Set `order`. A wire that would close a cycle carries the value of the previous pass, with a warning."""
+        """Set `order`; a wire that would close a cycle carries the value of the previous pass, and causes a warning."""
         wires = [wire for into in self.data_in.values() for wire in into if not self.reads_input(wire)]
         pure = self.data_rank.keys()
         plain = [(wire.source, wire.target) for wire in wires if {wire.source, wire.target} <= pure]
@@ -43,7 +43,7 @@ class PushGraph(DependencyGraph):
         self.gates = dict.fromkeys(self.order, ())
 
     def region(self) -> Region:
-        """Return the only region, with a call of each node that is not constant."""
+        """Return the only region of the graph, which calls each node that is not constant."""
         changing = [index for index in self.order if index not in self.constant]
         return Region(0, "pass", (), (), tuple(map(self._call, changing)))
 

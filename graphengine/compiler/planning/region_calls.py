@@ -1,4 +1,4 @@
-"""Writes the calls of a region: each node's guard, the nodes that it fires, and the data nodes to refresh before it."""
+"""Writes the calls of a region: when each node runs, what its outputs fire, and which data nodes are computed before it."""
 
 from __future__ import annotations
 
@@ -10,18 +10,21 @@ from graphengine.compiler.planning.regions import RegionGraph
 
 
 class RegionWriter:
-    """Writes the calls of a region, and tracks which data nodes are up to date."""
+    """Writes the calls of a region, and tracks at each call which data nodes are up to date."""
 
     def __init__(self, graph: RegionGraph, region: int) -> None:
         self.graph = graph
         self.region = region
         self.inside = set(graph.members[region])
         self.entered = {wire.order for wire in graph.entries[region]}
-        """Orders of the wires that always start the region."""
+        """`order` of each wire that starts the region."""
         self.flags: dict[str, None] = {}
         self.guards: dict[int, str] = {}
         self.state: dict[int, str] = {}
-        """State of each data node: `stale`, `clean`, `maybe`, or `clean under <guard>`."""
+        """State of each data node: `stale`, `clean`, `maybe` (only known at run time), or `clean under <guard>`.
+
+        `clean under <guard>` means: up to date if the flag <guard> is set.
+        """
 
     def write(self) -> Region:
         """Return the region with all its calls."""
@@ -39,7 +42,7 @@ class RegionWriter:
         return Region(self.region, title, tuple(self.flags), entries, calls, stale, pending, ending)
 
     def _in_wires(self, index: int) -> list[Wire]:
-        """Return the execution wires that can start a node in this region."""
+        """Return the execution wires that can fire a node in this region."""
         graph, root = self.graph, self.region == 0
         return [
             w
@@ -58,12 +61,12 @@ class RegionWriter:
         return self._flag(f"f{index}")
 
     def _flag(self, name: str) -> str:
-        """Add a local integer variable to the generated function, starting at 0; return its name."""
+        """Add the name of a local variable that starts at 0 to the generated function; return the name."""
         self.flags[name] = None
         return name
 
     def _tells_pins(self, index: int) -> bool:
-        """Return whether the number of firings of a node's execution inputs can vary between runs of the region."""
+        """Return whether the execution inputs of a node can fire a different number of times in each run of the region."""
         wires = self.graph.exec_in.get(index, [])
         return self.graph.fired_often(index) or any(wire.order in self.graph.pending_control for wire in wires)
 
@@ -76,7 +79,7 @@ class RegionWriter:
         return tuple(Pin(p, self._flag(f"x{index}_{p}") if p in fired else "", p in waiting) for p in pins)
 
     def _fires(self, wires: Iterable[Wire]) -> Iterator[FireEffect]:
-        """Yield the effect of each wire when it fires; skip a wire whose target always runs and has no counter."""
+        """Yield the effect of each wire when it fires; wires without an effect are skipped, since their target runs anyway."""
         set_already = {""}
         for wire in sorted(wires, key=lambda w: w.order):
             target = wire.target
@@ -94,7 +97,11 @@ class RegionWriter:
                 yield FireEffect(target, guard, counter)
 
     def _branches(self, index: int) -> tuple[ExecBranch, ...]:
-        """Return one branch per execution output. Ports of a pusher start a region, and fire only pending pins themselves."""
+        """Return one branch per execution output of a node.
+
+        A port of a pusher starts a region, whose entries have the effects of its wires; only its wires to pending pins are
+        in the branch.
+        """
         graph = self.graph
         branches = []
         for port in graph.exec_ports(index, "outputs"):
@@ -129,7 +136,7 @@ class RegionWriter:
         )
 
     def _refresh(self, data: int, consumer: int) -> list[Refresh]:
-        """Return the refresh of a data node that a consumer needs; an empty list if the data node is up to date."""
+        """Return the computation of a data node before `consumer`, which reads it; an empty list if it is up to date."""
         graph, state, guard = self.graph, self.state[data], self.guards[consumer]
         repeated = consumer in graph.counting and consumer in graph.depends[data]
         if not repeated and (state == "clean" or (guard and state == f"clean under {guard}")):
@@ -141,7 +148,7 @@ class RegionWriter:
         return [Refresh(data, graph.copies(data), not sure, data in graph.flagged, repeated)]
 
     def _invalidate(self, index: int, guard: str) -> None:
-        """Mark the data nodes that depend on a node as stale, or as possibly stale, after the node has run."""
+        """Mark the data nodes that depend on a node as stale, or as possibly stale (`maybe`), after the call of the node."""
         graph = self.graph
         pusher = graph.kinds[index] == "pusher"
         for data in graph.dependents.get(index, ()):

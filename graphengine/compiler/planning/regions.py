@@ -1,7 +1,8 @@
-"""Divides a graph into regions: nodes that execution reaches without crossing a port of a pusher (a loop or sequence).
+"""Divides a graph into regions and orders their nodes; a region ends at the ports of pushers (loops and sequences).
 
-Within a region, nodes are ordered topologically over execution and data wires; a pusher and all nodes below it are one unit.
-Ties are broken by the line of the first incoming execution wire, then by the node's position in the file.
+Within a region, nodes are ordered topologically over execution and data wires; a pusher and all nodes below its ports are one
+unit. Of nodes whose order the wires do not determine, the one whose first incoming execution wire is earlier in the file runs
+first, then the one that is itself earlier in the file.
 """
 
 from __future__ import annotations
@@ -18,31 +19,31 @@ from graphengine.node.node_class import ENDINGS, Ending
 from graphengine.node.port import Port
 
 MAX_PUSHERS = 500
-"""Maximum nesting of pushers: the functions of their regions call each other, and Python allows about 1000 nested calls."""
+"""Maximum nesting of loops and sequences: their generated functions call each other, and Python limits nested calls to 1000."""
 
 
 @dataclass(frozen=True, slots=True)
 class DataRead:
-    """A data dependency of a node on a non-data node, over one wire and possibly through data nodes."""
+    """The dependency of a node's inputs on the node `source`, directly or through data nodes; `source` is not a data node."""
 
     source: int
     wire: Wire
-    """The last wire of the path, into the reader."""
+    """Wire by which the value enters the node."""
     shown: bool
-    """Whether an output of the source is read, not only a resource that the source writes."""
+    """True if the value comes from an output of the source, false if only from a resource that the source writes."""
 
 
 class RegionGraph(DependencyGraph):
-    """A graph divided into regions.
+    """A graph divided into regions; region 0 starts from the events of a pass.
 
     Attributes:
         members: nodes of each region, in the order in which they run.
         entries: wires that start each region; if several ports start the same region, the wires of the first port.
-        titles: title of each region, for users.
-        endings: regions that start between ticks, with the method of the events that start them.
-        pin_region: region that a pusher's port starts, by node index and port; -1 if the port fires no nodes.
-        covers: for each pusher, all nodes in the regions below it.
-        port_covers: for each pusher, the nodes below each of its ports, in the order of the ports.
+        titles: title of each region, as `graphrun show` prints it.
+        endings: method that the events run, for each region that starts when play stops or the graph closes.
+        pin_region: region that a port of a pusher starts, by node index and field of the port; -1 if the port fires no nodes.
+        covers: for each pusher, all nodes that execution reaches from its ports.
+        port_covers: for each pusher, the nodes that execution reaches from each of its ports, in the order of the ports.
     """
 
     def __init__(self, graph: Graph, findings: Findings) -> None:
@@ -61,7 +62,7 @@ class RegionGraph(DependencyGraph):
             self._find_gates()
 
     def _check_depth(self) -> bool:
-        """Return whether pushers are nested no deeper than MAX_PUSHERS; otherwise add a finding."""
+        """Return whether loops and sequences are nested at most MAX_PUSHERS deep; if not, add a finding."""
         depth = dict[int, int]()
         for index in self.execution.sort():
             depth[index] = depth.get(index, 0) + (self.kinds[index] == "pusher")
@@ -70,7 +71,13 @@ class RegionGraph(DependencyGraph):
             if depth[index] > MAX_PUSHERS:
                 node = self.node(index)
                 what = f"{node.id} lies below more than {MAX_PUSHERS} nested loops and sequences"
-                self.findings.add("G105", what, node.span, "wire them one after the other", related=node.entry.via)
+                self.findings.add(
+                    "G105",
+                    what,
+                    node.span,
+                    "wire loops and sequences one after the other instead of nesting them",
+                    related=node.entry.via,
+                )
                 return False
         return True
 
@@ -106,7 +113,10 @@ class RegionGraph(DependencyGraph):
         return len(self.members) - 1
 
     def _region_below(self, pusher: int, port: Port, known: dict[tuple[tuple[int, str], ...], int]) -> int:
-        """Return the region that a pusher's port starts, -1 for none. Ports that fire the same pins share a region."""
+        """Return the index of the region that a port of a pusher starts, and add the region if it is new.
+
+        The index is -1 if the port fires no nodes. Ports that fire the same pins share a region; `known` has the regions by pins.
+        """
         wires = [w for w in self.exec_out.get(pusher, []) if w.source_field == port.field and self.forward(w)]
         title = f"{self.node(pusher).id}.{port.name}"
         pins = tuple(sorted((wire.target, wire.target_field) for wire in wires))
@@ -131,12 +141,12 @@ class RegionGraph(DependencyGraph):
         return list(found)
 
     def _followed(self, index: int) -> list[Wire]:
-        """Return the execution wires from a node that stay in the node's region."""
+        """Return the execution wires from a node whose targets are in the same region; none for pushers and latent nodes."""
         wires = self.exec_out.get(index, []) if self.kinds[index] not in ("pusher", "latent") else []
         return [wire for wire in wires if self.forward(wire)]
 
     def readings(self, reader: int) -> Iterator[DataRead]:
-        """Yield the data dependencies of a node on nodes that are not data nodes."""
+        """Yield the data dependencies of the node `reader` on nodes that are not data nodes."""
         for wire in self.data_in.get(reader, []):
             if self.reads_input(wire):
                 continue
@@ -174,7 +184,7 @@ class RegionGraph(DependencyGraph):
         return [set[int]().union(*(below[w.target] for w in wires if w.source_field == field)) for field in outputs]
 
     def _lint_later_ports(self, pusher: int) -> None:
-        """Warn of nodes below one port of a pusher that read values computed only below a later port."""
+        """Add a warning for each node below a port of a pusher that reads a value computed only below a later port."""
         reached = self.port_covers[pusher]
         before: set[int] = set()
         for position, nodes in enumerate(reached):
@@ -191,7 +201,14 @@ class RegionGraph(DependencyGraph):
         return all(any(index == unit or index in self.covers.get(unit, ()) for unit in units) for units in earlier)
 
     def _add_data_edges(self, order: Digraph, owners: dict[int, list[int]]) -> None:
-        """Order readers after the nodes that they read; a wire that would close a cycle carries the previous value."""
+        """Add edges to `order` so that nodes run after the nodes whose values they read.
+
+        An edge that would close a cycle is left out: its wire carries the value of the previous pass, and causes a warning.
+
+        Args:
+            order: graph of the nodes of a region.
+            owners: for each node in or below the region, the nodes of the region that run it.
+        """
         edges: list[tuple[int, int, DataRead]] = []
         for reader, units in owners.items():
             for reading in self.readings(reader):
@@ -211,7 +228,7 @@ class RegionGraph(DependencyGraph):
         self.report_previous(reading.wire, reading.source, why, "change the order of execution")
 
     def _find_gates(self) -> None:
-        """Find the nodes of the root region that run in every pass, or that only `every:` gates keep from doing so."""
+        """Set `gates`: find the nodes of the pass's region that run in every pass, or for which only `every` gates decide."""
         for index in self.members[0]:
             wires = [wire for wire in self.exec_in.get(index, []) if self.forward(wire)]
             if index in self.events or any(self._fired_behind(wire) == () for wire in wires):
@@ -220,7 +237,7 @@ class RegionGraph(DependencyGraph):
                 self.gates[index] = behind
 
     def _fired_behind(self, wire: Wire) -> tuple[int, ...] | None:
-        """Return the `every:` gates that alone decide whether a wire fires in a pass; None if other nodes decide too."""
+        """Return the `every` gates that alone decide whether a wire fires in a pass; None if other nodes decide too."""
         behind = self.gates.get(wire.source)
         if behind is not None and issubclass(self.node(wire.source).cls, EveryGate):
             return None if self.fired_often(wire.source) else (*behind, wire.source)

@@ -1,4 +1,4 @@
-"""Indexes the wires of a resolved graph, and rejects execution cycles."""
+"""Indexes the wires of a resolved graph by node, and reports cycles of data nodes and of execution wires."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ class WiredGraph:
     """A graph with its wires indexed by node.
 
     Attributes:
-        graph: instances and wires.
-        findings: findings to add errors to.
-        kinds: kind of each node.
-        acyclic: whether the graph has no cycles and can be planned.
+        graph: the resolved graph.
+        findings: receives errors and warnings.
+        kinds: kind of each node, such as `data` or `event`, by index.
+        acyclic: whether the graph can be planned: it has no illegal cycle.
     """
 
     def __init__(self, graph: Graph, findings: Findings) -> None:
@@ -25,24 +25,27 @@ class WiredGraph:
         self.findings = findings
         self.kinds = [instance.cls.kind() for instance in graph.instances]
         self.data_in: dict[int, list[Wire]] = {}
-        """Wires into each node. A wire from a wired input is replaced by one from the source of that input's value."""
+        """Data wires into each node, by index of the node.
+
+        A wire that begins at a wired input is replaced by a wire from the port where the value of that input comes from.
+        """
         self.exec_out: dict[int, list[Wire]] = {}
         self.exec_in: dict[int, list[Wire]] = {}
         self.execution = Digraph(range(len(self.kinds)))
-        """Edges from each node to the nodes that it fires in the same pass."""
+        """Graph with an edge from each node to each node that it can fire in the same pass."""
         self.pending_control: set[int] = set()
-        """Orders of control wires that close a cycle."""
+        """`order` of each wire into a control input that closes a cycle; its firing acts in the next activation of the target."""
         self.data_rank: dict[int, int] = {}
-        """Rank of each data node; a data node has a higher rank than those it reads."""
+        """Rank of each data node, by index: higher than the ranks of all data nodes that it reads."""
         self.counting: set[int] = set()
-        """Nodes that count activations, and may be activated several times in one run of a region."""
+        """Nodes whose class counts activations (`counts`) and that can be fired several times in one run of a region."""
         self._index_wires()
         self.acyclic = all([self._check_data_cycles(), self._check_exec_cycles()])  # a list: both checks run
         if self.acyclic:
             self._find_counting()
 
     def node(self, index: int) -> Instance:
-        """Return a node by its index."""
+        """Return the instance with an index."""
         return self.graph.instances[index]
 
     def _index_wires(self) -> None:
@@ -62,7 +65,7 @@ class WiredGraph:
             self.exec_in.setdefault(wire.target, []).append(wire)
 
     def reads_input(self, wire: Wire) -> bool:
-        """Return whether a wire begins at an input. In `data_in`, such an input is constant."""
+        """Return whether a wire begins at an input instead of an output. If the wire is in `data_in`, this input is unwired."""
         return self.graph.source(wire)[1].side == "inputs"
 
     def _check_data_cycles(self) -> bool:
@@ -70,20 +73,23 @@ class WiredGraph:
         into = (wire for index in pure for wire in self.data_in.get(index, []))
         wires = [wire for wire in into if self.kinds[wire.source] == "data" and not self.reads_input(wire)]
         graph = Digraph(pure, [(wire.source, wire.target) for wire in wires])
-        if self._report_cycles("G209", "data nodes wait for each other", graph, wires):
+        if self._report_cycles("G209", "data nodes form a cycle", graph, wires):
             return False
         self.data_rank = _ranks(graph)
         return True
 
     def _check_exec_cycles(self) -> bool:
-        """Return whether execution has no illegal cycle. A control wire may close one; it then acts in the next activation."""
+        """Return whether the execution wires form no illegal cycle, and report each illegal one.
+
+        A wire into a control input may close a cycle; its firing then acts in the next activation of the target.
+        """
         graph = self.execution
         wires, control = list[Wire](), list[Wire]()
         for wire in (wire for wire in self.graph.exec_wires if self.kinds[wire.source] != "latent"):
             (control if self.graph.target(wire)[1].control else wires).append(wire)
         for wire in wires:
             graph.add_edge(wire.source, wire.target)
-        if self._report_cycles("G210", "execution runs in a circle", graph, wires):
+        if self._report_cycles("G210", "execution wires form a cycle", graph, wires):
             return False
         rank = _ranks(graph)
         for wire in control:
@@ -97,7 +103,14 @@ class WiredGraph:
         return True
 
     def _report_cycles(self, code: str, what: str, graph: Digraph, wires: list[Wire]) -> bool:
-        """Report one cycle in each strongly connected component; return whether there is any."""
+        """Add an error for one cycle in each strongly connected component; return whether there is a cycle.
+
+        Args:
+            code: code of the findings.
+            what: message that precedes the list of nodes.
+            graph: graph in which cycles are searched.
+            wires: wires that form the edges of the graph.
+        """
         between = {(wire.source, wire.target): wire for wire in reversed(wires)}
         found = False
         for component in sorted(graph.components(), key=min):
@@ -109,12 +122,19 @@ class WiredGraph:
 
     def _report_cycle(self, code: str, what: str, loop: list[Wire]) -> None:
         path = " -> ".join([self.node(wire.source).id for wire in loop] + [self.node(loop[0].source).id])
-        by = "a node that has an execution input" if code == "G209" else "a Delay, or a control pin"
+        by = (
+            "a node that has an execution input"
+            if code == "G209"
+            else "a Delay node, or a control input such as `reset`"
+        )
         related = [*((wire.span, str(wire)) for wire in loop), *loop[0].entry.via]
-        self.findings.add(code, f"{what}: {path}", loop[0].span, f"break it with {by}", related=related)
+        self.findings.add(code, f"{what}: {path}", loop[0].span, f"break the cycle with {by}", related=related)
 
     def forward(self, wire: Wire) -> bool:
-        """Return whether an execution wire fires its target in the same pass; wires from latent nodes fire in a later one."""
+        """Return whether an execution wire fires its target in the same run of its region.
+
+        Wires from latent nodes fire in a later pass, and control wires that close a cycle act in the next activation.
+        """
         return wire.order not in self.pending_control and self.kinds[wire.source] != "latent"
 
     def _find_counting(self) -> None:
@@ -123,15 +143,15 @@ class WiredGraph:
                 self.counting.add(index)
 
     def fired_often(self, index: int) -> bool:
-        """Return whether a node may be fired more than once in one run of a region."""
+        """Return whether a node can be fired more than once in one run of a region."""
         wires = self.exec_in.get(index, [])
         return len(wires) > 1 or any(wire.source in self.counting for wire in wires)
 
     def exec_ports(self, index: int, side: Side) -> list[Port]:
-        """Return a node's execution ports on one side."""
+        """Return the execution ports of a node on one side, `inputs` or `outputs`."""
         return [port for port in self.node(index).cls.fields.values() if port.is_exec and port.side == side]
 
 
 def _ranks(graph: Digraph) -> dict[int, int]:
-    """Return the position of each node in a topological order."""
+    """Return the position of each node of an acyclic graph in a topological order."""
     return {index: rank for rank, index in enumerate(graph.sort())}

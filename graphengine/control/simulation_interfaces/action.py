@@ -1,6 +1,6 @@
-"""The action SimulateSteps: runs single ticks with feedback after each; goals can be cancelled.
+"""The server of the action SimulateSteps, which runs a number of ticks and sends feedback after each tick.
 
-Only one goal is active at a time.
+Goals can be cancelled. Only one goal is active at a time; further goals are rejected.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ TYPE = "simulation_interfaces/action/SimulateSteps"
 
 
 class _Goal(TrackedGoal):
-    """A goal with the number of steps to run and the number already run."""
+    """A goal with the number of ticks to run (`steps`) and the number of ticks already run (`done`)."""
 
     def __init__(self, identity: bytes, steps: int) -> None:
         super().__init__(identity)
@@ -37,9 +37,9 @@ class SimulateSteps:
 
     Args:
         queue: command queue of the session.
-        transport: transport that carries the action.
-        offers: services to which those of the action are added.
-        name: absolute name.
+        transport: transport on which the action is created.
+        offers: service host to which the services of the action are added.
+        name: full name of the action.
 
     Raises:
         MessageTypeError: the transport does not know the action's types.
@@ -59,7 +59,7 @@ class SimulateSteps:
         offers.add(*parts["get_result"], self._result)
 
     def close(self) -> None:
-        """Close the topics of the action; active goals do not continue."""
+        """Destroy the publishers of the action; active goals do not continue. The service host destroys the services."""
         self._closed = True
         self._feedback.close()
         self._status.close()
@@ -86,7 +86,7 @@ class SimulateSteps:
         stepping.add_done_callback(lambda future: self._stepped(goal, future))
 
     def _stepped(self, goal: _Goal, future: Future[Any]) -> None:
-        """Continue or end a goal after a tick ran or failed; called in the session's thread."""
+        """Continue or end a goal after a tick ran or failed. This is called in the session's thread."""
         if self._closed:
             return
         error = future.exception()
@@ -120,7 +120,7 @@ class SimulateSteps:
             ended.set_result(None)
 
     def _result(self, request: Any, response: Any) -> Future[None]:
-        """Answer with the result of a goal when it has ended; unknown goals have the status 0."""
+        """Fill in the result of a goal, and return a future that is done when the goal has ended; unknown goals get status 0."""
         ended = Future[None]()
         with self._lock:
             goal = self._goals.find(bytes(request.goal_id.uuid))

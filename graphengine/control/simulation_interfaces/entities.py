@@ -1,4 +1,4 @@
-"""Handlers for the entity services: find entities, get and set their states and infos, delete them."""
+"""Handles requests of the entity services: find entities, get and set their states and infos, and delete entities."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def get_entity_state(session: SessionCore, request: Any, response: Any) -> None:
 
 
 def set_entity_state(session: SessionCore, request: Any, response: Any) -> None:
-    """Answer SetEntityState, with a warning if the entity overlaps others at its new pose. Accelerations are ignored."""
+    """Answer SetEntityState: move an entity; warn in the response if the entity overlaps others. Accelerations are ignored."""
     entity, state = _entity(session, request.entity), request.state
     if state.header.frame_id not in ("", WORLD):
         raise RefusedError(FAILED, f"a state must be in the frame {WORLD!r}, not {state.header.frame_id!r}")
@@ -71,12 +71,12 @@ def delete_entity(session: SessionCore, request: Any, response: Any) -> None:
 
 
 def get_entity_info(session: SessionCore, request: Any, response: Any) -> None:
-    """Answer GetEntityInfo with the info that a client has set, else with the category only."""
+    """Answer GetEntityInfo with the info that a client has set; if none was set, with an info that has only a category."""
     response.info = _info(session, _entity(session, request.entity))
 
 
 def set_entity_info(session: SessionCore, request: Any, response: Any) -> None:
-    """Answer SetEntityInfo; the info is kept as long as the entity exists."""
+    """Answer SetEntityInfo: store the info as long as the entity exists."""
     if request.info.category.category not in _KNOWN_CATEGORIES:
         legal = ", ".join(map(str, _KNOWN_CATEGORIES))
         raise RefusedError(FAILED, f"unknown category {request.info.category.category}; legal: {legal}")
@@ -85,7 +85,7 @@ def set_entity_info(session: SessionCore, request: Any, response: Any) -> None:
 
 
 def get_entity_bounds(session: SessionCore, request: Any, response: Any) -> None:
-    """Answer GetEntityBounds: a box in the entity's frame; none if the entity has no finite geometry."""
+    """Answer GetEntityBounds with a box in the entity's frame, or with empty bounds if the entity has no finite geometry."""
     box = session.services.world.entities.bounds(_entity(session, request.entity).name, own=True)
     if box is not None:
         response.bounds.type = filters.BOX
@@ -93,10 +93,15 @@ def get_entity_bounds(session: SessionCore, request: Any, response: Any) -> None
 
 
 def pose_in_world(session: SessionCore, stamped: Any, invalid: int) -> Pose:
-    """Transform a PoseStamped to the world frame; its frame is `world`, empty, or the name of an entity.
+    """Return the pose of a PoseStamped in the world frame.
+
+    Args:
+        session: session with the entities.
+        stamped: message; its frame is `world`, empty (which means `world`), or the name of an entity.
+        invalid: result code of the error.
 
     Raises:
-        RefusedError: the frame or the pose is invalid; the error has the code `invalid`.
+        RefusedError: the frame or the pose is invalid.
     """
     pose, frame = plain_pose(stamped.pose, invalid), stamped.header.frame_id
     if frame in ("", WORLD):
@@ -109,10 +114,14 @@ def pose_in_world(session: SessionCore, stamped: Any, invalid: int) -> Pose:
 
 
 def plain_pose(pose: Any, invalid: int) -> Pose:
-    """Return position and orientation of a pose message.
+    """Return position and orientation of a Pose message.
+
+    Args:
+        pose: message.
+        invalid: result code of the error.
 
     Raises:
-        RefusedError: the pose is invalid; the error has the code `invalid`.
+        RefusedError: a coordinate is too large or not finite, or the quaternion does not have length 1.
     """
     position, turn = _vector(pose.position), pose.orientation
     orientation: Quaternion = (turn.x, turn.y, turn.z, turn.w)
@@ -124,7 +133,7 @@ def plain_pose(pose: Any, invalid: int) -> Pose:
 
 
 def _matching(session: SessionCore, wanted: Any) -> list[Entity]:
-    """Return the entities that match an EntityFilters message, in the world's order."""
+    """Return the entities that match an EntityFilters message, in their order in the world."""
     overlaps = filters.overlap(wanted.bounds)
     entities = {entity.name: entity for entity in session.services.world.entities.all()}
     found = [entities[name] for name in filters.name_filter(wanted.filter, list(entities))]
@@ -143,10 +152,10 @@ def _matching(session: SessionCore, wanted: Any) -> list[Entity]:
 
 
 def _entity(session: SessionCore, name: str) -> Entity:
-    """Return the entity with a name or prim path.
+    """Return the entity with this name or prim path.
 
     Raises:
-        UnknownEntityError: there is no such entity.
+        UnknownEntityError: no entity has the name or prim path.
     """
     for entity in session.services.world.entities.all():
         if name in (entity.name, entity.prim_path):
@@ -156,7 +165,7 @@ def _entity(session: SessionCore, name: str) -> Entity:
 
 
 def _info(session: SessionCore, entity: Entity) -> Any:
-    """Return the EntityInfo that a client has set, else one with the category only."""
+    """Return the EntityInfo that a client has set; if none was set, an EntityInfo that has only a category."""
     given = session.services.stage.find(entity.prim_path).facts.get("entity_info")
     if given is not None:
         return given
@@ -166,7 +175,7 @@ def _info(session: SessionCore, entity: Entity) -> Any:
 
 
 def _state(session: SessionCore, name: str) -> Any:
-    """Return the EntityState message of an entity."""
+    """Return an EntityState message with the current pose, velocity and acceleration of an entity in the world frame."""
     state: EntityState = session.services.world.entities.state(name)
     message = DEFINITIONS.initial("simulation_interfaces/msg/EntityState")
     message.header = messages.header(session.time, WORLD)

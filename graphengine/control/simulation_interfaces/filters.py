@@ -1,4 +1,4 @@
-"""Filters entities by name, category, tags and bounds."""
+"""Filters for entities by name, tags and bounds, as EntityFilters messages define them."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ from graphengine.devices.entity import Box
 
 MAX_PATTERN = 1000
 MAX_UNROLLED = 100_000
-"""Maximum length of a regular expression after its counted repetitions are expanded, as the library does, characters."""
+"""Maximum number of characters of a regular expression after expansion of repetitions such as `{3}`, which `regex` expands."""
 PATIENCE = 0.1
-"""Maximum time for matching all names, s; malicious expressions could take forever."""
+"""Maximum time for matching all names, s; some expressions would take practically forever."""
 EMPTY, BOX, CONVEX_HULL, SPHERE = range(4)
 _ALL = 1
-"""`TagsFilter.FILTER_MODE_ALL`."""
+"""Value of `TagsFilter.FILTER_MODE_ALL`."""
 
 
 def name_filter(pattern: str, names: Sequence[str]) -> list[str]:
@@ -45,13 +45,13 @@ def name_filter(pattern: str, names: Sequence[str]) -> list[str]:
 
 
 def _repetitions(pattern: str) -> int:
-    """Return an upper bound of the factor by which counted repetitions such as `{3}` expand a pattern."""
+    """Return an upper bound of the factor by which repetitions such as `{3}` lengthen a pattern when they are expanded."""
     counts = (re.findall(r"[0-9]+", braces) for braces in re.findall(r"\{[^{}]*\}", pattern))
     return math.prod(max(*map(int, found), 1) for found in counts if found)
 
 
 def has_tags(wanted: Any, tags: Sequence[str]) -> bool:
-    """Return whether tags match a TagsFilter."""
+    """Return whether the tags of an entity match a TagsFilter message; an empty filter matches all tags."""
     found = [tag in tags for tag in wanted.tags]
     return not found or (all(found) if wanted.filter_mode == _ALL else any(found))
 

@@ -1,4 +1,4 @@
-"""Resources of entities: files named by a URI, and robot descriptions as text."""
+"""Finds the resources from which entities can be spawned: files named by a URI, and robot descriptions given as text."""
 
 from __future__ import annotations
 
@@ -16,20 +16,25 @@ from graphengine.format.spec_reader import kind_of
 from graphengine.scene.loaded_scene import LoadedScene
 
 FORMATS = ("urdf", "xacro", "mjcf", "graphengine")
-"""Resource formats in SimulatorFeatures; `graphengine` stands for robot files."""
+"""Resource formats that SimulatorFeatures lists; `graphengine` is the format of robot files."""
 UNSUPPORTED_FORMAT, NO_RESOURCE = 103, 104
 _SUFFIXES = (".urdf", ".xacro", ".xml", ".yaml", ".yml")
 _NAMED = re.compile(r"<(?:robot\b[^>]*?\bname|mujoco\b[^>]*?\bmodel)\s*=\s*[\"']([^\"']*)[\"']")
 _LISTED = tuple(suffix for suffix in _SUFFIXES if suffix != ".xml")
-"""Suffixes of the files that `spawnables` lists, without MJCF files, which may contain worlds."""
+"""Suffixes of the files that `spawnables` lists. MJCF files are not listed, because they may contain worlds."""
 MAX_LISTED = 1000
 
 
 def use_of(scene: LoadedScene, uri: str, text: str) -> str:
-    """Return the value for `use` in a scene file that refers to a resource; `text` is used only without `uri`.
+    """Return a resource as the value of the key `use` in a scene file.
+
+    Args:
+        scene: scene in which an entity is spawned.
+        uri: path or `file://` URI of the resource; empty if `text` is given.
+        text: URDF or MJCF description; used only if `uri` is empty.
 
     Raises:
-        RefusedError: neither is given, the format is not supported, or no readable file has this name.
+        RefusedError: `uri` and `text` are empty, the format is not supported, or the file does not exist or may not be read.
     """
     if not uri:
         if not text.strip():
@@ -50,9 +55,9 @@ def use_of(scene: LoadedScene, uri: str, text: str) -> str:
 
 
 def name_of(use: str) -> str:
-    """Return an entity name made from a resource: the name in a description, or the name of a file without its suffixes.
+    """Return a name for an entity: the name in a robot description, or the file name of a resource without suffixes.
 
-    The name is empty if the description has none.
+    If a description contains no name, return an empty string.
     """
     if use.lstrip().startswith("<"):
         found = _NAMED.search(use[:10_000])
@@ -64,9 +69,10 @@ def name_of(use: str) -> str:
 
 
 def spawnables(scene: LoadedScene, sources: Sequence[str]) -> tuple[list[tuple[str, str]], list[str]]:
-    """Return URI and description of each spawnable resource, and the given sources that are not readable folders.
+    """Return a list with (URI, description) of each resource that can be spawned, and a list of unreadable sources.
 
-    Lists robot files and robot descriptions in the folder of the scene, its subfolder `robots`, `sources`, and the built-in ones.
+    The resources are the robot files and robot descriptions in the folder of the scene, in its subfolder `robots`, in the folders
+    `sources`, and in the package. The second list has the elements of `sources` that are not readable folders.
     """
     files, beside = _places(scene)
     folders = {Path(): beside, Path("robots"): beside / "robots"}
@@ -86,7 +92,7 @@ def spawnables(scene: LoadedScene, sources: Sequence[str]) -> tuple[list[tuple[s
 
 
 def _places(scene: LoadedScene) -> tuple[Files, Path]:
-    """Return the access to files that the scene may read, and the folder of the scene for relative names."""
+    """Return the Files object that says which files may be read, and the scene's folder, to which names are relative."""
     assert scene.world is not None
     scenery = scene.world.scenery
     return scenery.library.files, scenery.scene.folder

@@ -1,4 +1,4 @@
-"""Result codes for failed requests, from `simulation_interfaces/msg/Result` and from single services."""
+"""Maps errors to result codes, which `simulation_interfaces/msg/Result` and individual service types define."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ UNSUPPORTED, OK, NOT_FOUND, INCORRECT_STATE, FAILED = range(5)
 
 
 class RefusedError(UsageError):
-    """A request that is not executed; `code` is the result code of the response."""
+    """A request was rejected; `code` is the result code for the response."""
 
     def __init__(self, code: int, message: str) -> None:
         super().__init__(message)
@@ -26,6 +26,6 @@ def code_of(error: BaseException) -> int:
 
 
 def text_of(error: BaseException) -> str:
-    """Return the text of an exception for the client, after the name of its class unless this package raised it."""
+    """Return the text of an exception for the client; if it is not a GraphError, the text begins with the exception's class."""
     text = str(error) if isinstance(error, GraphError) else f"{type(error).__name__}: {error}"
     return text if len(text) <= MAX_TEXT else f"{text[:MAX_TEXT]}…"

@@ -1,4 +1,4 @@
-"""Offers the services of `simulation_interfaces` on a transport; the session executes the requests between ticks."""
+"""Creates the services of `simulation_interfaces` on a transport; the session executes the requests between two ticks."""
 
 from __future__ import annotations
 
@@ -24,12 +24,15 @@ from graphengine.scene.loaded_scene import LoadedScene
 PACKAGE = "simulation_interfaces"
 
 _LEFT_OUT = ("get_available_worlds", "load_world", "unload_world", "get_named_poses", "get_named_pose_bounds")
-"""Unsupported services, offered so that calls fail instead of waiting: a session has one world and no named poses."""
+"""Services that are not supported, because a session has one world and no named poses.
+
+They are created nevertheless, so that a call returns an error instead of waiting for a server.
+"""
 _SPAWNING = 0
 """SimulatorFeatures code for spawning entities."""
 
 Answer = Callable[[SessionCore, Any, Any], None]
-"""Fills in a response in the session's thread; an exception becomes the result code of the response."""
+"""A function that fills in a response in the session's thread. An exception determines the result code."""
 
 
 class SimulationInterfaces:
@@ -38,9 +41,9 @@ class SimulationInterfaces:
     Args:
         queue: command queue of the session.
         scene: scene of the session.
-        transport: transport that carries the services; services whose types it does not know are left out.
-        complain: receives one warning about the services left out, and one per service about malformed requests.
-        namespace: namespace of the services and the action; `/` for none.
+        transport: transport on which the services are created; services whose types it does not know are left out.
+        complain: function called with one warning about services that are left out, and one per service about malformed requests.
+        namespace: namespace of the services and the action; `/` is the root namespace.
     """
 
     def __init__(
@@ -55,7 +58,7 @@ class SimulationInterfaces:
         self._above = namespace.rstrip("/")
         self._offers = ServiceHost(transport, complain)
         self._features: list[int] = []
-        """SimulatorFeatures codes that the offered services provide."""
+        """SimulatorFeatures codes of the features that the created services provide."""
         missing: list[str] = []
         for name, (answer, features) in self._services(scene).items():
             try:
@@ -73,7 +76,7 @@ class SimulationInterfaces:
             complain(f"services left out because {PACKAGE} is not installed or older than 1.5: {', '.join(missing)}")
 
     def _services(self, scene: LoadedScene) -> Mapping[str, tuple[Answer, Sequence[int]]]:
-        """Return the handler of each service, and the SimulatorFeatures codes that it provides."""
+        """Return, by service name, the handler of the service and the SimulatorFeatures codes that the service provides."""
         services: dict[str, tuple[Answer, Sequence[int]]] = {
             "get_simulator_features": (self._get_features, ()),
             "get_simulation_state": (states.get_state, (24,)),
@@ -114,13 +117,13 @@ class SimulationInterfaces:
         self._offers.add(f"{self._above}/{name}", kind, handle, _finish)
 
     def close(self) -> None:
-        """Close all services; safe to call twice."""
+        """Destroy all services and the action. Safe to call twice."""
         for part in self._parts:
             part.close()
 
 
 def _refuse(session: SessionCore, request: Any, response: Any) -> None:
-    """Refuse any request with the result code for unsupported features."""
+    """Reject any request with the result code for unsupported features."""
     raise RefusedError(UNSUPPORTED, "not supported by this simulator, or by a session without a scene")
 
 

@@ -1,4 +1,4 @@
-"""Handlers for spawning entities, and for information about the world."""
+"""Handles requests to spawn entities and to describe the world."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ MAX_AT_ONCE = 1000
 
 
 class Spawning:
-    """Answers requests about the scene of a session: its world, and entities to spawn."""
+    """Handlers of the services that need the scene: spawning entities, and describing resources and the world."""
 
     def __init__(self, scene: LoadedScene) -> None:
         self._scene = scene
@@ -37,7 +37,7 @@ class Spawning:
         response.entity_name, response.result.error_message = name, warning
 
     def spawn_entities(self, session: SessionCore, request: Any, response: Any) -> None:
-        """Answer SpawnEntities: spawn the entities one by one; one that fails does not affect the others."""
+        """Answer SpawnEntities: spawn the entities one by one; an entity that fails does not affect the others."""
         if len(request.spawn_requests) > MAX_AT_ONCE:
             raise RefusedError(_SOME_FAILED, f"more than {MAX_AT_ONCE} entities in one request")
         failed = 0
@@ -77,7 +77,7 @@ class Spawning:
         response.world.world_resource.uri = spec.world
 
     def _spawn(self, session: SessionCore, request: Any, uri: str, text: str) -> tuple[str, str]:
-        """Spawn an entity; return its name, and a warning if it overlaps others."""
+        """Spawn an entity; return its name and a warning text, which is empty if the entity overlaps no other entity."""
         use = use_of(self._scene, uri, text)
         name = _free_name(session, request.name or name_of(use), allow_renaming=request.allow_renaming)
         position, orientation = pose_in_world(session, request.initial_pose, _INVALID_POSE)
@@ -96,9 +96,13 @@ class Spawning:
 
 
 def _free_name(session: SessionCore, wanted: str, *, allow_renaming: bool) -> str:
-    """Return the wanted name if it is unused; otherwise append a number if renaming is allowed, or raise RefusedError."""
+    """Return the wanted name, with a number appended if the name is in use and renaming is allowed.
+
+    Raises:
+        RefusedError: the name is invalid, missing or in use.
+    """
     if not wanted and not allow_renaming:
-        raise RefusedError(_NAME_INVALID, "give a name, because the resource has none, or allow renaming")
+        raise RefusedError(_NAME_INVALID, "the resource contains no name: give a name, or allow renaming")
     name = wanted or "entity"
     if _NAME.fullmatch(name) is None:
         legal = "use letters, digits and '_', but no leading digit"
@@ -108,12 +112,12 @@ def _free_name(session: SessionCore, wanted: str, *, allow_renaming: bool) -> st
     if name not in taken:
         return name
     if not allow_renaming:
-        raise RefusedError(_NAME_NOT_UNIQUE, f"{name!r} is taken")
+        raise RefusedError(_NAME_NOT_UNIQUE, f"the name {name!r} is taken")
     return next(free for number in itertools.count(1) if (free := f"{name[:190]}_{number}") not in taken)
 
 
 def _namespace(wanted: str) -> str | None:
-    """Check the namespace for a robot; return None for an empty one, so that the robot file's namespace is used."""
+    """Check a requested namespace and return it; if it is empty, return None, so that the robot file's namespace is used."""
     if "{" in wanted:
         raise RefusedError(_NAMESPACE_INVALID, f"{wanted[:200]!r} is not a ROS 2 namespace")
     return wanted or None

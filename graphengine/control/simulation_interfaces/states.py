@@ -1,4 +1,4 @@
-"""Handlers for simulation states, single steps and resets."""
+"""Handles requests for simulation states, single steps and resets."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from graphengine.runtime.session_core import SessionCore
 
 STOPPED, PLAYING, PAUSED, QUITTING = range(4)
 _STATES = {"stopped": STOPPED, "playing": PLAYING, "paused": PAUSED, "failed": PAUSED}
-"""States of the service; it has none for a failed session, which is reported as paused."""
+"""State codes of SimulationState by state of the session. There is no code for `failed`, so it is reported as paused."""
 _COMMANDS: dict[int, type[Command]] = {STOPPED: Stop, PLAYING: Play, PAUSED: Pause, QUITTING: Stop}
 _ALREADY, _TRANSITION_FAILED, _INCORRECT_TRANSITION = 101, 102, 103
 _SCOPES: dict[int, Scope] = {1: "time", 2: "state", 4: "spawned"}
@@ -23,7 +23,7 @@ def get_state(session: SessionCore, request: Any, response: Any) -> None:
 
 
 def set_state(session: SessionCore, request: Any, response: Any) -> None:
-    """Answer SetSimulationState; the state `quitting` stops the simulation before the process ends."""
+    """Answer SetSimulationState: stop, play, pause or quit; quitting stops the simulation and then ends the run."""
     target = request.state.state
     if target == _STATES[session.state]:
         raise RefusedError(_ALREADY, f"the simulation is {session.state} already")
@@ -42,7 +42,7 @@ def set_state(session: SessionCore, request: Any, response: Any) -> None:
 
 
 def reset(session: SessionCore, request: Any, response: Any) -> None:
-    """Answer ResetSimulation: each bit of the request selects a scope; 0 selects all."""
+    """Answer ResetSimulation: each bit of the request selects a scope to reset; 0 selects all scopes."""
     wanted = [scope for bit, scope in _SCOPES.items() if request.scope & bit]
     if request.scope and not wanted:
         raise RefusedError(
@@ -52,15 +52,15 @@ def reset(session: SessionCore, request: Any, response: Any) -> None:
 
 
 def step(session: SessionCore, request: Any, response: Any) -> None:
-    """Answer StepSimulation: run single ticks of a paused simulation, which is paused again afterwards."""
+    """Answer StepSimulation: run a number of ticks of a paused simulation; afterwards it is paused again."""
     run_steps(session, request.steps)
 
 
 def run_steps(session: SessionCore, count: int) -> None:
-    """Run single ticks of a paused session.
+    """Run a number of ticks of a paused session.
 
     Raises:
-        RefusedError: the number of ticks is not legal, or the session is not paused.
+        RefusedError: the number of ticks is out of range, or the session is not paused.
     """
     if not 0 < count <= MAX_TICKS:
         raise RefusedError(FAILED, f"cannot run {count} steps; legal: 1 to {MAX_TICKS}")

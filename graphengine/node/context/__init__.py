@@ -1,4 +1,5 @@
-"""The Context of nodes: handles to the world and endpoints of the network, with names checked against the stage.
+"""The class Context, from which a node gets its handles to the world and its endpoints on the network.
 
-`check` and running sessions use the same classes; `check` has stubs of the world and the network.
+It checks names against the stage. `graphrun check` uses the same classes as a running session, with stubs of the world and
+the network.
 """

@@ -1,4 +1,4 @@
-"""Opens action servers and clients for a node, and closes them when the node is set up again or the session ends."""
+"""Creates the action servers and action clients of a node, and destroys them together with the node's other endpoints."""
 
 from __future__ import annotations
 
@@ -19,17 +19,19 @@ A = TypeVar("A", ActionServer, ActionClient)
 
 
 class OwnedActions(OwnedEndpoints):
-    """The action servers and clients of a node. An action consists of three services and two topics, which the node owns too."""
+    """The action servers and action clients of a node, with the three services and two topics of each action."""
 
     clock: Clock
 
     def action_server(self, action_type: str, action: str, **options: Unpack[ServiceOptions]) -> ActionServer:
-        """Open an action server; a node of a reloaded graph takes over the open server of its predecessor with its goals.
+        """Create an action server.
+
+        When a graph is reloaded, the new node gets the existing server of the node that it replaces, including the active goals.
 
         Args:
             action_type: ROS 2 name of the action type, such as `control_msgs/action/FollowJointTrajectory`.
             action: name of the action in its namespace; leading and trailing non-alphanumerics are dropped.
-            options: see `ServiceOptions`; the QoS profile applies to the services.
+            options: see `ServiceOptions`; the QoS profile applies to the action's services, not to its topics.
 
         Raises:
             TopicError: the name, the namespace or the QoS profile is not valid.
@@ -48,7 +50,7 @@ class OwnedActions(OwnedEndpoints):
         return self._hold(ActionServer, made, first)
 
     def action_client(self, action_type: str, action: str, **options: Unpack[ServiceOptions]) -> ActionClient:
-        """Open an action client. Takes the same arguments and raises the same errors as `action_server`."""
+        """Create an action client. The arguments and the exceptions are those of `action_server`."""
         first, network = len(self._closing), self._services.network
         service, topic = self._parts(action_type, action, options)
         endpoints = ClientEndpoints(
@@ -63,10 +65,10 @@ class OwnedActions(OwnedEndpoints):
         return self._hold(ActionClient, made, first)
 
     def action(self, handle: int) -> ActionServer:
-        """Return the action server with this handle; any node may have opened it.
+        """Return the action server with this handle. It may belong to any node of the session.
 
         Raises:
-            ContextError: no open action server has the handle.
+            ContextError: no action server has the handle.
         """
         servers = [one for one in self._services.actions if isinstance(one, ActionServer) and one.handle == handle]
         if not servers:
@@ -78,7 +80,10 @@ class OwnedActions(OwnedEndpoints):
     def _parts(
         self, action_type: str, action: str, options: ServiceOptions
     ) -> tuple[Callable[..., Any], Callable[..., Any]]:
-        """Return functions that open one service or one topic of an action, selected by its role, such as `send_goal`."""
+        """Return two functions: the first creates a service of the action, the second a topic endpoint.
+
+        Both take the role of the endpoint in the action, such as `send_goal` or `feedback`.
+        """
         names.full_topic(options.get("namespace", ""), action, "action name")
         parts = goals.parts(names.strip(action), action_type)
 
@@ -95,9 +100,10 @@ class OwnedActions(OwnedEndpoints):
         return service, topic
 
     def _hold(self, kind: type[A], made: A, first: int) -> A:
-        """Return the open action that has these endpoints, or else `made`, and register its release.
+        """Register the node as a holder of the action, and return the action.
 
-        The action is released before its endpoints are closed, whose entries in `_closing` begin at index `first`.
+        If an action with the same endpoints exists, because the graph is being reloaded, it is returned in place of `made`. The
+        node releases the action before it destroys the endpoints; their entries in `_closing` begin at index `first`.
         """
         actions = self._services.actions
         held = next((one for one in actions if isinstance(one, kind) and one.has(made.endpoints)), None)

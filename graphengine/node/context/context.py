@@ -1,4 +1,4 @@
-"""The context of one node, its only access to the world, the network and the session."""
+"""The context of one node: the only way in which a node reaches the world, the network and the session."""
 
 from __future__ import annotations
 
@@ -19,16 +19,17 @@ from graphengine.node.variable import Variable, find_variable
 
 
 class Context(WorldHandles, OwnedActions, Shared):
-    """Gives a node handles, endpoints and services in `setup`. The context owns them and closes the endpoints.
+    """The argument of `Node.setup`. A node gets its handles, ROS endpoints and session services from it.
 
-    Handles stay valid for the life of the session; the engine rebinds them when a robot is added or removed. Units are SI;
-    quaternions are (x, y, z, w); each method names the frame of its result.
+    The context owns the endpoints and destroys them when the node is set up again or removed. Handles stay valid until the
+    session ends, also when a robot is added or removed. Units are SI; quaternions are (x, y, z, w); each method names the frame
+    of its result.
 
     Attributes:
-        prim_path: path of the node's prim: the path of the graph's prim, then the node's name.
+        prim_path: path of the node's prim: the path of the graph's prim, followed by the node's name.
         graph_path: path of the graph's prim.
-        clock: simulation time.
-        runs: how often the graph runs: once per `tick` or once per `physics_step`.
+        clock: simulation clock of the graph.
+        runs: whether the graph is executed once per `tick` or once per `physics_step`.
     """
 
     def __init__(
@@ -52,19 +53,26 @@ class Context(WorldHandles, OwnedActions, Shared):
         self._folder = folder
         self._variables = variables
         self.mailboxes: list[Mailbox] = []
-        """Mailboxes that the node opened."""
+        """Mailboxes of the node, in the order of the calls of `mailbox`."""
         self.files_read: dict[str, tuple[Path, str]] = {}
-        """Path and text of each file that the node read, by the path that it gave."""
+        """Resolved path and text of each file that the node read; the key is the path that the node passed to `read_file`."""
 
     def wired(self, output: str) -> bool:
-        """Return whether an output of the node, given by its Python name, has a wire; true for a node outside a graph.
+        """Return whether an output of the node is connected, so that a node can skip the computation of an unused output.
 
-        A node may skip the computation of an unwired output.
+        For a node outside a graph, as in a test, all outputs count as connected.
+
+        Args:
+            output: Python name of the output.
         """
         return self._wired is None or output in self._wired
 
     def wires_into(self, pin: str) -> int:
-        """Return the number of wires into an execution input, given by its Python name; 1 for a node outside a graph."""
+        """Return the number of wires into an execution input. For a node outside a graph, as in a test, it is 1.
+
+        Args:
+            pin: Python name of the execution input.
+        """
         return 1 if self._wired is None else self._wired.get(pin, 0)
 
     def variable(self, name: str) -> Variable:
@@ -76,61 +84,58 @@ class Context(WorldHandles, OwnedActions, Shared):
         return find_variable(self._variables, name)
 
     def mailbox(self, name: str) -> Mailbox:
-        """Open a mailbox for the node on a named queue of the session; a missing queue is created."""
+        """Return a new mailbox of the node for an event queue of the session; the queue is created if it does not exist."""
         self.mailboxes.append(Mailbox(self._services.queues.setdefault(name, EventQueue(name))))
         return self.mailboxes[-1]
 
     def environment(self, name: str) -> str:
-        """Return the value of an environment variable that the user lets graphs read; empty if it is not set.
+        """Return the value of an environment variable, or an empty string if the variable is not set.
 
         Raises:
-            ContextError: the user does not let graphs read the variable.
+            ContextError: the user has not permitted graphs to read this variable.
         """
         return self._services.permissions.variable(name)
 
     def read_file(self, path: str) -> tuple[Path, str]:
-        """Read a text file.
+        """Return the resolved path and the content of a text file.
 
         Args:
             path: path of the file, relative to the folder of the graph file.
 
-        Returns:
-            The file's path and its text.
-
         Raises:
-            ContextError: the file does not exist, may not be read, is too large, or is not UTF-8.
+            ContextError: the file does not exist, graphs are not permitted to read it, it is too large, or it is not UTF-8.
         """
         self.files_read[path] = self._services.permissions.read(path, self._folder)
         return self.files_read[path]
 
     def reads_the_same(self) -> bool:
-        """Whether every file that the node read still has the same text.
+        """Return whether all files that the node read are unchanged.
 
         Raises:
-            ContextError: one of them cannot be read any more.
+            ContextError: one of the files can no longer be read.
         """
         permissions, folder = self._services.permissions, self._folder
         return all(permissions.read(path, folder) == found for path, found in self.files_read.items())
 
     def allow_scripts(self) -> None:
-        """Check that the user lets graphs run Python.
+        """Check that graphs may run Python scripts; a node calls this before it runs one.
 
         Raises:
-            ContextError: the user does not allow it.
+            ContextError: the user has not permitted it.
         """
         self._services.permissions.require_scripts()
 
     def keyboard(self) -> Keyboard:
-        """Return the keyboard of the session, with the keys that are held down."""
+        """Return the session's keyboard, which lists the keys that are held down."""
         self._services.keys.asked = True
         return self._services.keys
 
     def random(self) -> np.random.Generator:
-        """Return the node's random generator, seeded by the session's seed and the node's prim path."""
+        """Return the node's own random generator. Its seed is derived from the session's seed and the node's prim path."""
         if self.prim_path not in self._services.generators:
             self._services.reseed(self.prim_path)
         return self._services.generators[self.prim_path]
 
     def log(self, severity: Literal["info", "warning", "error"], message: str) -> None:
-        """Print a message for the user; a repeated message is printed once."""
+        """Log a message of the node. `graphrun run` prints messages with the same severity and first line only once."""
         self._services.log(severity, self.prim_path, message)

@@ -1,4 +1,4 @@
-"""Gives nodes handles to bodies, robots and sensors, by prim path."""
+"""The part of a node's context that returns handles to bodies, robots and sensors, given by prim path."""
 
 from __future__ import annotations
 
@@ -28,13 +28,13 @@ D = TypeVar("D")
 
 @dataclass(frozen=True, slots=True)
 class RobotDescription:
-    """The parts of a robot's description that robot_state_publisher publishes."""
+    """The data that robot_state_publisher publishes for a robot: its URDF text and the transforms of its joints."""
 
     urdf: str
     fixed: tuple[tuple[str, str, Vector3, Quaternion], ...]
-    """Parent frame, child frame, translation (m) and rotation of every fixed joint."""
+    """Parent frame, child frame, translation (m) and rotation (x, y, z, w) of every fixed joint."""
     moving: tuple[FrameLink, ...]
-    """Links moved by joints, with their parent links."""
+    """TF edges from parent link to child link, one for each movable joint."""
 
 
 def _named(kind: PrimKind) -> str:
@@ -44,8 +44,8 @@ def _named(kind: PrimKind) -> str:
 def _expect_size(width: int, height: int) -> None:
     for pixels in (width, height):
         if not 1 <= pixels <= LARGEST_PICTURE:
-            legal = f"width and height are 1 to {LARGEST_PICTURE}"
-            raise ContextError(f"a picture cannot have {width} x {height} pixels", pixels, legal)
+            legal = f"legal: width and height from 1 to {LARGEST_PICTURE}"
+            raise ContextError(f"an image cannot have {width} x {height} pixels", pixels, legal)
 
 
 _RENDERED = ("lidar", "camera", "radar")
@@ -55,16 +55,17 @@ _VIEWPORTS = "/Render/viewports/"
 
 
 class WorldHandles:
-    """Handles to the world's bodies, robots and sensors. They live as long as the world and are not closed.
+    """The methods of a node's context that return handles to bodies, robots, sensors and attributes of prims.
 
-    Every method raises PrimError if no prim has the path or the prim is of the wrong kind.
+    Handles stay valid as long as the world exists; nodes need not close them. All methods that take a prim path raise PrimError
+    if no prim has this path or if the prim is of the wrong kind.
     """
 
     def __init__(self, services: Services, runs: Literal["tick", "physics_step"]) -> None:
         self._services = services
         self.runs: Literal["tick", "physics_step"] = runs
         self.asked: dict[str, Prim] = {}
-        """Prims that the node looked up, by the path that the node used."""
+        """Prims that the node looked up; the key is the path as the node wrote it."""
 
     def _find(self, path: str, *kinds: PrimKind) -> Prim:
         prim = self._services.stage.find(path)
@@ -74,17 +75,21 @@ class WorldHandles:
             wanted = f"{', '.join(first)} or {last}" if first else last
             inside = [child.path for child in prim.descendants() if child.kind in kinds]
             others = [other.path for kind in kinds for other in self._services.stage.prims(kind)]
-            near = listing(inside, "below it") if inside else listing(others, "those there are")
+            near = listing(inside, "below it") if inside else listing(others, "prims of this kind")
             raise PrimError(f"{path!r} is {_named(prim.kind)}, not {wanted}", path, near)
         return prim
 
     def body(self, prim: str) -> Body:
-        """Return the rigid body of a prim, or the rigid body that carries the prim."""
+        """Return a handle to the pose and velocity of a prim that is a rigid body or is fixed to one.
+
+        Raises:
+            PrimError: neither the prim nor one of its ancestors has a rigid body.
+        """
         found = self._find(prim)
         if not any(ancestor.body is not None for ancestor in found.ancestors()):
             bodies = [p.path for p in found.descendants() if p.body is not None]
             raise PrimError(
-                f"{prim!r} is a {found.kind} that no rigid body carries",
+                f"{prim!r} is a {found.kind}, and neither it nor a prim above it has a rigid body",
                 prim,
                 listing(bodies[:5], "bodies below it") if bodies else "",
             )
@@ -95,20 +100,24 @@ class WorldHandles:
         return self._services.world.frame(self._find(prim))
 
     def placement(self, prim: str) -> Placement | None:
-        """Return a handle that places a prim and holds it there, or None if the prim belongs to no free body or movable robot."""
+        """Return a handle that moves a prim to a pose and holds it there.
+
+        Return None if the prim cannot be moved separately, as is the case for sensors and for links behind fixed joints.
+        """
         return self._services.world.placement(self._find(prim))
 
     def conveyor(self, prim: str) -> Surface:
-        """Return a handle to the surface velocity of a body or link, whose surface carries along objects on it.
+        """Return a handle to the surface velocity of a body or link, which then acts as a conveyor belt.
 
         Raises:
-            ContextError: a joint moves the body.
+            PrimError: the prim has no rigid body of its own, or a joint moves the body.
+            ContextError: the body is the base of a robot that is not fixed to the world.
         """
         found = self._find(prim)
         if found.body is None:
             bodies = [p.path for p in self._services.stage.prims() if p.body is not None and p.kind in ("body", "link")]
             raise PrimError(
-                f"{prim!r} is {_named(found.kind)} without a body of its own", prim, listing(bodies, "bodies")
+                f"{prim!r} is {_named(found.kind)}, which has no rigid body", prim, listing(bodies, "bodies")
             )
         robot = self._services.stage.robot_of(found)
         if found.facts.get("jointed") or (robot is not None and found.path in robot.facts.get("moving_links", ())):
@@ -117,12 +126,12 @@ class WorldHandles:
         return self._services.world.conveyor(found)
 
     def transform_tree(self, targets: Sequence[str], parent: str = "", *, loops: bool = True) -> Sequence[FrameLink]:
-        """Return the TF edges of target prims: one for each link of a robot, one for any other prim.
+        """Return the TF edges for target prims: for a robot, one edge for each of its links; for any other prim, one edge.
 
         Args:
-            targets: paths of prims.
-            parent: path of the prim whose frame is the parent; empty for the world.
-            loops: whether a link or body that is both parent and target has an edge from itself to itself.
+            targets: paths of the target prims.
+            parent: path of the prim whose frame is the parent frame; empty for the world frame.
+            loops: if `parent` is also a target, whether to return an edge from this frame to itself.
         """
         found, above = [self._find(target) for target in targets], self._find(parent) if parent else None
         return expand(self._services.stage, found, above, self._services.world.frame, loops=loops)
@@ -136,26 +145,37 @@ class WorldHandles:
             hint, link = listing([p.path for p in stage.prims("robot")], "robots"), ""
             if owner:
                 stands = (owner.path, owner.facts.get("base_link"), owner.facts.get("articulation_root"))
-                hint = listing(dict.fromkeys(filter(None, stands)), f"prims that stand for {owner.path}")
-                link = "the robot file can name a link for it: articulation_root" if prim.kind == "link" else ""
-            raise PrimError(f"{path!r} does not stand for a robot", path, hint, link)
+                hint = listing(dict.fromkeys(filter(None, stands)), f"for the robot {owner.path}, write one of")
+                link = "or make this link the articulation_root in the robot file" if prim.kind == "link" else ""
+            text = f"{path!r} is not the root prim, base link or articulation root of a robot"
+            raise PrimError(text, path, hint, link)
         return robot
 
     def articulation(self, prim: str) -> Articulation:
-        """Return the joints of a robot, given by its root prim, base link or articulation root."""
+        """Return a handle to the movable joints of a robot, given by its root prim, base link or articulation root."""
         return self._services.world.articulation(self._robot(prim))
 
     def joint(self, prim: str) -> tuple[Articulation, int]:
-        """Return the joints of the robot to which a joint's prim belongs, and the index of the joint among them."""
+        """Return the articulation to which a joint belongs, and the index of the joint in the articulation.
+
+        Args:
+            prim: path of the joint's prim.
+
+        Raises:
+            PrimError: the prim is not a movable joint of a robot.
+        """
         found = self._find(prim, "joint")
         robot = self._services.stage.robot_of(found)
         names = robot.facts.get("joints", ()) if robot is not None else ()
         if robot is None or found.facts.get("joint", found.name) not in names:
-            raise PrimError(f"{prim!r} is a joint that does not move", prim, listing(names, "joints that move"))
+            raise PrimError(f"{prim!r} is not a movable joint", prim, listing(names, "movable joints"))
         return self._services.world.articulation(robot), names.index(found.facts.get("joint", found.name))
 
     def joint_names(self, prim: str) -> Sequence[str]:
-        """Return the published names of a robot's joints: `isaac:nameOverride`, or else the joint's own name."""
+        """Return the names under which the movable joints of a robot are published, in the articulation's order.
+
+        The published name of a joint is its `isaac:nameOverride`; without one, it is the joint's name in the robot description.
+        """
         robot = self._robot(prim)
         overrides = {p.facts.get("joint", p.name): p.name_override for p in robot.descendants() if p.kind == "joint"}
         return tuple(overrides.get(name) or name for name in robot.facts.get("joints", ()))
@@ -165,11 +185,15 @@ class WorldHandles:
         return tuple(self._robot(prim).facts.get("holonomic_wheels", ()))
 
     def base_link(self, prim: str) -> Frame:
-        """Return a handle to the pose of a robot's base link; the robot is given as for `holonomic_wheels`."""
+        """Return a handle to the pose of a robot's base link.
+
+        Args:
+            prim: path of the robot's root prim, base link or articulation root.
+        """
         return self.frame(self._robot(prim).facts["base_link"])
 
     def robot_description(self, prim: str) -> RobotDescription:
-        """Return the description of a robot, given by its root prim, base link or articulation root."""
+        """Return the URDF and the joint transforms of a robot, given by its root prim, base link or articulation root."""
         robot = self._robot(prim)
         stage = self._services.stage
         links = [stage.find(path) for path in robot.facts.get("moving_links", ())]
@@ -187,15 +211,15 @@ class WorldHandles:
         return RobotDescription(robot.facts.get("urdf", ""), fixed, carried)
 
     def render_product(self, prim: str, width: int, height: int) -> str:
-        """Return the path of the render product of a lidar, radar or camera prim; equal arguments give the same path.
+        """Return the path of the render product of a lidar, radar or camera; it is created if it does not exist.
 
         Args:
-            prim: path of the prim.
-            width: width of a camera's pictures, pixels.
-            height: height of a camera's pictures, pixels.
+            prim: path of the sensor's prim.
+            width: width of a camera's images, pixels; not used for other sensors.
+            height: height of a camera's images, pixels; not used for other sensors.
 
         Raises:
-            ContextError: a camera cannot take pictures of that size.
+            ContextError: the prim is a camera, and the size is not legal for images.
         """
         found = self._find(prim, *_RENDERED)
         if found.kind == "camera":
@@ -207,23 +231,25 @@ class WorldHandles:
         return next(p for p in itertools.chain([path], numbered) if products.setdefault(p, product).prim == found.path)
 
     def viewport(self, name: str, size: tuple[int, int] | None = None, *, make: bool = False) -> str:
-        """Return the path of a viewport's render product. A viewport shows no camera before the first `exchange_camera`.
+        """Return the path of a viewport's render product.
+
+        A new viewport has no camera. To give it one, call the function that `exchange_camera` returns.
 
         Args:
             name: name of the viewport; "Viewport" always exists.
-            size: new width and height of its pictures, pixels; None keeps the current size, initially 1280 x 720.
-            make: create the viewport if it does not exist.
+            size: new width and height of the viewport's images, pixels. None keeps the current size, initially 1280 x 720.
+            make: whether to create the viewport if it does not exist.
 
         Raises:
-            ContextError: the viewport does not exist, or the size is not allowed.
+            ContextError: the viewport does not exist, or the size is not legal for images.
         """
         path, products = f"{_VIEWPORTS}{name}", self._services.render_products
         if make or name == "Viewport":
             products.setdefault(path, RenderProduct("", (1280, 720)))
         if path not in products:
             known = [known.removeprefix(_VIEWPORTS) for known in products if known.startswith(_VIEWPORTS)]
-            near = listing(known, "viewports") if known else "make one with IsaacCreateViewport"
-            raise ContextError(f"no viewport {name!r}", name, near)
+            near = listing(known, "viewports") if known else "create one with IsaacCreateViewport"
+            raise ContextError(f"there is no viewport {name!r}", name, near)
         if size is not None:
             _expect_size(*size)
             product = products[path]
@@ -238,25 +264,26 @@ class WorldHandles:
             raise ContextError(
                 f"{found.title} is sampled once a tick, but this graph runs at every physics step",
                 None,
-                "put the node into a graph with `runs: tick`",
+                "move the node to a graph with `runs: tick`",
             )
 
     def kind(self, prim: str) -> PrimKind:
-        """Return the kind of a prim, or of the sensor of a render product, such as `lidar`."""
+        """Return the kind of a prim, such as `lidar`; for the path of a render product, the kind of its sensor."""
         product = self._services.render_products.get(prim)
         return self._find(product.prim if product is not None and product.prim else prim).kind
 
     def device(self, interface: Callable[..., D], prim: str, **options: Any) -> D:
-        """Return the device at a prim, or the sensor of a render product; a camera has the render product's picture size.
+        """Return a handle to the sensor or gripper at a prim, or to the sensor of a render product.
 
         Args:
             interface: Protocol of the device, such as `Lidar` of `graphengine.devices.lidar`.
             prim: path of the prim or of the render product.
-            options: for a camera `size`, the width and height of its pictures, pixels; other devices have no options.
+            options: for a camera at a prim, `size` is the width and height of its images, pixels. A camera of a render product
+                has the size of the render product. Other devices have no options.
 
         Raises:
-            ContextError: the device has one sample a tick and the node's graph runs at every physics step, or the viewport of
-                the render product shows no camera yet.
+            ContextError: the device is sampled once per tick but the graph runs at every physics step, or the path is that of a
+                viewport without a camera.
         """
         found = device_of(interface)
         if found.ticks_only:
@@ -268,7 +295,11 @@ class WorldHandles:
         return self._services.world.device(interface, self._find(path, found.kind), **options)
 
     def exchange_camera(self, render_product: str, prim: str) -> Callable[[], None]:
-        """Return a function that switches a render product to the camera at `prim`, for all nodes that use the product.
+        """Return a function that makes a render product show another camera; all nodes that use the product get its images.
+
+        Args:
+            render_product: path of the render product.
+            prim: path of the camera's prim.
 
         Raises:
             ContextError: the render product does not exist, or the node's graph runs at every physics step.
@@ -276,10 +307,10 @@ class WorldHandles:
         product = self._services.render_products.get(render_product)
         if product is None:
             known = listing(self._services.render_products, "render products")
-            raise ContextError(f"no render product {render_product!r}", render_product, known)
+            raise ContextError(f"there is no render product {render_product!r}", render_product, known)
         self._expect_ticks(device_of(Camera))
         other, world = self._find(prim, "camera"), self._services.world
-        world.device(Camera, other, size=product.size)  # which may be refused
+        world.device(Camera, other, size=product.size)  # raises if the world refuses the size
         product.prim = product.prim or other.path
 
         def exchange() -> None:
@@ -290,7 +321,7 @@ class WorldHandles:
     def _camera_of(self, product: RenderProduct) -> ProductCamera:
         if not product.prim:
             raise ContextError(
-                "the viewport shows no camera", None, "let IsaacSetCameraOnRenderProduct be executed before"
+                "the viewport shows no camera", None, "execute an IsaacSetCameraOnRenderProduct node first"
             )
         own = self._camera(product.prim, product.size)
         if product.camera is None:
@@ -301,7 +332,7 @@ class WorldHandles:
         return self._services.world.device(Camera, self._find(prim, "camera"), size=size)
 
     def stage(self) -> Prims:
-        """Return all prims of the stage, including those of spawned robots."""
+        """Return an object that lists the prims of the stage, and reads and writes their attributes."""
         return Prims(self._services.world)
 
     def attribute(self, prim: str, name: str, *, writable: bool = False) -> PrimAttribute:
@@ -309,10 +340,10 @@ class WorldHandles:
 
         Args:
             prim: path of the prim.
-            name: USD name of the attribute.
-            writable: whether the node writes the attribute.
+            name: USD name of the attribute, such as `xformOp:translate`.
+            writable: whether the node needs to write the attribute.
 
         Raises:
-            ContextError: the prim has no such attribute, or `writable` is set and the attribute cannot be changed.
+            ContextError: the prim has no attribute with this name, or `writable` is true and the attribute is read-only.
         """
         return self.stage().attribute(self._find(prim).path, name, writable=writable)

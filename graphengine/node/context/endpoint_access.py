@@ -1,4 +1,4 @@
-"""Opens topics and services for a node, and closes them when the node is set up again or the session ends."""
+"""Creates the publishers, subscriptions and services of a node, and destroys them when the node is set up again or removed."""
 
 from __future__ import annotations
 
@@ -15,23 +15,26 @@ from graphengine.node.context.session_services import Services
 
 
 class EndpointOptions(TypedDict, total=False):
-    """Options of a topic or service besides its type and name."""
+    """Options that topics and services have in common."""
 
     namespace: str
-    """Namespace of the topic or service, used unchanged if not empty."""
+    """Namespace of the topic or service. A namespace that is not empty replaces the namespaces of the ancestor prims."""
     qos_profile: str
-    """QoS profile as JSON; if empty: reliable, volatile, keep-last."""
+    """QoS profile as JSON. An empty string means reliable, volatile and keep-last."""
     ros_context: int
-    """Domain handle that `Context.ros_context` returned; 0: the session's domain."""
+    """Handle of a ROS 2 domain from `Context.ros_context`; 0 is the session's domain."""
 
 
 class TopicOptions(EndpointOptions, total=False):
-    """Options of a topic. If `namespace` is empty, the namespaces of the ancestor prims are joined instead."""
+    """Options of a topic. If `namespace` is empty, the topic's namespace is the joined namespaces of the ancestor prims."""
 
     outermost_namespace: bool
-    """Use only the namespace of the outermost ancestor prim that has one, as TF nodes do; none in a scene with `tf: global`."""
+    """Whether to use only the namespace of the outermost ancestor prim that has one, as TF nodes do.
+
+    In a scene with `tf: global`, a topic with this option has no namespace, whatever `namespace` says.
+    """
     queue_size: int
-    """History depth if `qos_profile` is empty; 10 by default."""
+    """History depth, 10 by default; used only if `qos_profile` is empty."""
 
 
 class ServiceOptions(EndpointOptions, total=False):
@@ -42,7 +45,7 @@ class ServiceOptions(EndpointOptions, total=False):
 
 
 class OwnedEndpoints:
-    """The publishers, subscriptions and services of a node; `graphrun topics` lists their declarations."""
+    """The publishers, subscriptions, service servers and service clients of one node."""
 
     def __init__(self, services: Services, graph: str, prim_path: str, rate: float | None) -> None:
         self._services = services
@@ -51,27 +54,27 @@ class OwnedEndpoints:
         self._rate = rate
         self._servers = 0
         self._closing: list[Callable[[], object]] = []
-        """Functions that close the endpoints, in the order in which these were opened."""
+        """Functions that destroy the endpoints, in the order in which the endpoints were created."""
 
     def close(self) -> None:
-        """Close all endpoints; the engine calls it before the node is set up again and when the session ends."""
+        """Destroy all endpoints. The engine calls this before it sets the node up again, and when it removes the node."""
         while self._closing:
             self._closing.pop(0)()
         self._servers = 0
 
     def when_closed(self, function: Callable[[], None]) -> None:
-        """Call a function when the node is set up again, and when the session ends."""
+        """Register a function to be called once: before the node is set up again, or when it is removed."""
         self._closing.append(function)
 
     def ros_context(self, domain_id: int, use_environment: bool) -> int:
-        """Return the handle of a ROS 2 domain: its id plus 1. The handle 0 means the session's own domain.
+        """Return the handle of a ROS 2 domain, which is the domain ID plus 1. The handle 0 means the session's own domain.
 
         Args:
-            domain_id: id of the domain, 0 to 232.
-            use_environment: use the environment variable `ROS_DOMAIN_ID` instead of `domain_id`, if it is set.
+            domain_id: ID of the domain, 0 to 232.
+            use_environment: whether the environment variable `ROS_DOMAIN_ID`, if it is set, replaces `domain_id`.
 
         Raises:
-            TopicError: the id is out of range.
+            TopicError: the ID is out of range.
         """
         environment = self._services.domain_from_environment
         domain = environment if use_environment and environment is not None else domain_id
@@ -94,7 +97,7 @@ class OwnedEndpoints:
         latched: bool = False,
         **facts: Any,
     ) -> EndpointClaim:
-        """Register and return the claim of one endpoint: its declaration. Closing the endpoints removes it."""
+        """Register the claim of one endpoint, which declares its name, type and QoS, and return it; `close` removes the claim."""
         is_service = direction in ("serve", "call")
         quality = qos.parse_qos(qos_profile, queue_size, latched)
         if outermost_namespace and self._services.stage.global_tf:
@@ -111,7 +114,7 @@ class OwnedEndpoints:
         return claim
 
     def _withdraw_claim(self, claim: EndpointClaim) -> None:
-        """Remove this claim object, not an equal claim of a node that is being replaced."""
+        """Remove this claim. During a reload, the replaced node may have an equal claim, so claims are compared by identity."""
         claims = self._services.claims
         del claims[next(index for index, one in enumerate(claims) if one is claim)]
 
@@ -128,21 +131,21 @@ class OwnedEndpoints:
         transforms: Sequence[tuple[str, str]] = (),
         **options: Unpack[TopicOptions],
     ) -> Publisher:
-        """Open a publisher on a topic.
+        """Create a publisher on a topic.
+
+        In a scene with `tf: global`, frame names get a prefix. A node must therefore write the frame names of the publisher's
+        `claim` into its messages. Names from `transform_tree` and `robot_description` already have the prefix.
 
         Args:
             message_type: ROS 2 name of the message type, such as `nav_msgs/msg/Odometry`.
             topic: name of the topic in its namespace; leading and trailing non-alphanumerics are dropped.
-            namespace_from: path of a prim; its namespace and those of its ancestors are joined. Empty: the node's prim.
-            latched: use durability transient local and depth 1; overrides the QoS profile.
-            rate: messages per second, if this differs from the rate at which the node is executed.
+            namespace_from: path of the prim whose namespace and ancestors' namespaces are joined; empty for the node's prim.
+            latched: whether to use durability transient local and history depth 1, which then override the QoS profile.
+            rate: messages per second; None if a message is published at each execution of the node.
             frame_id: frame in the message headers.
-            child_frame_id: child frame in the messages, such as that of odometry.
-            transforms: (parent, child) pairs that will be published.
+            child_frame_id: child frame in the messages, as in odometry.
+            transforms: (parent frame, child frame) of each transform that the node will publish.
             options: see `TopicOptions`.
-
-        In a scene with `tf: global`, frame names get a prefix: take the names in messages from the publisher's `claim`. Names
-        from `transform_tree` and `robot_description` already have the prefix.
 
         Raises:
             TopicError: the name, the namespace or the QoS profile is not valid.
@@ -160,26 +163,38 @@ class OwnedEndpoints:
         return publisher
 
     def published_transform(self, beside: EndpointClaim, parent: str, children: Collection[str]) -> PublishedTransform:
-        """Return a reader for the transform from a parent frame to one of several child frames, published in this session.
+        """Return an object that reads a transform which another node of this session publishes.
+
+        Only publishers on the same topic as the node's own publisher are considered.
 
         Args:
-            beside: claim of the node's own publisher, which has the same topic as the transform.
+            beside: claim of the node's own publisher.
             parent: published name of the parent frame.
-            children: published names of the possible child frames.
+            children: published names of the child frames; a transform to any one of them will do.
         """
         return PublishedTransform(self._services, beside, parent, children)
 
     def frame_name(self, frame: str, *, namespace_from: str = "", namespace: str = "") -> str:
-        """Return the published name of a frame; the arguments are those of `publisher`."""
+        """Return the published name of a frame: with `tf: global`, the frame with its prefix; otherwise the frame itself.
+
+        Args:
+            frame: name of the frame.
+            namespace_from: path of the prim whose ancestors determine the prefix; empty for the node's prim.
+            namespace: prefix to use if neither this prim nor an ancestor of it has a namespace.
+        """
         stage = self._services.stage
         return str(full_frame(stage, frame, frame_prefix(stage, namespace_from or self.prim_path, namespace)))
 
     def subscription(
         self, message_type: str, topic: str, *, alternatives: Sequence[str] = (), **options: Unpack[TopicOptions]
     ) -> Subscription:
-        """Open a subscription to a topic. Takes arguments of `publisher` and raises the same errors.
+        """Create a subscription to a topic. The other arguments and the exceptions are those of `publisher`.
 
-        `alternatives` are message types that replace `message_type` if the topic is published with one of them.
+        Args:
+            message_type: ROS 2 name of the expected message type.
+            topic: name of the topic in its namespace.
+            alternatives: other message types that the node accepts; used if a publisher on the topic has one of these types.
+            options: see `TopicOptions`.
         """
         claim = self._claim("subscribe", message_type, topic, **options, alternatives=tuple(alternatives))
         subscription = self._services.network.subscription(claim)
@@ -187,7 +202,7 @@ class OwnedEndpoints:
         return subscription
 
     def service_server(self, service_type: str, service: str, **options: Unpack[ServiceOptions]) -> ServiceServer:
-        """Open a server of a service.
+        """Create a service server.
 
         Args:
             service_type: ROS 2 name of the service type, such as `std_srvs/srv/SetBool`.
@@ -212,16 +227,16 @@ class OwnedEndpoints:
             del self._services.servers[handle]
 
     def service_client(self, service_type: str, service: str, **options: Unpack[ServiceOptions]) -> ServiceClient:
-        """Open a client of a service. Takes the same arguments and raises the same errors as `service_server`."""
+        """Create a service client. The arguments and the exceptions are those of `service_server`."""
         client = self._services.network.client(self._claim("call", service_type, service, **options))
         self._closing.append(client.close)
         return client
 
     def server(self, handle: int) -> ServiceServer:
-        """Return the service server with this handle; any node may have opened it.
+        """Return the service server with this handle. It may belong to any node of the session.
 
         Raises:
-            ContextError: no open server has the handle.
+            ContextError: no service server has the handle.
         """
         if handle not in self._services.servers:
             raise ContextError(

@@ -1,9 +1,12 @@
-"""Published names of TF frames: unchanged, or prefixed with a namespace if all robots share /tf and /tf_static.
+"""Published names of TF frames. They have a prefix if all robots share the topics /tf and /tf_static.
 
-The key `tf` of a scene selects the mode. With `tf: global`, the frame `base_link` of a robot's node is published as
-`dd100_0000/base_link`, as with the parameter `frame_prefix` of robot_state_publisher. The prefix is the outermost namespace of
-the ancestor prims, or else the node's `nodeNamespace`; with `tf: namespaced`, the topic `tf` gets this namespace instead. For
-the frame of a prim, the ancestors are those of this prim, whichever node publishes the frame.
+The key `tf` of a scene selects the mode. With `tf: global`, a robot's frame `base_link` is published as `dd100_0000/base_link`,
+as with the parameter `frame_prefix` of robot_state_publisher. With `tf: namespaced`, frame names have no prefix, and the
+namespace is part of the topic name instead, as in `/dd100_0000/tf`.
+
+The prefix is the namespace of the outermost ancestor prim that has one; if no ancestor has a namespace, it is the `nodeNamespace`
+of the publishing node. For a frame that is a prim, the ancestors of this prim count; for other frames, those of the publishing
+node.
 """
 
 from __future__ import annotations
@@ -16,13 +19,22 @@ SHARED_FRAMES = frozenset(("map", "world", "earth"))
 
 
 class PublishedFrame(str):
-    """The published name of a frame, with its prefix. Wires keep the type, so that a publishing node adds no second prefix."""
+    """The published name of a frame, including its prefix.
+
+    The value keeps this type when a wire passes it to another node, so that a publishing node does not add a second prefix.
+    """
 
     __slots__ = ()
 
 
 def frame_prefix(stage: Stage, prim_path: str, node_namespace: str = "") -> str:
-    """Return the frame prefix at and below a prim, with its trailing slash; empty if frames are not prefixed."""
+    """Return the prefix of frames at a prim, including the trailing slash; empty if frames have no prefix.
+
+    Args:
+        stage: stage of the prim.
+        prim_path: path of the prim, which need not exist.
+        node_namespace: namespace to use if neither the prim nor an ancestor of it has one.
+    """
     if not stage.global_tf:
         return ""
     namespace = strip(join_namespaces(stage.namespaces(prim_path), outermost=True) or node_namespace)
@@ -30,17 +42,20 @@ def frame_prefix(stage: Stage, prim_path: str, node_namespace: str = "") -> str:
 
 
 def prim_prefix(stage: Stage, prim: Prim) -> str:
-    """Return the prefix of a prim's frame: that of its ancestors, or else that of its robot's base link."""
+    """Return the prefix of a prim's frame, from the namespaces of the prim and its ancestors.
+
+    If these have no namespace, return the prefix of the base link of the robot to which the prim belongs.
+    """
     robot = stage.robot_of(prim)
     base = robot.facts.get("base_link") if robot is not None else None
     return frame_prefix(stage, prim.path) or (frame_prefix(stage, base) if base else "")
 
 
 def full_frame(stage: Stage, frame: str, prefix: str) -> PublishedFrame:
-    """Return the published name of a frame; a PublishedFrame is returned unchanged.
+    """Return the published name of a frame.
 
-    Under `tf: global`, a leading slash makes a name absolute: it is published without the slash and without a prefix. A name that
-    already has the prefix, a shared frame and an empty name stay as they are.
+    The prefix is added only with `tf: global`. It is not added to a PublishedFrame, to a shared frame such as `map`, to an empty
+    name or to a name that already begins with the prefix. A name with a leading slash is published without slash and prefix.
     """
     if isinstance(frame, PublishedFrame):
         return frame

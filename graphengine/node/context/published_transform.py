@@ -1,4 +1,4 @@
-"""Reads the newest transform between two frames from a publisher of the same session, without the network."""
+"""Reads transforms directly from the publishers of the same session, without the network."""
 
 from __future__ import annotations
 
@@ -10,13 +10,15 @@ from graphengine.node.context.session_services import Services
 
 
 class PublishedTransform:
-    """Finds the transform from a parent frame to one of several child frames among the publishers of a session.
+    """Reads the newest transform between a parent frame and one of several child frames.
+
+    The transform is taken from the messages of the session's own publishers.
 
     Args:
         services: services of the session.
-        beside: claim whose topic and domain the publisher must have.
+        beside: claim with the topic and domain of the transform; publishers on other topics or domains are ignored.
         parent: published name of the parent frame.
-        children: published names of the possible child frames.
+        children: published names of the child frames; a transform to any one of them will do.
     """
 
     def __init__(self, services: Services, beside: EndpointClaim, parent: str, children: Collection[str]) -> None:
@@ -28,9 +30,9 @@ class PublishedTransform:
         self._seen: Any = None
 
     def newest(self) -> Any | None:
-        """Return the geometry_msgs/TransformStamped in the newest message; None if no message is new since the last call."""
+        """Return the geometry_msgs/TransformStamped from the newest message; None if no message is new since the last call."""
         message = self._source.latest if self._source is not None else None
-        if message is self._seen:  # no new message: the publisher may have been opened again
+        if message is self._seen:  # no new message: the publisher may have been replaced
             self._source = next(filter(self._has_it, self._services.network.publishers), None)
             message = self._source.latest if self._source is not None else None
         if message is self._seen:
@@ -48,5 +50,5 @@ class PublishedTransform:
 
 
 def has_transform(claims: Iterable[EndpointClaim], parent: str, children: Collection[str]) -> bool:
-    """Return whether one of the claims declares a transform from a parent frame to one of the child frames."""
+    """Return whether one of the claims declares a transform from the parent frame to one of the child frames."""
     return any(above == parent and child in children for claim in claims for above, child in claim.transforms)

@@ -1,4 +1,4 @@
-"""Render products: paths by which helper nodes find a camera, lidar or radar; the camera can be exchanged."""
+"""Render products: helper nodes find a camera, lidar or radar by the path of its render product."""
 
 from __future__ import annotations
 
@@ -11,33 +11,37 @@ from graphengine.format.stateful import Shared, Stateful
 
 @dataclass(slots=True)
 class RenderProduct(Stateful):
-    """A render product of a lidar, a camera or a viewport."""
+    """The render product of a camera, lidar, radar or viewport. The camera of a render product can be exchanged."""
 
     prim: str
-    """Path of the camera, lidar or radar; empty for a viewport that shows no camera yet."""
+    """Path of the camera, lidar or radar; empty for a viewport that does not have a camera yet."""
     size: tuple[int, int]
-    """Width and height of a camera's pictures, pixels."""
+    """Width and height of the images, pixels; not used for a lidar or radar."""
     camera: ProductCamera | None = None
-    """The camera object that nodes hold; None if no node requested it yet."""
+    """The camera object that all nodes share; None until a node requests it."""
 
     def save(self) -> tuple[str, ProductCamera | None, Camera | None]:
-        """Return the prim path, the camera object, and the camera to which this object forwards."""
+        """Return the state of the render product: the prim path, the shared camera object, and the camera that it shows."""
         return self.prim, self.camera, self.camera.source if self.camera is not None else None
 
     def restore(self, saved: tuple[str, ProductCamera | None, Camera | None]) -> None:
-        """Return to a state that `save` returned."""
+        """Restore a state that `save` returned."""
         self.prim, self.camera, source = saved
         if self.camera is not None and source is not None:
             self.camera.show(source)
 
     def reset(self) -> None:
-        """Show the original camera."""
+        """Show the camera at `prim` again, in case another camera took its place."""
         if self.camera is not None:
             self.camera.show(self.camera.own)
 
 
 class ProductCamera(Shared):
-    """A camera object for nodes. It forwards to the current camera of a render product, which may be exchanged meanwhile."""
+    """The camera object that nodes get for a render product. It forwards all calls to the camera that the product shows now.
+
+    Args:
+        own: the camera that is shown first, and again after `RenderProduct.reset`.
+    """
 
     __slots__ = ("own", "source")
 
@@ -48,5 +52,5 @@ class ProductCamera(Shared):
         return getattr(self.source, name)
 
     def show(self, source: Camera) -> None:
-        """Forward to the camera `source` from now on."""
+        """Forward all calls to the camera `source` from now on."""
         self.source = source

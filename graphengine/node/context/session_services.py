@@ -1,4 +1,4 @@
-"""State that the contexts of a session's nodes share."""
+"""The state of a session that its nodes share through their contexts, such as the world and the network."""
 
 from __future__ import annotations
 
@@ -23,43 +23,43 @@ from graphengine.node.mailbox import EventQueue
 
 @dataclass(slots=True)
 class Services:
-    """State shared by all contexts of a session."""
+    """The state of one session that its nodes share through their contexts, such as the world and the network."""
 
     world: World
     network: Network
     seed: int = 0
     domain_id: int = 0
-    """ROS 2 domain of the session, which has handle 0."""
+    """ID of the session's ROS 2 domain, to which the domain handle 0 refers."""
     domain_from_environment: int | None = None
-    """ROS_DOMAIN_ID, or None if it is not set."""
+    """Value of the environment variable ROS_DOMAIN_ID, or None if it is not set."""
     log: Callable[[str, str, str], None] = lambda severity, node, message: None
     claims: list[EndpointClaim] = field(default_factory=list)
     servers: dict[int, list[ServiceServer]] = field(default_factory=dict)
-    """Open servers of each handle; the last one answers, the earlier ones belong to nodes that are being replaced."""
+    """Service servers by handle. During a reload, a handle can have two; the last one belongs to the new node and is used."""
     handles: dict[tuple[str, int], int] = field(default_factory=dict)
-    """Handle of each server, by prim path of the node and number of the server; kept when a node is set up again."""
+    """Handles of service servers, by prim path of the node and index of the server. A new setup of the node keeps its handles."""
     actions: list[ActionServer | ActionClient] = field(default_factory=list)
-    """Open action servers and clients."""
+    """Action servers and action clients of all nodes."""
     queues: dict[str, EventQueue] = field(default_factory=dict)
     permissions: Permissions = field(default_factory=Permissions)
     keys: Keyboard = field(default_factory=Keyboard)
     generators: dict[str, np.random.Generator] = field(default_factory=dict)
-    """Random generators, by prim path of the node."""
+    """Random generators of the nodes, by prim path of the node."""
     render_products: dict[str, RenderProduct] = field(default_factory=dict)
     dropped: DroppedValues | None = field(default_factory=DroppedValues)
-    """Counts of values that nodes could not use; None if such a value ends the run."""
+    """Count of dropped bad values for each node; None if a bad value ends the run instead."""
 
     @property
     def stage(self) -> Stage:
-        """The prim tree."""
+        """The prim tree of the world."""
         return self.world.stage
 
     def domain(self, handle: int) -> int:
-        """Return the ROS 2 domain id for a domain handle; 0 is the handle of the session's domain."""
+        """Return the ROS 2 domain ID for a domain handle; 0 is the handle of the session's domain."""
         return handle - 1 if handle else self.domain_id
 
     def save(self) -> Any:
-        """Return a copy of the shared state, without the world and the network."""
+        """Return a copy of the shared state for a checkpoint, without the state of the world and the network."""
         return (
             self.keys.save(),
             self.dropped.save() if self.dropped is not None else None,
@@ -72,7 +72,7 @@ class Services:
         )
 
     def restore(self, saved: Any) -> None:
-        """Return to a saved state; queues, generators and render products created since are discarded."""
+        """Restore a state that `save` returned; queues, generators and render products that were created later are discarded."""
         keys, dropped, queues, generators, products, handles, actions, self.seed = saved
         self.keys.restore(keys)
         if self.dropped is not None:
@@ -89,7 +89,7 @@ class Services:
         present = self.render_products
         self.render_products = {path: present.get(path, product) for path, (product, _) in products.items()}
         for path, (product, state) in products.items():
-            if self.render_products[path] is product:  # the other one has cameras of another world
+            if self.render_products[path] is product:  # a different product belongs to another world
                 product.restore(state)
         self.handles = dict(handles)
         for action, state in actions:
@@ -97,7 +97,7 @@ class Services:
                 action.restore(state)
 
     def forget_calls(self) -> None:
-        """End active goals of actions, and discard unanswered requests and calls, because graphs restart."""
+        """End all active action goals and discard all unanswered service calls; used when the graphs restart."""
         for action in self.actions:
             action.restart()
         if self.actions:
@@ -105,16 +105,16 @@ class Services:
         self.network.forget_calls()
 
     def warn(self, node: str, text: str) -> None:
-        """Log a warning to the terminal and to /rosout."""
+        """Log a warning to the session's log and to /rosout."""
         self.log("warning", node, text)
         self.network.log("warning", f"{node}: {text}" if node else text)
 
     def reseed(self, path: str) -> None:
-        """Restart the random generator of the node at a prim path, from the session's seed."""
+        """Reset the random generator of a node to its initial state, which depends on the session's seed and the prim path."""
         generator = self.generators.setdefault(path, np.random.Generator(np.random.Philox()))
         generator.bit_generator.state = np.random.Philox(key=key_of(self.seed, path)).state
 
     def forget(self, prim: str) -> None:
-        """Discard the render products of sensors at and below a prim."""
+        """Remove the render products of all sensors at or below a prim; used when the prim is removed."""
         for path in [path for path, product in self.render_products.items() if at_or_below(product.prim, prim)]:
             del self.render_products[path]

@@ -1,10 +1,11 @@
-"""Edges and frame names of a TF tree, from target prims.
+"""Computes the edges and frame names of a TF tree from target prims, by the rules of IsaacComputeTransformTree.
 
-Rules of IsaacComputeTransformTree: a robot, given by its root prim, base link or articulation root, has an edge for every link,
-from the link's kinematic parent; any other prim has one edge. A parent that is also a target has an edge from itself to itself; a
-prim that stands for a robot has it only if it is the articulation root. ROS2PublishTransformTree has no such edge for links and
-bodies. A frame's name is the prefix, then `isaac:nameOverride` or else the last element of the prim's path; of several prims with
-the same name, the one with the longest path keeps it.
+If a target is a robot's root prim, base link or articulation root, each link of the robot gets an edge from its kinematic parent.
+Any other target gets one edge, from the parent prim. If the parent prim is also a target, it gets an edge from itself to itself;
+a robot gets this edge only if the target is the articulation root. ROS2PublishTransformTree omits this edge for links and bodies.
+
+The name of a frame is its prefix followed by the prim's `isaac:nameOverride`; without an override, the last element of the prim's
+path. If several prims have the same name, the prim with the longest path keeps it, and the others get longer names.
 """
 
 from __future__ import annotations
@@ -21,14 +22,14 @@ from graphengine.node.context.frame_names import full_frame, prim_prefix
 def expand(
     stage: Stage, targets: Sequence[Prim], parent: Prim | None, frame: Callable[[Prim], Frame], *, loops: bool = True
 ) -> list[FrameLink]:
-    """Return the TF edges of target prims, in the order of the targets and of a robot's links.
+    """Return the TF edges for target prims, in the order of the targets; the edges of a robot are in the order of its links.
 
     Args:
         stage: stage of the prims.
-        targets: prims to make edges for.
-        parent: prim of the parent frame; None for `world`.
+        targets: target prims.
+        parent: prim whose frame is the parent frame; None for the frame `world`.
         frame: returns a handle to the pose of a prim.
-        loops: whether a link or body that is both parent and target has an edge from itself to itself.
+        loops: if `parent` is a link or body and also a target, whether to return an edge from this prim to itself.
     """
     edges: dict[Prim, Prim | None] = {}
     for target in targets:
@@ -58,14 +59,18 @@ def expand(
 
 
 def _fixed(stage: Stage, parent: Prim | None, child: Prim) -> Pose | None:
-    """Constant pose of a child in its parent's frame; None if a joint lies between them."""
+    """Return the constant pose of a child prim in the parent's frame; None if a joint lies between them."""
     anchor, pose = _anchor(stage, child)
     other, parent_pose = _anchor(stage, parent) if parent is not None else (None, (ORIGIN, IDENTITY))
     return relative(parent_pose, pose) if anchor is other else None
 
 
 def _anchor(stage: Stage, prim: Prim) -> tuple[Prim | None, Pose]:
-    """The nearest ancestor that a joint or free motion moves (None: the world), and the prim's pose in its frame."""
+    """Return the prim that carries the given prim, and the given prim's pose in its frame.
+
+    In a robot, the carrier is the nearest moving link or base link, from the prim itself upwards; elsewhere, it is the nearest
+    rigid body. None stands for the world.
+    """
     robot = stage.robot_of(prim)
     moved = {robot.facts.get("base_link"), *robot.facts.get("moving_links", ())} if robot is not None else set[str]()
     pose: Pose = (ORIGIN, IDENTITY)
@@ -77,7 +82,7 @@ def _anchor(stage: Stage, prim: Prim) -> tuple[Prim | None, Pose]:
 
 
 def frame_names(stage: Stage, prims: Sequence[Prim]) -> dict[Prim, str]:
-    """Return a unique frame name for each prim, with its prefix."""
+    """Return a unique frame name for each prim, including the prefix."""
     unique = list(dict.fromkeys(prims))
     prefixes = {prim: prim_prefix(stage, prim) for prim in unique}
     names: dict[Prim, str] = {}

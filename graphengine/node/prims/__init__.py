@@ -1,1 +1,1 @@
-"""Prims in USD's terms: types, attributes and attribute values."""
+"""Access to the prims of a world by USD types and USD attributes."""

@@ -1,4 +1,4 @@
-"""Prim attributes backed by the simulation: poses, joints and drives, gravity, friction and lights."""
+"""USD attributes whose values the simulation holds: poses, joint states, drive targets, gravity, friction and lights."""
 
 from __future__ import annotations
 
@@ -16,18 +16,18 @@ from graphengine.format.errors import ContextError
 from graphengine.format.wording import shown
 
 STRONGEST_GRAVITY = 1000.0
-"""Maximum magnitude of gravity, m/s2: some forty times that of Jupiter."""
+"""Maximum magnitude of gravity, m/s2; about forty times the gravity of Jupiter."""
 BRIGHTEST = 1e6
-"""Maximum intensity and maximum colour component: more than pictures can show, and their product is finite in OpenGL."""
+"""Maximum intensity of a light and maximum colour component. Brighter values look the same, and could overflow in OpenGL."""
 
 
 @dataclass(frozen=True, slots=True)
 class Attribute:
-    """One attribute of a prim.
+    """One attribute of a prim, with values of JSON types: numbers, strings, booleans and lists.
 
     Attributes:
-        read: returns the attribute's value as JSON types.
-        write: sets the attribute's value; None if it cannot change during a simulation.
+        read: returns the value.
+        write: sets the value; None for a read-only attribute.
     """
 
     read: Callable[[], Any]
@@ -35,7 +35,7 @@ class Attribute:
 
 
 def numbers(value: Any, count: int) -> list[float]:
-    """Return the numbers of a JSON array.
+    """Return the numbers of a JSON array of `count` elements as floats.
 
     Raises:
         ContextError: the value is not an array of `count` finite numbers.
@@ -52,7 +52,10 @@ def numbers(value: Any, count: int) -> list[float]:
 
 
 def of_pose(world: World, prim: Prim) -> dict[str, Attribute]:
-    """Return a prim's attributes for position (m) and orientation, a quaternion (w, x, y, z), relative to the parent prim."""
+    """Return the attributes of a prim's pose relative to its parent prim: position (m) and quaternion (w, x, y, z).
+
+    The attributes are writable for robots and objects that are entities of the world.
+    """
 
     def parent() -> Pose:
         assert prim.parent is not None  # the root has no pose
@@ -62,7 +65,7 @@ def of_pose(world: World, prim: Prim) -> dict[str, Attribute]:
         return relative(parent(), world.frame(prim).pose())
 
     def put(pose: Pose) -> None:
-        """Set the pose and keep the velocity."""
+        """Set the pose of the prim relative to its parent, and keep its velocity."""
         world.entities.place(prim.path, Move(*compose(parent(), pose), *world.body(prim).velocity()))
 
     def orient() -> list[float]:
@@ -85,7 +88,11 @@ def of_pose(world: World, prim: Prim) -> dict[str, Attribute]:
 
 
 def of_joint(world: World, prim: Prim) -> dict[str, Attribute]:
-    """Return a joint's attributes for its state and the targets of its drive; angles are in degrees, distances in m."""
+    """Return the attributes of a joint: whether it is enabled, its position and velocity, and the targets of its drive.
+
+    Angles are in degrees, distances in m. Only the targets are writable, and they exist only if the joint's drive has them. A
+    fixed joint has only the attribute `physics:jointEnabled`.
+    """
     found = {"physics:jointEnabled": Attribute(lambda: bool(prim.facts.get("enabled", True)))}
     robot, name = world.stage.robot_of(prim), prim.facts.get("joint", prim.name)
     if robot is None or name not in robot.facts.get("joints", ()):
@@ -95,7 +102,13 @@ def of_joint(world: World, prim: Prim) -> dict[str, Attribute]:
     kind, unit = ("linear", 1.0) if articulation.prismatic[index] else ("angular", math.degrees(1.0))
 
     def add(attribute: str, read: Callable[[], Any], command: str = "") -> None:
-        """Add an attribute for the joint's entry in the array of `read`; without `command`, it is read-only."""
+        """Add an attribute of the joint.
+
+        Args:
+            attribute: USD name of the attribute.
+            read: returns an array with one value per joint of the robot; the attribute is this joint's value.
+            command: keyword of `JointSelection.command` that sets the attribute; empty if the attribute is read-only.
+        """
 
         def write(value: Any) -> None:
             selection.command(**{command: [numbers([value], 1)[0] / unit]})
@@ -113,7 +126,7 @@ def of_joint(world: World, prim: Prim) -> dict[str, Attribute]:
 
 
 def of_gravity(world: World) -> dict[str, Attribute]:
-    """Return the attributes for gravity: direction as a unit vector, and magnitude, m/s2."""
+    """Return the attributes of gravity: its direction as a unit vector in the world frame, and its magnitude in m/s2."""
 
     def magnitude() -> float:
         return math.hypot(*world.gravity)
@@ -125,7 +138,8 @@ def of_gravity(world: World) -> dict[str, Attribute]:
     def fall(way: Sequence[float], strength: float) -> None:
         size = math.hypot(*way)
         if not 0.0 < size < math.inf or not 0.0 <= strength <= STRONGEST_GRAVITY:
-            raise ContextError(f"gravity has a direction, and a magnitude of 0 to {STRONGEST_GRAVITY:g} m/s2", strength)
+            text = f"gravity needs a direction other than zero, and a magnitude from 0 to {STRONGEST_GRAVITY:g} m/s2"
+            raise ContextError(text, strength)
         x, y, z = (strength * part / size for part in way)
         world.set_gravity((x, y, z))
 
@@ -136,7 +150,10 @@ def of_gravity(world: World) -> dict[str, Attribute]:
 
 
 def of_friction(world: World, prim: Prim) -> dict[str, Attribute]:
-    """Return a material's attributes for static and dynamic friction; read-only if a collider of the world has the material."""
+    """Return the attributes of a material: its coefficients of static and dynamic friction.
+
+    They are read-only if the material is bound to a link that is fixed to the world, because such a link has no body of its own.
+    """
     reachable = len(prim.facts["bodies"]) == len(prim.facts["bind"])
 
     def coefficient(index: int) -> Attribute:
@@ -151,7 +168,7 @@ def of_friction(world: World, prim: Prim) -> dict[str, Attribute]:
 
 
 def of_light(world: World, prim: Prim) -> dict[str, Attribute]:
-    """Return a light's attributes for intensity, relative to the initial intensity, and colour."""
+    """Return the attributes of a light: its intensity as a multiple of the initial one, and its colour (red, green, blue)."""
 
     def brighten(value: Any) -> None:
         world.set_light(prim, (_bright(numbers([value], 1))[0], world.light(prim)[1]))
@@ -169,7 +186,7 @@ def of_light(world: World, prim: Prim) -> dict[str, Attribute]:
 def _bright(found: list[float]) -> list[float]:
     for number in found:
         if not 0 <= number <= BRIGHTEST:
-            raise ContextError(f"must be 0 to {BRIGHTEST:g}, not {shown(number)}", number)
+            raise ContextError(f"must be a value from 0 to {BRIGHTEST:g}, not {shown(number)}", number)
     return found
 
 

@@ -1,10 +1,11 @@
-"""The prims of a world with their attributes.
+"""Reads and writes USD attributes of the prims of a world.
 
-Readable attributes: poses relative to the parent prim, masses, states of joints, targets of drives, gravity, friction of
-materials, lights, the clipping range of cameras, `isaac:status` of surface grippers, `isaac:nameOverride` and `isaac:namespace`.
-Angles are in degrees, as in USD.
+Attributes that can be read: poses relative to the parent prim, masses, positions and velocities of joints, targets of drives,
+gravity, friction of materials, lights, the clipping range of cameras, `isaac:status` of surface grippers, `isaac:nameOverride`
+and `isaac:namespace`. Angles are in degrees, as in USD.
+
 Attributes that can be written while the simulation runs: poses of robots and free bodies, targets of drives, gravity, friction
-and lights. Bodies slide by the dynamic friction; the static friction, which MuJoCo does not have, is stored and has no effect.
+and lights. The static friction is stored but has no effect, because MuJoCo has only one coefficient, the dynamic friction.
 """
 
 from __future__ import annotations
@@ -27,7 +28,7 @@ _WITHOUT_POSE = ("scope", "joint", "material", "graph")
 
 
 class Prims:
-    """The prims of the stage with their USD types and attributes; values are read and written as JSON types."""
+    """The prims of the stage, with USD types and attributes. Values are read and written as JSON types."""
 
     def __init__(self, world: World) -> None:
         self._world = world
@@ -58,10 +59,10 @@ class Prims:
         return ATTRIBUTE_TYPES[attribute], value
 
     def write(self, path: str, attribute: str, value: Any) -> None:
-        """Change an attribute.
+        """Set the value of an attribute in the simulation.
 
         Raises:
-            GraphError: the prim or attribute does not exist, the attribute is read-only, or the value is not valid.
+            GraphError: the prim or attribute does not exist, the attribute is read-only, or the value is not legal.
         """
         found = self._find(path, attribute, writable=True)
         assert found.write is not None
@@ -70,8 +71,13 @@ class Prims:
     def attribute(self, path: str, name: str, *, writable: bool) -> PrimAttribute:
         """Return a handle to an attribute.
 
+        Args:
+            path: path of the prim.
+            name: USD name of the attribute.
+            writable: whether the caller needs to write the attribute.
+
         Raises:
-            ContextError: the prim or attribute does not exist, or `writable` is set and the attribute is read-only.
+            ContextError: the prim or attribute does not exist, or `writable` is true and the attribute is read-only.
         """
         return PrimAttribute(path, name, self._find(path, name, writable=writable))
 
@@ -82,7 +88,7 @@ class Prims:
             raise ContextError(f"{path} has no attribute {name!r}", name, near)
         if writable and known[name].write is None:
             changing = [other for other, attribute in known.items() if attribute.write is not None]
-            hint = listing(changing, "what can be changed there") if changing else "nothing can be changed there"
+            hint = listing(changing, "writable attributes") if changing else "the prim has no writable attributes"
             raise ContextError(f"{name} of {path} cannot be changed while the simulation runs", name, hint)
         return known[name]
 
@@ -113,7 +119,7 @@ class Prims:
 
 
 class PrimAttribute:
-    """A handle to one attribute of a prim; values have the Python types of ports; quaternions are (x, y, z, w)."""
+    """A handle to one attribute of a prim. Values have the Python types of ports, and quaternions are (x, y, z, w)."""
 
     def __init__(self, path: str, name: str, attribute: Attribute) -> None:
         self._place = f"{name} of {path}"
@@ -121,7 +127,7 @@ class PrimAttribute:
         self._type = type_of_attribute(name)
 
     def read(self) -> Any:
-        """Return the current value."""
+        """Return the current value of the attribute."""
         value = self._attribute.read()
         if self._type.role == "quat":
             w, x, y, z = value
@@ -129,12 +135,12 @@ class PrimAttribute:
         return tuple(value) if isinstance(value, list) else value
 
     def write(self, value: Any) -> None:
-        """Set the value in the simulation.
+        """Set the value of the attribute in the simulation.
 
         Raises:
-            ContextError: the value is not valid for the attribute.
+            ContextError: the value is not legal for the attribute.
         """
-        assert self._attribute.write is not None  # it was asked for to be written
+        assert self._attribute.write is not None  # the handle was requested with `writable`
         try:
             given = coerce(value, self._type)
         except (TypeError, ValueError) as error:

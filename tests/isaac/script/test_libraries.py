@@ -84,7 +84,7 @@ def test_modules_above_a_script_are_named_with_the_folder_that_may_be_allowed(
 @pytest.mark.parametrize("call", ["build", "__import__('os').system", "(", "build(\0)", "x = build()"])
 def test_a_call_is_a_call(call: str, library: Path, imports: Graphrun) -> None:
     done = imports(library, "--call", call)
-    assert (done.code, "is not a call; write build('/World/robot', rate=2)" in done.err) == (2, True)
+    assert (done.code, "is not a function call; write build('/World/robot', rate=2)" in done.err) == (2, True)
 
 
 BROKEN = """

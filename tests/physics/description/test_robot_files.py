@@ -179,7 +179,7 @@ def test_what_drives_are_made_of_cannot_be_disabled_by_a_world(project: Project)
             "target_velocity: expected a value ≤ 1e+10, got 100000000000.0",
         ),
         ("armature: -0.1", "error G109: armature: expected a value ≥ 0, got -0.1"),
-        ("drive: {damping: 1}, usd_drive: {damping: 1}", "a joint has a drive or a usd_drive, not both"),
+        ("drive: {damping: 1}, usd_drive: {damping: 1}", "a joint has a `drive` or a `usd_drive`, not both"),
         ("drive: {dampng: 1}", "unknown key 'dampng'"),
     ],
 )

@@ -72,15 +72,15 @@ def test_what_is_resolved_about_a_robot_file_is_told_once(project: Project) -> N
 @pytest.mark.parametrize(
     ("entry", "code", "words"),
     [
-        ("{use: bot.yaml, count: 2}", "G109", "needs a spacing"),
-        ("{use: bot.yaml, spacing: [1, 1]}", "G109", "belong to a count"),
+        ("{use: bot.yaml, count: 2}", "G109", "needs a `spacing`"),
+        ("{use: bot.yaml, spacing: [1, 1]}", "G109", "need a `count`"),
         ("{use: bot.yaml, count: 0, spacing: [1, 1]}", "G109", "count"),
         ("{use: bot.yaml, count: 1001, spacing: [1, 1]}", "G109", "count"),
         ("{use: bot.yaml, count: 2, spacing: [1, -1]}", "G109", "spacing"),
         ("{use: bot.yaml, count: 2, spacing: [1, 1], places: [{}]}", "G109", "not both"),
         ("{use: bot.yaml, count: 2, spacing: [1, 1], namespace: same}", "S105", "2 robots would share the namespace"),
-        ('{use: bot.yaml, count: 2, spacing: [1, 1], namespace: "{number}"}', "G109", "is not a pattern"),
-        ('{use: bot.yaml, namespace: "{name.__class__}"}', "G109", "is not a pattern"),
+        ('{use: bot.yaml, count: 2, spacing: [1, 1], namespace: "{number}"}', "G109", "has an unknown placeholder"),
+        ('{use: bot.yaml, namespace: "{name.__class__}"}', "G109", "has an unknown placeholder"),
         ("{use: bot.yaml, count: 2, spacing: [1, 1]}\n  bot_0001: {use: bot.yaml}", "S105", "two robots are named"),
     ],
 )

@@ -74,7 +74,7 @@ def test_a_follower_starts_where_its_leader_puts_it(project: Project) -> None:
         ("arm_joint: {start: 1.5}", "bot.yaml:3:29: error G109: joint 'arm_joint' cannot start at 1.5 rad"),
         ("arm_joint: {start: 1.5}", "legal: -1 to 1 rad"),
         ("arm_joint: {start: 0.9, limits: [-0.5, 0.5]}", "legal: -0.5 to 0.5 rad"),
-        ("arm_joint: {limits: [0.5, -0.5]}", "limits are [lowest, highest]"),
+        ("arm_joint: {limits: [0.5, -0.5]}", "limits must be [lowest, highest]"),
         ("plate_joint: {start: 0.1}", "joint 'plate_joint' does not move, so it has no position at the start"),
         ("plate_joint: {spring: {stiffness: 1}}", "a spring has nothing to push"),
         ("plate_joint: {limits: [0, 1]}", "joint 'plate_joint' is fixed: it has no limits"),

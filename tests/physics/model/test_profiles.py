@@ -94,7 +94,7 @@ def test_figures_in_a_robot_file_are_a_profile(project: Project) -> None:
 
 def test_a_profile_is_a_name_or_figures(project: Project) -> None:
     project.robot("sensors: {it: {type: imu, profile: 7, parent: arm}}")
-    assert "profile: expected the name of a profile, or the figures of one, got 7" in project.error()
+    assert "profile: expected the name of a profile, or a mapping with its values, got 7" in project.error()
 
 
 def test_a_profile_is_of_one_sensor(project: Project) -> None:
