@@ -44,7 +44,7 @@ class ViewerControls:
         self._handles = MoveHandles(client.scene, command)
         self.pull = Pull(command)
         self.scene = SceneLayers(read_only=True)
-        gui, hint = client.gui, "the selected robot or object; click one to select it, and click it again to deselect it"
+        gui, hint = client.gui, "the selected robot or object; click one to select it, click it again to deselect it"
         self._selected: Any = gui.add_dropdown("Selected", (NOTHING,), order=-3, hint=hint)
         self._follows = gui.add_checkbox("Follow it", True, order=-2, hint="the camera follows the selection")
         hint = "handles move the selected robot or object; a drag with Ctrl or Cmd held pulls any robot or object"
