@@ -359,7 +359,10 @@ def test_a_server_that_never_comes_is_told_once(context: RecordingContext) -> No
     for _ in range(700):
         context.services.network.flush()
     assert context.logged == [
-        ("network", f"/service_name: no server offers this service with the type {SET_BOOL}; the last 10 calls wait for it")
+        (
+            "network",
+            f"/service_name: no server offers this service with the type {SET_BOOL}; the last 10 calls wait for it",
+        )
     ]
 
 
