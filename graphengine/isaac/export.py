@@ -55,13 +55,13 @@ class _Exporter:
     def _refuse(self, instance: Instance) -> None:
         """Report the node if Isaac Sim lacks its type, its `every` rate, or a port that is wired or set."""
         if instance.cls.type_name.startswith(OWN):
-            self._tell(instance, f"there is no {instance.cls.type_name} in Isaac Sim")
+            self._tell(instance, f"Isaac Sim has no node type {instance.cls.type_name}")
         every = instance.entry.spec.every
         if every is not None and every.hz is not None:
             ticks = max(1, round(TICK_RATE / every.hz))
             counted = f"which at {TICK_RATE} ticks a second is {TICK_RATE / ticks:g} Hz"
             advice = f"write `every: {{ticks: {ticks}}}`, {counted}"
-            self._tell(instance, "Isaac Sim counts ticks; it has no gate with a rate in Hz", advice)
+            self._tell(instance, "`every` has a rate in Hz, but the gates of Isaac Sim count ticks", advice)
         wires = [*self.graph.data_wires, *self.graph.exec_wires]
         used = instance.literals.keys() | {wire.target_field for wire in wires if wire.target == instance.index}
         used |= {wire.source_field for wire in wires if wire.source == instance.index}
@@ -96,7 +96,7 @@ class _Exporter:
         yield from _block("CREATE_ATTRIBUTES", list(self._attributes()))
         if messages := list(self._values(of_messages=True)):
             yield from _block("SET_VALUES", messages)
-            yield from ("    },", ")", "", "# the fields of messages are ports from here on")
+            yield from ("    },", ")", "", "# from here on, the nodes have ports for the fields of their messages")
             yield from ("og.Controller.edit(", "    GRAPH_PATH,", "    {")
         yield from _block("CONNECT", list(self._wires()))
         yield from _block("SET_VALUES", list(self._values(of_messages=False)))

@@ -27,10 +27,10 @@ from graphengine.node.port import Port
 WIDTH = 120
 SCRIPT_NODE = "omni.graph.scriptnode.ScriptNode"
 GONE = {
-    "isaacsim.core.nodes.IsaacReadSimulationTime.swhFrameNumber": "referenceTimeNumerator and -Denominator follow it",
-    "isaacsim.core.nodes.IsaacArticulationController.usePath": "robotPath is used where targetPrim is not given",
-    "isaacsim.ros2.bridge.ROS2CameraHelper.viewport": "wire renderProductPath from IsaacCreateRenderProduct",
-    "isaacsim.ros2.bridge.ROS2SubscribeJointState.targetPrim": "it had no use",
+    "isaacsim.core.nodes.IsaacReadSimulationTime.swhFrameNumber": "use referenceTimeNumerator and referenceTimeDenominator",
+    "isaacsim.core.nodes.IsaacArticulationController.usePath": "it is not needed: robotPath is used if targetPrim is not given",
+    "isaacsim.ros2.bridge.ROS2CameraHelper.viewport": "wire renderProductPath from IsaacCreateRenderProduct instead",
+    "isaacsim.ros2.bridge.ROS2SubscribeJointState.targetPrim": "it had no effect",
 }
 """Ports that only older versions of Isaac Sim had, each with a note on what replaces it."""
 
@@ -124,10 +124,10 @@ class _Composer:
         if found is None:
             what = f"{node.name}: the node type {node.type!r} is not available"
             advice = replacement(node.type) or self.registry.suggest(node.type, self.findings)
-            self.findings.add("W301", what, node.span, advice, "`graphrun check` will report it again")
+            self.findings.add("W301", what, node.span, advice, "`graphrun check` reports it again")
             return None
         if found.old_name:
-            what = f"{node.type!r} is a name from before Isaac Sim 4.5"
+            what = f"the node type name {node.type!r} is from before Isaac Sim 4.5"
             self.findings.add("N101", what, node.span, f"its current name is {found.cls.type_name!r}")
         named = [*self.wired.get(node.name, ()), *node.attributes]
         if found.cls.type_name == SCRIPT_NODE and node.attributes:
@@ -172,22 +172,22 @@ class _Composer:
         if graph.pipeline_stage == "on_demand" and physics:
             yield "runs: physics_step"
         elif graph.pipeline_stage == "on_demand":
-            self._leave_out("its evaluation on demand by a script; it runs every tick", graph.span)
+            self._leave_out("the evaluation on demand by a script; the graph runs every tick", graph.span)
         elif graph.pipeline_stage != "simulation":
-            self._leave_out(f"its pipeline stage {graph.pipeline_stage}; it runs every tick", graph.span)
+            self._leave_out(f"the pipeline stage {graph.pipeline_stage}; the graph runs every tick", graph.span)
         if graph.evaluator != "execution":
             yield "evaluator: push"
-            advice = "write evaluator_name 'execution' there if its events are to decide what is computed"
+            advice = "if events are to decide which nodes are computed, set the evaluator to 'execution'"
             self.findings.add("N301", f"{graph.path} is a push graph: every node is computed", graph.span, advice)
         if graph.evaluator == "dirty_push":
-            self._leave_out("its evaluator dirty_push, which computes only what changed", graph.span)
+            self._leave_out("the evaluator dirty_push; every node is computed, not only changed ones", graph.span)
 
     def _leave_out(self, what: str, span: Span | None, *help: str) -> None:
         self.findings.add("W302", f"{self.graph.path}: not converted: {what}", span, *help)
 
     def _variable(self, name: str, variable: RecordedValue) -> Iterator[str]:
         if not _NAME.match(name):
-            self._leave_out(f"variable {name!r}, which is not a legal name", variable.span)
+            self._leave_out(f"variable {name!r}, whose name is not legal (letters, digits and _)", variable.span)
             return
         data: Any = variable.data
         try:
@@ -229,10 +229,10 @@ class _Composer:
         name = _port_name(key)
         what, advice = "", ""
         if not key.startswith("inputs:"):
-            what = "a graph file has values of inputs only"
-            advice = f"while it runs: graphrun ctl impulse {self.names[node.name]}" if key == IMPULSE else ""
+            what = "a graph file contains values of inputs only"
+            advice = f"at run time: graphrun ctl impulse {self.names[node.name]}" if key == IMPULSE else ""
         elif value.data is None or not _PORT.match(name):
-            what = "it has none" if value.data is None else "it is not a legal port name"
+            what = "it is None" if value.data is None else "it is not a legal port name"
         elif cls is not None:
             port = find_port(cls, name, ["inputs"])
             if port is None:
@@ -266,7 +266,7 @@ class _Composer:
                 pending.append(known.ends[0])
         many = self.followed > _MOST_FOLLOWED
         if many or not driven:
-            why = f"more than {_MOST_FOLLOWED} wires lead to" if many else "nothing fires"
+            why = f"more than {_MOST_FOLLOWED} wires lead to" if many else "no output fires"
             self._leave_out(f"the wire {wire}: {why} {wire.source}.{wire.source_port}", wire.span)
 
     def _wire(self, wire: RecordedWire) -> str:

@@ -33,8 +33,8 @@ def narrow(graph: RecordedGraph, classes: Mapping[str, type[Node] | None], findi
                 name += "_"
             added[end] = graph.nodes[name] = RecordedNode(name, CONVERTER, span=wire.span)
             graph.wires.append(replace(wire, target=name, target_port="inputs:value"))
-            what = f"{wire.source}.{wire.source_port} is a double, {wire.target}.{wire.target_port} takes a float"
-            findings.add("N301", what, wire.span, f"the node {name} of type ToFloat is put between them")
+            what = f"{wire.source}.{wire.source_port} is a double, but {wire.target}.{wire.target_port} takes a float"
+            findings.add("N301", what, wire.span, f"the node {name} of type ToFloat is inserted to convert the value")
         graph.wires[index] = replace(wire, source=added[end].name, source_port="outputs:converted")
     return list(added.values())
 

@@ -126,6 +126,6 @@ def carried(items: Collection[Any], names: Callable[[Any], Iterable[str]], what:
     """Return the items of an import whose names are legal, at most `MAX_GRAPHS`; report the number of items left out."""
     kept = [item for item in items if all(len(name) <= MAX_NAME and name.isprintable() for name in names(item))]
     if left := len(items) - len(kept[:MAX_GRAPHS]):
-        legal = f"at most {MAX_GRAPHS}, of printable names up to {MAX_NAME} characters"
-        findings.add("W302", f"{left} {what} left out; legal: {legal}")
+        legal = f"at most {MAX_GRAPHS}, with printable names of at most {MAX_NAME} characters"
+        findings.add("W302", f"{left} {what} are left out; legal: {legal}")
     return kept[:MAX_GRAPHS]

@@ -6,11 +6,11 @@ from graphengine.format.diagnostics import Findings, Span
 from graphengine.sandbox import landlock, seccomp
 
 BORDERS = {
-    "Landlock": (landlock.available, "it may read all that you may read"),
-    "seccomp": (seccomp.available, "it may write files, start programs and reach the network"),
+    "Landlock": (landlock.available, "its code may read all files that you may read"),
+    "seccomp": (seccomp.available, "its code may write files, start programs and use the network"),
 }
 """By name: whether this kernel has it, and what code that breaks out of Python's checks may do without it."""
-TRUST = "--trust runs code of this file with all of your own permissions: read it before"
+TRUST = "--trust runs the code of this file with all your permissions: read the file first"
 
 
 def missing() -> list[str]:
@@ -26,7 +26,7 @@ def admit(what: str, findings: Findings, span: Span, *, trusted: bool) -> bool:
     if trusted:
         findings.add(
             "W206",
-            f"{what} is trusted and runs without {' and '.join(lacking)}",
+            f"{what} is trusted and read without confinement by {' and '.join(lacking)}",
             span,
             *_dangers(lacking),
         )
@@ -39,7 +39,9 @@ def admit(what: str, findings: Findings, span: Span, *, trusted: bool) -> bool:
 def warn(findings: Findings) -> None:
     """Warn once that descriptions and meshes are read without confinement."""
     if lacking := missing():
-        text = f"descriptions and meshes are read without {' and '.join(lacking)}, which this machine lacks"
+        text = (
+            f"descriptions and meshes are read without confinement by {' and '.join(lacking)}, which this machine lacks"
+        )
         findings.add("W206", text, None, *_dangers(lacking))
 
 

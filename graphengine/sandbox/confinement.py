@@ -96,9 +96,9 @@ def ask(module: str, request: bytes, seconds: float) -> bytes:
     if late.is_set():
         raise ProcessError(f"takes more than {seconds:g} s", answer)
     if code in (-signal.SIGXCPU, -signal.SIGKILL):
-        raise ProcessError("exceeds its limit of time or memory", answer)
+        raise ProcessError("exceeds its limit of CPU time or memory", answer)
     if code < 0:
-        raise ProcessError(f"breaks off: {signal.strsignal(-code)}", answer)
+        raise ProcessError(f"crashed: {signal.strsignal(-code)}", answer)
     if code > 0:
         raise ProcessError(next(filter(None, reversed(told)), f"ended with {code}")[:MAX_REASON], answer)
     return answer
@@ -167,7 +167,7 @@ def confine(
         if event not in _READING or not isinstance(arguments[0], str | os.PathLike):
             raise AccessDeniedError(f"{event} is not allowed here")
         if event == "open" and arguments[2] & _WRITING:
-            raise AccessDeniedError(f"{str(arguments[0])!r} cannot be written from here")
+            raise AccessDeniedError(f"{str(arguments[0])!r} may not be written")
         check_readable(Path(arguments[0]), files)
         if event == "open":
             files.note(Path(arguments[0]))

@@ -132,7 +132,7 @@ class Guard:
     def call(self, place: tuple[int, int, int], function: Any, /, *arguments: Any, **named: Any) -> Any:
         """Call a function; `place` is first line, last line and column of the call."""
         if "key" in named:  # Python calls it in loops of its own, which nobody counts
-            raise ForbiddenError("`key` is not allowed in an expression")
+            raise ForbiddenError("the argument `key` is not allowed in an expression")
         self.spend(1)
         self.weigh(getattr(function, "__self__", None), *arguments, *named.values())
         return self.made(function(*arguments, **named))
@@ -148,7 +148,7 @@ class Guard:
             sizes = (len(part) if isinstance(part, _COLLECTIONS) else operator.index(part) for part in operands)
             self.spend(max(math.prod(sizes), 0))
         elif name == "Mod" and isinstance(first, str | bytes) and _WIDE_FIELD.search(str(first)):
-            raise ForbiddenError("a field of more than 999 characters is not allowed in an expression")
+            raise ForbiddenError("a format field of more than 999 characters is not allowed in an expression")
         self.weigh(*operands)
         return self.made(_OPERATORS[name](*operands))
 
@@ -161,7 +161,7 @@ class Guard:
     def format(self, value: Any, conversion: int, form: str) -> str:
         """Return the text of a value in an f-string."""
         if _WIDE.search(form):
-            raise ForbiddenError("a field of more than 999 characters is not allowed in an expression")
+            raise ForbiddenError("a format field of more than 999 characters is not allowed in an expression")
         self.weigh(value)
         return format(_CONVERSIONS[conversion](value) if conversion in _CONVERSIONS else value, form)
 

@@ -74,7 +74,9 @@ def read(answer: bytes, kind: type[_T], most: int, span: Callable[..., Span] = S
         ProcessError: the output is malformed or too large.
     """
     if len(answer) > most or sum(map(answer.count, (b"[", b"{", b","))) > MAX_PARTS:
-        raise ProcessError(f"answers more than {most // 1_000_000} MB or {MAX_PARTS // 1_000_000} million parts", b"")
+        raise ProcessError(
+            f"answers with more than {most // 1_000_000} MB or {MAX_PARTS // 1_000_000} million parts", b""
+        )
     try:
         found: _T = typed(kind, json.loads(answer), span)
     except (ValueError, TypeError, LookupError, AttributeError, RecursionError, OverflowError, OSError):

@@ -182,8 +182,8 @@ def test_the_environment_is_empty_and_memory_ends(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("code", "told"),
     [
-        ("import os; os.kill(os.getpid(), 11)", "breaks off: Segmentation fault"),
-        ("import os; os.kill(os.getpid(), 9)", "exceeds its limit of time or memory"),
+        ("import os; os.kill(os.getpid(), 11)", "crashed: Segmentation fault"),
+        ("import os; os.kill(os.getpid(), 9)", "exceeds its limit of CPU time or memory"),
         ("raise ValueError('this')", "ValueError: this"),
         ("raise SystemExit(3)", "ended with 3"),
     ],

@@ -123,5 +123,5 @@ class Frames:
             self.impulses.setdefault(part, place)
             return
         what = f"the script sets {'/'.join(part)}{'' if part[1] == name else '.' + name} while it runs the simulation"
-        what += "; the file keeps the value from before"
-        self.findings.add("W302", what, place, "publish it over ROS 2 while the graph runs, or compute it in the graph")
+        what += "; the graph file keeps the previous value"
+        self.findings.add("W302", what, place, "publish the value over ROS 2 at run time, or compute it in the graph")

@@ -97,7 +97,7 @@ class GraphRecorder(ScriptNotes):
         self.report_searches()
         self.parts += 1
         if self.parts > MAX_PARTS:
-            raise OmniGraphError(f"more than {MAX_PARTS} nodes, wires and values")
+            raise OmniGraphError(f"the script creates more than {MAX_PARTS} nodes, wires and values")
 
     # Graphs
 
@@ -121,7 +121,7 @@ class GraphRecorder(ScriptNotes):
         choices = (f"/World/{known}", *(f"/World/{known}_{number}" for number in range(2, len(self.graphs) + 3)))
         self.put[path.rstrip("/")] = place = next(choice for choice in choices if choice not in self.graphs)
         what = f"the prim path {path} of a graph is unknown; the graph is put at {place}"
-        self.leave_out(what, path, "write its path after `at:`")
+        self.leave_out(what, path, "write the actual path after `at:` in the graph file")
         return place
 
     def meant(self, path: str) -> str:
@@ -159,7 +159,7 @@ class GraphRecorder(ScriptNotes):
         if path in self.prims or found:
             return path in self.prims or (found is not None and found[1] in ("", *found[0].nodes))
         if not self.assumed or path in self.absent:
-            return self.holds(path, "a prim to be there")
+            return self.holds(path, "the prim exists")
         self.granted.add(path)
         return True
 
@@ -295,7 +295,7 @@ class GraphRecorder(ScriptNotes):
     def value(self, place: Place) -> Any:
         """Return the value that the script set for an attribute; None if it set none."""
         if place.name.startswith("outputs:"):
-            self.pass_over(f"what the script does with {place.path}")
+            self.pass_over(f"the use of the output {place.path}")
         known = place.graph.nodes.get(place.node)
         found = known.values.get(place.name) if known else None
         return found.data if found else None
@@ -305,7 +305,7 @@ class GraphRecorder(ScriptNotes):
     def connect(self, source: Place, target: Place) -> None:
         """Add a wire between two attributes of one graph; a wire between two graphs is left out with a warning."""
         if source.graph is not target.graph:
-            self.leave_out(f"the wire {source.path} -> {target.path} leads from one graph into another", source.name)
+            self.leave_out(f"the wire {source.path} -> {target.path} connects different graphs", source.name)
             return
         self.count()
         self.node(source), self.node(target)

@@ -61,7 +61,7 @@ def make_modules(recorder: GraphRecorder) -> dict[str, ModuleType]:
 
     def set_target_prims(primPath: Any, targetPrimPaths: Any, inputName: Any = "inputs:targetPrim") -> None:  # noqa: N803
         if recorder.assumed and not recorder.graph_of(str(primPath)):
-            recorder.leave_out(f"what is set at {primPath}.{inputName}: no graph contains that node", "", OPENED)
+            recorder.leave_out(f"the value of {primPath}.{inputName} is left out: no graph has the node", "", OPENED)
             return
         graph, node = recorder.find_node(None, str(primPath))
         recorder.set_value(recorder.inner(Place(graph, node, str(inputName))), list(targetPrimPaths))

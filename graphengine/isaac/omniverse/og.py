@@ -213,7 +213,7 @@ class Controller(metaclass=Open):
         if "value" in named:
             given = [named["value"]]
         if spec is None or not given:
-            raise OmniGraphError("set: give an attribute and a value")
+            raise OmniGraphError("set() needs an attribute and a value")
         if is_hidden(self.recorder, spec):
             self._leave_attribute(spec)
         elif isinstance(spec, OgVariable):
@@ -236,7 +236,9 @@ class Controller(metaclass=Open):
     def _leave_attribute(self, spec: Any) -> StubObject:
         """Warn that an attribute of a node that only Omniverse knows is left out; return a stub for the attribute."""
         if str(spec) not in map(unknown, (ELSEWHERE, OWN)):
-            self.recorder.leave_out(f"what is set at {str(spec)[:200]}: only Omniverse knows that node")
+            self.recorder.leave_out(
+                f"the access to the attribute {str(spec)[:200]} is left out: only Omniverse knows its node"
+            )
         return StubObject(OWN, self.recorder)
 
     def _place(self, spec: Any, node_id: Any = None, graph_id: Any = None) -> Place:

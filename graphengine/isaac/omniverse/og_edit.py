@@ -16,7 +16,7 @@ from graphengine.isaac.recorded_graph import VARIABLE, RecordedGraph
 
 MAX_LOST = 1000
 """Maximum number of steps that are listed for a refused edit."""
-OPENED = "a USD file that the script opens may hold it; import that file too"
+OPENED = "a USD file that the script opens may contain it; import that file too"
 
 
 class Keys:
@@ -42,7 +42,7 @@ ORDER = tuple(value for name, value in vars(Keys).items() if name.isupper())
 def steps(commands: Any) -> Iterator[tuple[str, Any]]:
     """Return the commands of an edit as pairs of key and item, in OmniGraph's order of execution."""
     if not isinstance(commands, Mapping):
-        raise OmniGraphError(f"an edit is a dictionary, got {shown(commands)}")
+        raise OmniGraphError(f"expected a dictionary of edit commands, got {shown(commands)}")
     return ((key, item) for key in ORDER if key in commands for item in items(commands[key]))
 
 
@@ -107,7 +107,9 @@ class Edit:
 
     def _create_variables(self, item: Any, compound: str) -> None:
         if compound:
-            self.recorder.leave_out(f"variables of the compound {compound!r} are those of its graph", str(item[0]))
+            self.recorder.leave_out(
+                f"variables of the compound {compound!r} become variables of its graph", str(item[0])
+            )
         self.recorder.create_variable(self.graph, *item)
 
     def _create_nodes(self, item: Any, compound: str) -> None:
@@ -130,7 +132,7 @@ class Edit:
     def _create_prims(self, item: Any, compound: str) -> None:
         path = item[0] if isinstance(item, tuple) else item
         full = str(path) if str(path).startswith("/") else f"{self.graph.path}/{path}"
-        self.recorder.leave_out(f"the prim {full!r} is not made", str(path), "a graph's file makes no prims")
+        self.recorder.leave_out(f"the prim {full!r} is not created", str(path), "a graph file cannot create prims")
         self.recorder.prims.add(full)
         self.prims.append(UsdPrim(full, self.recorder))
         self.names[str(path)] = self.prims[-1]
@@ -147,7 +149,7 @@ class Edit:
         ends: list[Place] = []
         for spec in (source, target):
             if isinstance(spec, str) and spec.startswith("/") and not self.recorder.graph_of(spec.partition(".")[0]):
-                self.recorder.leave_out(f"the wire {source} -> {target}: {spec} belongs to no graph", spec)
+                self.recorder.leave_out(f"the wire {source} -> {target} is left out: {spec} belongs to no graph", spec)
                 return
             ends.append(self._place(spec, compound))
         self.recorder.connect(*ends)

@@ -116,7 +116,9 @@ class OgGraph(OgHandle):
     def set_disabled(self, disabled: bool) -> None:
         """Warn, if `disabled`, that a graph file cannot disable its graph."""
         if disabled:
-            self.recorder.leave_out(f"the graph {self.graph.path} is disabled; its file is not", "set_disabled")
+            self.recorder.leave_out(
+                f"the graph {self.graph.path} is disabled; a file cannot express that", "set_disabled"
+            )
 
     plain_data = get_path_to_graph
 

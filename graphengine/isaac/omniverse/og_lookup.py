@@ -20,7 +20,7 @@ def edited_graph(recorder: GraphRecorder, graph_id: Any) -> RecordedGraph:
         return graph_id.graph
     if isinstance(graph_id, Mapping):
         if "graph_path" not in graph_id:
-            raise OmniGraphError("the graph needs a graph_path")
+            raise OmniGraphError("the mapping that describes a graph needs a 'graph_path'")
         stage = graph_id.get("pipeline_stage", GraphPipelineStage.GRAPH_PIPELINE_STAGE_SIMULATION)
         evaluator = graph_id.get("evaluator_name", "push")
         return recorder.create_graph(str(graph_id["graph_path"]), evaluator, stage_of(stage))

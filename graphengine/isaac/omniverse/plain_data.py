@@ -80,15 +80,15 @@ class _Reading:
 
 def _whole(value: int) -> int:
     if not -(2**63) <= value < 2**64:
-        raise UnknownError("it is not a 64 bit number")
+        raise UnknownError("it does not fit into 64 bits")
     return value
 
 
 def _text(value: str) -> str:
     if is_unknown(value):
-        raise UnknownError(f"it contains {value[:100]!r}")
+        raise UnknownError(f"it contains {value[:100]!r}, which only Omniverse knows")
     if len(value) > MAX_TEXT:
         raise UnknownError(f"it has more than {MAX_TEXT} characters")
     if any("\ud800" <= character <= "\udfff" for character in value):
-        raise UnknownError("it is not text")
+        raise UnknownError("it contains characters that are not valid Unicode")
     return str(value)

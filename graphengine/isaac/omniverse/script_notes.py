@@ -102,11 +102,11 @@ class ScriptNotes:
     def report_searches(self) -> None:
         """Warn of the recorded searches, because the part that the script builds now may depend on their results."""
         for what, place in self._searches:
-            lost = f"the script looks through {what}, which is empty here: what it finds there is left out"
+            lost = f"the script iterates over {what}, which is empty in an import: its work on the items is left out"
             self.findings.add("W302", lost, place)
         self._searches.clear()
 
-    def holds(self, name: str, said: str = "it to be true") -> bool:
+    def holds(self, name: str, said: str = "it is true") -> bool:
         """Return whether the user assumes that a prim or file exists, or that a stub is true."""
         if name not in self.prims and (place := self.where("")):
             self.missed.setdefault((place.source.path, place.line), {})[name] = said

@@ -25,7 +25,7 @@ _ASKS = re.compile(
 )
 """Beginnings of names of calls that change nothing a graph file could contain; these calls are not reported."""
 
-ELSEWHERE, OWN = "what a USD file holds", "a node of Omniverse's own"
+ELSEWHERE, OWN = "an object of a USD file", "an attribute of an unknown node"
 """Names of stubs for values that other findings report."""
 
 _DRAWS = frozenset(("update", "step", "render", "next_update_async"))
@@ -162,7 +162,7 @@ class StubObject:
 
     def plain_data(self) -> Any:
         """Raise an error: the value is unknown."""
-        raise UnknownError(f"it comes from {self._name}")
+        raise UnknownError(f"it comes from {self._name}, which only Omniverse knows")
 
 
 def of_unknown(function: Any) -> Any:
@@ -251,7 +251,7 @@ def told(recorder: ScriptNotes, name: str) -> None:
     if _ASKS.match(last) or name.startswith((ELSEWHERE, OWN)):
         return
     if _OF_GRAPHS.search(name):
-        recorder.leave_out(f"what {name}() does to graphs is left out")
+        recorder.leave_out(f"the effect of {name}() on graphs is left out")
     elif "[…]" not in name:
         recorder.pass_over(f"{name}()")
 

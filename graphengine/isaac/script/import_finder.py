@@ -83,7 +83,7 @@ class ImportFinder(importlib.abc.MetaPathFinder, importlib.abc.Loader):
         """Yield the option that makes a module in a folder above the script readable, if there is such a module."""
         for folder in Path(self.folders[0]).parents[:MAX_ABOVE]:
             if (folder / name).is_dir() or (folder / f"{name}.py").is_file():
-                yield f"--allow {folder} lets it be imported"
+                yield f"to import it, add --allow {folder}"
                 return
 
     def create_module(self, spec: ModuleSpec) -> types.ModuleType:

@@ -37,8 +37,8 @@ class TimeIsUpError(BaseException):
 
 UNFORGIVEN = (OmniGraphError, AccessDeniedError, RecursionError, MemoryError, StopIteration, StopAsyncIteration)
 """Errors that also occur with Omniverse, or that end loops; the script does not continue after them."""
-_LATER = "what it would have built later is not in the graphs"
-_ARGUMENTS = "give it arguments behind `--`: graphrun import FILE.py -- ARGUMENT …"
+_LATER = "the graphs lack the parts that it would have built later"
+_ARGUMENTS = "pass arguments to the script after `--`: graphrun import FILE.py -- ARGUMENT …"
 _ENDS = {EndlessError: "stop", TimeIsUpError: "stop", SystemExit: "exit"}
 """Names in messages for exceptions that end a script without being errors."""
 
@@ -75,7 +75,7 @@ class Losses:
         self.stopped, place = True, self.scripts.place(error)
         if (type(error), str(place)) not in self._skipped:
             self._skipped.add((type(error), str(place)))
-            what = f"{_text(error)}; the script continues without that"
+            what = f"{_text(error)}; the script continues after the failed statement"
             self.recorder.findings.add("W302", what, place, *_advice(error), *self._around(error))
 
     def report_end(self, error: BaseException) -> None:
@@ -91,14 +91,14 @@ class Losses:
             case SystemExit(code=None | 0):
                 return
             case EndlessError():
-                what = "the script runs without end, such as a simulation loop; it was stopped here"
+                what = "the script runs in an endless loop, such as a simulation loop, and was stopped here"
                 findings.add("N302", what, place, _LATER)
                 return
             case SystemExit():
                 what, keep = f"the script ended with exit({error.code!r})", True
                 advice = _advice(error)
             case TimeIsUpError():
-                what, self.may_differ = "the script takes too long", False
+                what, self.may_differ = "the script takes longer than its time limit", False
             case MemoryError():
                 what, self.may_differ = f"the script takes more than {MAX_MEMORY_BYTES >> 20} MiB", False
             case RecursionError():
@@ -122,8 +122,8 @@ class Losses:
             if isinstance(error, OmniGraphError) and handler:
                 codes = [frame.f_code for frame, _ in traceback.walk_tb(error.__traceback__)]
                 looks = any(code.co_filename == og.__file__ and code.co_name in _LOOKS for code in codes)
-                lost = ", ".join(getattr(error, "__notes__", ["it"]))
-                what = f"{error}; the script continues without {lost}"
+                lost = ", ".join(getattr(error, "__notes__", ["the failed call"]))
+                what = f"{error}; the script continues, but did not execute: {lost}"
                 self.recorder.findings.add("N302" if looks else "W302", what, self.scripts.place(error))
 
     def report_unreached(self) -> None:
@@ -146,7 +146,7 @@ class Losses:
             more = f" and {len(never) - MOST_ASKED} more" if len(never) > MOST_ASKED else ""
             what = f"functions that build graphs are not called: {texts}{more}"
             lost = handed_over(main.tree) & {builder.node.name for builder in never}
-            self.recorder.findings.add("W302" if lost else "N302", what, None, "--call calls one of them instead")
+            self.recorder.findings.add("W302" if lost else "N302", what, None, "--call calls one of them")
 
     def report_conditions(self) -> None:
         """Report conditions whose value only Omniverse knows, if they may affect the graphs."""
@@ -154,19 +154,19 @@ class Losses:
         made = self.recorder.graph_of
         asked = [f"{name} (line {line} of {Path(path).name})" for name, path, line in missed if not made(name)]
         if asked and self.recorder.graphs:
-            what = f"assumed to be false or absent, because only Omniverse knows: {', '.join(asked[:MOST_CALLABLE])}"
+            what = f"assumed to be false or absent, because only Omniverse knows their values: {', '.join(asked[:MOST_CALLABLE])}"
             what += f" and {len(asked) - MOST_CALLABLE} more" if len(asked) > MOST_CALLABLE else ""
-            self.recorder.findings.add("N302", what, None, "--assume NAME assumes that it is true or exists")
+            self.recorder.findings.add("N302", what, None, "--assume NAME assumes that NAME is true or exists")
 
     def hints(self) -> Iterator[str]:
         """Yield the last lines that the script printed, often about a caught error, and functions to call for building graphs."""
-        yield from (f"it printed: {line}" for line in self.recorder.said)
+        yield from (f"the script printed: {line}" for line in self.recorder.said)
         main = self.scripts.main
         found, reach = entries(main.tree, self.recorder.lacking), Unreached(main, self.ran)
         if any(reach.ran(part) for builder in found for part in builder.node.body):
             found = builders(main.tree, foreign=self.recorder.lacking)  # the functions that ran would fail again
         if found:
-            yield "it defines functions that build graphs; call one, for example --call \"build('/World/robot', rate=2)\":"
+            yield "the script defines functions that build graphs; call one: --call \"build('/World/robot', rate=2)\":"
             yield from (f"  {builder.text}, line {builder.node.lineno}" for builder in found[:MOST_CALLABLE])
 
     def _around(self, error: BaseException) -> Iterator[str]:
@@ -181,7 +181,7 @@ class Losses:
         missed, path = self.recorder.missed, script.source.path
         asked = {name: said for at in asking(script.tree, line) for name, said in missed.get((path, at), {}).items()}
         for name, said in list(asked.items())[:MOST_ASKED]:
-            yield f"--assume {shlex.quote(name)} takes {said}"
+            yield f"--assume {shlex.quote(name)} assumes that {said}"
 
     def _failures(self, error: BaseException, handler: int) -> Iterator[Failure]:
         """Yield the expressions of the script that an error passed through."""
@@ -212,4 +212,4 @@ def _advice(error: BaseException) -> tuple[str, ...]:
         return (_ARGUMENTS,) * (error.code == 2)
     trace = list(traceback.walk_tb(error.__traceback__))
     asked = trace and trace[-1][0].f_code is type(os.environ).__getitem__.__code__
-    return (f"give it the variable: --env {error.args[0]}=VALUE",) if asked else ()
+    return (f"set the environment variable: --env {error.args[0]}=VALUE",) if asked else ()

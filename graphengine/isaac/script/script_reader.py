@@ -130,7 +130,7 @@ def decoded(raw: bytes) -> str:
     """
     encoding, _ = tokenize.detect_encoding(io.BytesIO(raw).readline)
     if codecs.lookup(encoding).name not in CODECS:
-        raise SyntaxError(f"the encoding {encoding!r} is not supported; {listing(CODECS)}; save it as UTF-8")
+        raise SyntaxError(f"the encoding {encoding!r} is not supported; {listing(CODECS)}; save the file as UTF-8")
     return io.IncrementalNewlineDecoder(None, translate=True).decode(raw.decode(encoding))
 
 
@@ -144,7 +144,7 @@ def _run(path: Path, request: dict[str, Any], findings: Findings, read_stage: Re
     stages = list(dict.fromkeys(first.stages))
     graphs_of = cache(read_stage)  # several names may refer to one file
     if len(stages) > MAX_STAGES:
-        findings.add("W302", f"{len(stages) - MAX_STAGES} of the stages that the script opens are left out", start)
+        findings.add("W302", f"{len(stages) - MAX_STAGES} of the USD files that the script opens are left out", start)
     for name in stages[:MAX_STAGES]:
         file = path.parent / name
         readable = file.suffix in SUFFIXES and os.path.isfile(file) and _readable(path, request).may_read(file)
@@ -198,5 +198,5 @@ def _run_once(path: Path, request: dict[str, Any]) -> ScriptAnswer:
         answer = ask(_PROCESS, encoded(request).encode(), request["seconds"] + STARTING_SECONDS)
         return read(answer, ScriptAnswer, MAX_ANSWER, sources.span)
     except ProcessError as error:
-        finding = Finding("G401", f"the script cannot be run: {error}", Span(Source(str(path), ()), 1, 1))
+        finding = Finding("G401", f"the script cannot be run: its process {error}", Span(Source(str(path), ()), 1, 1))
         return ScriptAnswer(findings=[finding])

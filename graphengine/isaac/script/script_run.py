@@ -104,7 +104,7 @@ class ScriptRun:
         self.losses.report_conditions()
         hints = list(self.losses.hints())
         if self.allowed and hints and not self.recorder.graphs and not self.recorder.findings.errors:
-            self.recorder.findings.add("W302", "the script builds nothing", None, *hints)
+            self.recorder.findings.add("W302", "the script builds no graph", None, *hints)
 
     def _run(self, namespace: dict[str, Any]) -> None:
         try:
@@ -132,14 +132,14 @@ class ScriptRun:
     def _call(self, namespace: dict[str, Any]) -> None:
         """Evaluate the user's `--call` options; without any, call `on_startup` of extensions if nothing was built."""
         if self.calls and self.recorder.graphs:
-            what = f"left out, as --call decides what is built: {', '.join(self.recorder.graphs)}"
+            what = f"graphs that the script builds without --call are left out: {', '.join(self.recorder.graphs)}"
             self.recorder.findings.add("N302", what)
             self.recorder.graphs, self.recorder.removed = {}, {}
         for call in self.calls:
             names = {node.id for node in ast.walk(ast.parse(call)) if isinstance(node, ast.Name)}
             absent = sorted(names - {*namespace, *vars(builtins), re.split(r"\W", call)[0]})
             if absent:
-                what = f"{', '.join(absent)} in the call: assumed to be objects of Omniverse"
+                what = f"{', '.join(absent)} in --call: undefined names, assumed to be objects of Omniverse"
                 self.recorder.findings.add("N302", what)
             result = eval(call, {name: StubObject(name, self.recorder) for name in absent} | namespace)
             if inspect.iscoroutine(result):
@@ -154,7 +154,7 @@ class ScriptRun:
         """Return an existing path in place of a missing file or folder that is assumed to exist; empty if it is not assumed."""
         file, suffix = file.rstrip("/"), os.path.splitext(file)[1]
         known = f"{file}/" in self.recorder.prims
-        if not known and not self.recorder.assumed and not self.recorder.holds(file, "it to be there"):
+        if not known and not self.recorder.assumed and not self.recorder.holds(file, "it exists"):
             return ""
         return self.folders[0] if folder or known or not suffix else self.path
 
@@ -188,7 +188,7 @@ class ScriptRun:
                 continue
             if not every:
                 what = f"the impulses that a loop of the script sends to {path}/{name} are left out"
-                control = f"or while it runs: graphrun ctl impulse {name}"
+                control = f"or at run time: graphrun ctl impulse {name}"
                 findings.add("W302", what, place, "--impulse-every 1 lets the node fire every tick", control)
                 continue
             node = graph.nodes[name]
@@ -198,7 +198,7 @@ class ScriptRun:
             for number, wire in enumerate(graph.wires):
                 if wire.ends[0] == fired:
                     graph.wires[number] = replace(wire, source_port="outputs:tick")
-            what = f"{path}/{name}, to which a loop of the script sends impulses, is an OnTick"
+            what = f"{path}/{name}, to which a loop of the script sends impulses, is replaced by an OnTick node"
             findings.add("N301", what, place)
 
 

@@ -61,13 +61,13 @@ def graphs_of(contents: StageContents, registry: Registry, spans: PrimSpans, fin
         for target in dict.fromkeys(prim.targets.get(INSTANCES, ())):
             users.setdefault(target, []).append(prim)
             if target not in contents.prims:
-                reader.tell("W302", f"{prim.path} refers to a graph at {target}, where there is none", prim)
+                reader.tell("W302", f"{prim.path} refers to a graph at {target}, but there is no graph", prim)
     found: list[RecordedGraph] = []
     for prim in contents.prims.values():
         if prim.type != GRAPH or prim.path in reader.inner:
             continue
         if prim.path.startswith(_GENERATED[0]) or prim.name.startswith(_GENERATED[1]):
-            reader.tell("N302", f"the graph {prim.path} is made while a simulation runs, and is left out", prim)
+            reader.tell("N302", f"the graph {prim.path} is left out: Isaac Sim creates it at run time", prim)
             continue
         graph, instanced = reader.read(prim), users.get(prim.path, [])
         reader.count(len(instanced) * (len(graph.wires) + sum(len(node.values) + 1 for node in graph.nodes.values())))
@@ -132,7 +132,7 @@ class _GraphReader:
         """
         self.parts += parts
         if self.parts > MAX_PARTS:
-            raise TooManyError(f"its graphs have more than {MAX_PARTS} nodes, wires and values")
+            raise TooManyError(f"the graphs of the stage have more than {MAX_PARTS} nodes, wires and values")
 
     def tell(self, code: str, message: str, prim: StagePrim) -> None:
         """Add a finding at the position of a prim."""
@@ -146,7 +146,7 @@ class _GraphReader:
         if evaluator in EVALUATORS:
             graph.evaluator = evaluator
         elif evaluator:
-            self.tell("W302", f"{prim.path} has an evaluator {evaluator!r}, which is taken for push", prim)
+            self.tell("W302", f"{prim.path} has an unknown evaluator {evaluator!r}; push is used instead", prim)
         graph.pipeline_stage = pipeline_stage(prim.text("pipelineStage")) or "simulation"
         for name, attribute in prim.attributes.items():
             if name.startswith(VARIABLE):
@@ -166,7 +166,9 @@ class _GraphReader:
             if inside is None:
                 self.names[prim.path] = name
             elif prefix.count("/") == MAX_DEPTH or not inside:
-                what = f"it is more than {MAX_DEPTH} deep" if prefix.count("/") == MAX_DEPTH else "no graph is below it"
+                what = (
+                    f"it is over {MAX_DEPTH} levels deep" if prefix.count("/") == MAX_DEPTH else "it contains no graph"
+                )
                 self.tell("W302", f"the compound {prim.path} is left out: {what}", prim)
             elif prim.path not in self.opened:
                 self.opened.add(prim.path)
@@ -256,11 +258,11 @@ class _GraphReader:
             return self.prims[source.prim].attributes.get(source.port)
         found = self.plain.get(source.path)
         if found is not None and found.value is not None:
-            what = f"{prim.path}.{port} keeps the value of {source.path}, which is no node of its graph"
+            what = f"{prim.path}.{port} keeps the value of {source.path}, which belongs to no node of the graph"
             self.tell("N301", what, prim)
             return found
         wire = f"{source.path} -> {prim.path}.{port}"
-        self.tell("W302", f"the wire {wire} is left out: it does not begin at a node of its graph", prim)
+        self.tell("W302", f"the wire {wire} is left out: it does not begin at a node of the graph", prim)
         return None
 
 

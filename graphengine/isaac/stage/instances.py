@@ -25,11 +25,11 @@ def instances(graph: RecordedGraph, prim: StagePrim, users: list[StagePrim], fin
     if mode == "Standalone" or (mode != "Instanced" and not users):
         return [graph]
     if not users:
-        what = f"{prim.path} is evaluated for prims that refer to it, and there are none; it is left out"
+        what = f"{prim.path} is left out: it is evaluated only for prims that refer to it, and no prim does"
         findings.add("W302", what, graph.span)
         return []
     paths = ", ".join(user.path for user in users)
-    findings.add("N301", f"{prim.path} becomes a graph below each prim that refers to it: {paths}", graph.span)
+    findings.add("N301", f"{prim.path} becomes one graph below each prim that refers to it: {paths}", graph.span)
     return [_instance(graph, f"{user.path}/{prim.name}", user) for user in users]
 
 

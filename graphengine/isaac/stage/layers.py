@@ -54,7 +54,7 @@ class Layers:
                     self._follow(layer, reference)
                 except UnreadableError as error:
                     layer.UpdateCompositionAssetDependency(reference, "")
-                    named = "" if layer == root else f"; {layer.GetDisplayName()} names it"
+                    named = "" if layer == root else f"; {layer.GetDisplayName()} refers to it"
                     self.left_out.append((reference, f"{error}{named}"))
         return root
 
@@ -68,10 +68,10 @@ class Layers:
         if "://" in name:
             raise UnreadableError("it is not a local file")
         if "`" in name or arguments:
-            raise UnreadableError("the name of its file is computed")
+            raise UnreadableError("its name contains an expression or arguments")
         absolute = layer.ComputeAbsolutePath(name)
         if not os.path.isabs(absolute):
-            raise UnreadableError("there is no such file")
+            raise UnreadableError("the file does not exist")
         self._open(absolute)
 
     def _open(self, path: str) -> Sdf.Layer:
@@ -82,20 +82,20 @@ class Layers:
             folder = Path(path).resolve().parent
             raise UnreadableError(f"it lies outside the folder of the file you gave; allow it with --allow {folder}")
         if not os.path.isfile(path):
-            raise UnreadableError("there is no such file")
+            raise UnreadableError("the file does not exist")
         if os.path.splitext(path)[1].lower() not in SUFFIXES:
             raise UnreadableError("it is not a .usd, .usda or .usdc file")
         if len(self._opened) >= MAX_LAYERS:
             raise UnreadableError(f"the stage has more than {MAX_LAYERS} files")
         self._bytes += os.path.getsize(path)
         if self._bytes > MAX_BYTES:
-            raise UnreadableError(f"all files together are larger than {MAX_BYTES // 1_000_000} MB")
+            raise UnreadableError(f"the files of the stage are together larger than {MAX_BYTES // 1_000_000} MB")
         try:
             layer = Sdf.Layer.FindOrOpen(path)
         except Tf.ErrorException as error:
             raise UnreadableError(reason(error)) from None
         if layer is None:
-            raise UnreadableError("it is not a stage")
+            raise UnreadableError("USD cannot open it as a stage")
         self.files.note(Path(path))
         self._opened[layer.identifier] = layer
         self._pending.append(layer)
@@ -105,7 +105,7 @@ class Layers:
 def reason(error: Tf.ErrorException) -> str:
     """Return USD's error message; of several, the first one that begins with a position in a file."""
     texts = [str(one.commentary).strip("'\n") for one in error.args]
-    return next((text for text in texts if PLACE.match(text)), texts[0] if texts else "no reason is given")
+    return next((text for text in texts if PLACE.match(text)), texts[0] if texts else "USD gives no reason")
 
 
 def _drop_clips(layer: Sdf.Layer) -> None:

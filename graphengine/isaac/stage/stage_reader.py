@@ -31,7 +31,7 @@ MOST_TOLD = 100
 LONGEST = 300
 """Maximum number of characters of USD's messages in findings."""
 _PROCESS = "graphengine.isaac.stage.stage_process"
-_REMEDY = "it may be damaged, or too large for a text: open it and save it as .usdc with USD's own tools"
+_REMEDY = "the file may be damaged, or too large for the text format: save it as .usdc with USD's own tools"
 
 
 @dataclass(slots=True)
@@ -91,7 +91,7 @@ def read_stage(
     try:
         graphs = carried(graphs_of(contents, registry, spans, findings), RecordedGraph.names, "graphs", findings)
     except TooManyError as error:
-        findings.add("G401", str(error), spans.start, "compounds and instances multiply the parts of a stage")
+        findings.add("G401", str(error), spans.start, "each use of a compound or instanced graph counts")
         return None
     namespaces = {prim.path: text for prim in contents.prims.values() if (text := prim.text(NAMESPACE))}
     return ImportedStage(graphs, dict(carried(namespaces.items(), tuple, "namespaces", findings)), contents.choices)
@@ -110,7 +110,7 @@ def _tell_failure(failure: str, spans: PrimSpans, findings: Findings) -> None:
     """Report USD's reason for refusing a file, at the line and column that USD's message gives, if any."""
     found = PLACE.match(failure)
     if found is None or not spans.source.lines:
-        findings.add("G401", f"USD cannot read it: {failure[:LONGEST]}", spans.start, _REMEDY)
+        findings.add("G401", f"USD cannot read the stage: {failure[:LONGEST]}", spans.start, _REMEDY)
     else:
         place = Span(spans.source, int(found["line"]), int(found["column"]))
         findings.add("G401", f"USD syntax: {found['what'][:LONGEST]}", place)

@@ -129,7 +129,7 @@ def test_a_reader_that_crashes_is_told_as_the_file_s_damage(tmp_path: Path, monk
     (tmp_path / "a.usda").write_text("#usda 1.0\n")
     monkeypatch.syspath_prepend(str(tmp_path))
     monkeypatch.setattr(stage, "_PROCESS", "crash")
-    assert "error G401: USD's reader breaks off: Segmentation fault" in refused(tmp_path / "a.usda")
+    assert "error G401: USD's reader crashed: Segmentation fault" in refused(tmp_path / "a.usda")
 
 
 def test_without_usd_core_the_way_to_install_it_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -221,7 +221,7 @@ READERS = [
 @pytest.mark.parametrize(
     ("contents", "said"),
     [
-        (StageContents(failure=f"/a.usda:{10**4000}:1: bad"), "error G401: USD cannot read it"),
+        (StageContents(failure=f"/a.usda:{10**4000}:1: bad"), "error G401: USD cannot read the stage"),
         (StageContents(failure=f"/a.usda:{10**8}:{10**8}: bad"), "error G401: USD syntax: bad"),
         (StageContents({prim.path: prim for prim in NESTED}), ""),
         (StageContents({prim.path: prim for prim in (*USED, *USERS)}), "more than 1000 nodes, wires and values"),
