@@ -1,4 +1,4 @@
-"""Writes recorded graphs as graph files with converted names, and reports what cannot be converted."""
+"""Converts recorded graphs to the text of graph files, and reports the parts that cannot be converted."""
 
 from __future__ import annotations
 
@@ -32,19 +32,19 @@ GONE = {
     "isaacsim.ros2.bridge.ROS2CameraHelper.viewport": "wire renderProductPath from IsaacCreateRenderProduct instead",
     "isaacsim.ros2.bridge.ROS2SubscribeJointState.targetPrim": "it had no effect",
 }
-"""Ports that only older versions of Isaac Sim had, each with a note on what replaces it."""
+"""Inputs that only older versions of Isaac Sim have, as `TYPE.port`, each with advice for the user."""
 
 _NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*\Z")
 _PORT = re.compile(r"[A-Za-z_][A-Za-z0-9_:]*\Z")
 _LONGEST_NAME = 200
 _MOST_PARTS = 20
-"""Maximum number of elements of a prim path that a file name contains."""
+"""Maximum number of prim path elements in a file name."""
 _MOST_FOLLOWED = 100_000
-"""Maximum number of wires of a graph that are followed upstream to find what fires an input."""
+"""Maximum number of wires per graph that are followed upstream to find the outputs that fire an execution input."""
 
 
 def file_names(graphs: Sequence[RecordedGraph]) -> list[str]:
-    """Return a file name for each graph, from the end of its prim path; the names are unique even if case is ignored."""
+    """Return a file name without suffix for each graph, from the end of its prim path. Names also differ if case is ignored."""
     taken: dict[str, int] = {}
     names = []
     for graph in graphs:
@@ -60,12 +60,12 @@ def _legal(name: str) -> str:
 
 
 def unique(choices: Sequence[str], taken: dict[str, int], *, fold: bool = True) -> str:
-    """Return a name that is not taken: the first free choice, or else the last choice with a number. Mark it as taken.
+    """Return the first choice that is not taken, or else the last choice with a number appended; mark the name as taken.
 
     Args:
         choices: names in order of preference.
-        taken: names in use, each with the first number to append for the next request of this name; changed.
-        fold: whether names that differ only in upper and lower case count as equal.
+        taken: names in use, each with the first number to try when this name is requested again; updated by this function.
+        fold: whether names that differ only in case count as equal; the keys of `taken` are then lower case.
     """
     key = str.lower if fold else str
     name = next((choice for choice in choices if key(choice) not in taken), choices[-1])
@@ -80,11 +80,11 @@ def compose(graph: RecordedGraph, name: str, registry: Registry, findings: Findi
     """Return the text of a graph file.
 
     Args:
-        graph: graph that an importer found.
-        name: name of the graph.
-        registry: available node types.
-        findings: receives a finding for each part that the file lacks or changes.
-        origin: origin of the graph, for a comment in the file.
+        graph: recorded graph; its nodes and wires are changed during the conversion.
+        name: name of the graph in the file.
+        registry: registry of the available node types.
+        findings: receives a finding for each part that is left out of the file or changed.
+        origin: text after "Imported from" in the first line of the file.
     """
     return "\n".join([*_Composer(graph, registry, findings).lines(name, origin), ""])
 
@@ -93,13 +93,13 @@ class _Composer:
     def __init__(self, graph: RecordedGraph, registry: Registry, findings: Findings) -> None:
         self.graph, self.registry, self.findings = graph, registry, findings
         self.names: dict[str, str] = {}
-        """Names of nodes in the file, by their names in the recorded graph."""
+        """Node names in the file, by node name in the recorded graph."""
         self.classes: dict[str, type[Node] | None] = {}
-        """Node classes, with the ports that the graph names, by node name in the graph; None for an unavailable type."""
+        """Node classes, including the ports that the graph adds, by node name in the graph; None for an unavailable type."""
         self.wired: dict[str, set[str]] = {}
-        """Wired ports of each node."""
+        """Full names of the wired ports, by node name in the graph."""
         self.driving: dict[tuple[str, str], list[RecordedWire]] = {}
-        """Wires by their target, node and port."""
+        """Wires by their target: node name and full port name."""
         self.followed = 0
         for wire in graph.wires:
             for end, port in wire.ends:
@@ -140,7 +140,7 @@ class _Composer:
             return None
 
     def lines(self, name: str, origin: str) -> Iterator[str]:
-        """Yield the lines of the file."""
+        """Yield the lines of the graph file."""
         graph = self.graph
         yield comment(f"Imported from {origin}")
         yield "format: 1"
@@ -166,7 +166,7 @@ class _Composer:
             yield from (f"  {key}: {flow(position)}" for key, position in placed.items())
 
     def _when(self) -> Iterator[str]:
-        """Yield the lines for `runs` and `evaluator`; report a pipeline stage or evaluator that a file cannot express."""
+        """Yield the lines `runs:` and `evaluator:`; report a pipeline stage or evaluator that a graph file cannot express."""
         graph = self.graph
         physics = any(node.type.rpartition(".")[2] == "OnPhysicsStep" for node in graph.nodes.values())
         if graph.pipeline_stage == "on_demand" and physics:
@@ -225,7 +225,7 @@ class _Composer:
             yield from (f"        {line}" if line else "" for line in lines)
 
     def _carried(self, node: RecordedNode, cls: type[Node] | None, key: str, value: RecordedValue) -> bool:
-        """Return whether the file can contain a value of a node; report the value if not."""
+        """Return whether the graph file can contain an attribute value of a node; if not, report why the value is left out."""
         name = _port_name(key)
         what, advice = "", ""
         if not key.startswith("inputs:"):
@@ -247,7 +247,7 @@ class _Composer:
         return not what
 
     def _driven(self, wire: RecordedWire) -> Iterator[RecordedWire]:
-        """Yield a wire; if it begins at an execution input, yield wires from the outputs that fire this input instead."""
+        """Yield the wire itself or, if its source is an execution input, one wire from each output that fires this input."""
         ends = [(self.classes.get(node), _port_name(key)) for node, key in wire.ends]
         ports = [find_port(cls, name, ["inputs"]) for cls, name in ends if cls is not None]
         if not wire.source_port.startswith("inputs:") or not any(port is not None and port.is_exec for port in ports):
@@ -270,7 +270,7 @@ class _Composer:
             self._leave_out(f"the wire {wire}: {why} {wire.source}.{wire.source_port}", wire.span)
 
     def _wire(self, wire: RecordedWire) -> str:
-        """Return a connection as text; empty, with a finding, if one of its nodes or ports does not exist."""
+        """Return a wire as text for the file; report a wire whose node or port does not exist, and return an empty string."""
         ends = (wire.source, wire.source_port, ("outputs", "inputs")), (wire.target, wire.target_port, ("inputs",))
         written = []
         for node, key, sides in ends:
@@ -291,13 +291,13 @@ class _Composer:
 
 
 def _port_name(key: str) -> str:
-    """Return the port name of an attribute: `wheelRadius` for `inputs:wheelRadius`."""
+    """Return an attribute name without its side: `wheelRadius` for `inputs:wheelRadius`."""
     side, colon, name = key.partition(":")
     return name if colon and side in ("inputs", "outputs", "state") else key
 
 
 def _literal(data: Any, type: str, port: Port | None) -> Any:
-    """Return a value in the form that a graph file has; for a port with several types, with the type if that is known."""
+    """Return a value as written in a graph file: for a union or `any` port, `{type: …, value: …}` if the type is known."""
     if port is None:
         return data
     if isinstance(port.type, PortType) and port.type != types.ANY:
@@ -310,7 +310,7 @@ def _literal(data: Any, type: str, port: Port | None) -> Any:
 
 
 def fit(data: Any, port_type: PortType) -> Any:
-    """Convert a number to the Python type that the port requires, if no information is lost: 1.0 to 1, or 1 to True."""
+    """Return a number, or a list of numbers, in the Python type of the port if no information is lost: 1.0 as 1, 1 as True."""
     if isinstance(data, list):
         element = PortType(port_type.base, port_type.count, False, port_type.role)
         return [fit(item, element) for item in data]

@@ -1,4 +1,4 @@
-"""Replaces node types that are not available, and upgrades nodes of older versions of Isaac Sim."""
+"""Suggests replacements for unavailable node types, and upgrades nodes of older versions of Isaac Sim."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ REPLACEMENTS = {
     "ExampleCpp": _EXAMPLE,
     "ExamplePython": _EXAMPLE,
 }
-"""Replacements for node types of Isaac Sim that are not available, by the last part of the type's name."""
+"""Advice for node types of Isaac Sim that graphengine does not have, by the last part of the type name."""
 FAMILIES = {
     "isaacsim.ucx.nodes.": _OUTSIDE,
     "omni.isaac.ros_bridge.": "use the node of the same name with ROS2 for ROS1; ROS 1 is not supported",
@@ -58,7 +58,7 @@ FAMILIES = {
     "omni.replicator.": _RANDOM,
     "omni.graph.ui": "use OnImpulseEvent, which fires on `graphrun ctl impulse`, or key events; there are no windows",
 }
-"""Replacements for node types that are not in `REPLACEMENTS`, by the beginning of the type's name."""
+"""Advice for unavailable node types that are not in `REPLACEMENTS`, by prefix of the type name."""
 _CAMERA_HELPER = "isaacsim.ros2.bridge.ROS2CameraHelper"
 _INFO_HELPER = "isaacsim.ros2.bridge.ROS2CameraInfoHelper"
 _VERSIONS = {
@@ -80,21 +80,21 @@ _VERSIONS = {
     "omni.graph.nodes.Add": 2,
     "omni.graph.nodes.Multiply": 2,
 }
-"""Versions above 1 of node types in Isaac Sim 6.0.1, by registered name."""
+"""Versions of the node types of Isaac Sim 6.0.1 by registered name; types that are missing here have version 1."""
 
 _CONTEXT = "isaacsim.ros2.bridge.ROS2Context"
 _USE_DOMAIN = "inputs:useDomainIDEnvVar"
 
 
 def replacement(type: str) -> str:
-    """Return a description of the replacement for a node type that is not available; empty if none is known."""
+    """Return advice on how to replace a node of an unavailable type; empty if there is none."""
     families = (advice for prefix, advice in FAMILIES.items() if type.startswith(prefix))
     advice = REPLACEMENTS.get(type.rpartition(".")[2]) or next(families, "")
     return f"instead: {advice}" if advice else ""
 
 
 def modernize(node: RecordedNode, registry: Registry, findings: Findings) -> None:
-    """Convert a camera helper that publishes CameraInfo, as before Isaac Sim 4.5, to a ROS2CameraInfoHelper."""
+    """Convert a ROS2CameraHelper of type camera_info, which Isaac Sim before 4.5 has, to a ROS2CameraInfoHelper."""
     found, kind = registry.find(node.type), node.values.get("inputs:type")
     if found is None or found.cls.type_name != _CAMERA_HELPER or kind is None or kind.data != "camera_info":
         return
@@ -106,14 +106,14 @@ def modernize(node: RecordedNode, registry: Registry, findings: Findings) -> Non
 
 
 def upgrade(node: RecordedNode, type: str, version: object, where: str, findings: Findings) -> None:
-    """Upgrade a node of an old version as Isaac Sim does, and report it.
+    """Upgrade a node that was saved with an old version of its type, as Isaac Sim does, and report the upgrade.
 
     Args:
-        node: the node.
-        type: current name of its type.
-        version: version in the stage.
+        node: the node, whose values may be changed.
+        type: current name of the node type.
+        version: version of the node type in the stage.
         where: prim path of the node.
-        findings: receives what was changed, and what the user may have to change.
+        findings: receives a note if the version is old.
     """
     current = _VERSIONS.get(type, 1)
     if not isinstance(version, int) or version >= current:

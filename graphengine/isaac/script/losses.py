@@ -1,4 +1,4 @@
-"""Reports errors, refused calls and unreached calls of a script that leave its graphs incomplete, each with a remedy."""
+"""Reports what may be missing from the graphs of a script: errors, refused calls and calls that were not reached."""
 
 from __future__ import annotations
 
@@ -20,13 +20,13 @@ from graphengine.isaac.script.script_source import Script, Scripts
 from graphengine.sandbox.confinement import MAX_MEMORY_BYTES, AccessDeniedError
 
 MOST_ASKED = 5
-"""Maximum number of remedies in one finding."""
+"""Maximum number of `--assume` remedies, or of functions, in one finding."""
 MOST_CALLABLE = 50
-"""Maximum number of functions that are listed if a script builds nothing."""
+"""Maximum number of functions or conditions that one finding lists."""
 NESTED = 8
-"""Maximum number of errors that a script is expected to handle at the same time, in nested handlers."""
+"""Number of most recent caught errors among which an error is looked up, so that it is kept once despite nested handlers."""
 MAX_CAUGHT = 2_000
-"""Maximum number of caught errors that are examined."""
+"""Maximum number of caught errors that are kept."""
 _LOOKS = frozenset(("get", "node", "node_type"))
 """Methods of OmniGraph's controllers that change nothing."""
 
@@ -36,19 +36,19 @@ class TimeIsUpError(BaseException):
 
 
 UNFORGIVEN = (OmniGraphError, AccessDeniedError, RecursionError, MemoryError, StopIteration, StopAsyncIteration)
-"""Errors that also occur with Omniverse, or that end loops; the script does not continue after them."""
+"""Errors after which a script never continues: they would also occur in Omniverse, or they end iterations."""
 _LATER = "the graphs lack the parts that it would have built later"
 _ARGUMENTS = "pass arguments to the script after `--`: graphrun import FILE.py -- ARGUMENT …"
 _ENDS = {EndlessError: "stop", TimeIsUpError: "stop", SystemExit: "exit"}
-"""Names in messages for exceptions that end a script without being errors."""
+"""Words for exceptions that are not errors but end a script, for messages such as `the exit at line 5`."""
 
 
 class Losses:
-    """Collects the errors of a run, and adds findings about the parts that the graphs lack because of them.
+    """Collects the errors and executed statements of a run, and reports the parts that the graphs lack.
 
     Args:
-        recorder: recorder with the graphs and findings.
-        scripts: scripts of the run.
+        recorder: recorder of the graphs; its findings receive the reports.
+        scripts: the script and the modules that run with it.
     """
 
     def __init__(self, recorder: GraphRecorder, scripts: Scripts) -> None:
@@ -56,16 +56,16 @@ class Losses:
         self.ran: set[tuple[str, int, int]] = set()
         """Executed statements, as file, line and column."""
         self.may_differ = True
-        """Whether the script may build more on a stage with other prims."""
+        """Whether the script might build other graphs if more prims existed on the stage."""
         self.stopped = False
-        """Whether the script failed after it had built graphs."""
+        """Whether a statement of the script failed, but the graphs that the script built are kept."""
         self._caught: list[tuple[BaseException, int]] = []
-        """Errors with the line at which the script caught them; line 0 for the error that ended the script."""
+        """Pairs of an error and the line where the script caught it; line 0 for the error that ended the script."""
         self._skipped = set[tuple[type[BaseException], str]]()
-        """Types and positions of the errors after which the script continued."""
+        """Type and position of each reported error after which the script continued."""
 
     def note(self, error: BaseException | None, line: int) -> None:
-        """Keep an error that the script caught at a line."""
+        """Keep an error that the script caught at a line, unless it is already kept."""
         known = (caught for caught, _ in self._caught[-NESTED:])  # `id` is audited, and the hook may run the script
         if error is not None and len(self._caught) < MAX_CAUGHT and not any(caught is error for caught in known):
             self._caught.append((error, line))
@@ -81,7 +81,8 @@ class Losses:
     def report_end(self, error: BaseException) -> None:
         """Report the error or exit that ended the script.
 
-        Its graphs are kept if it rendered frames before, or if the error may be due to the missing Omniverse (`keep`).
+        The graphs that were built before are kept if the script had rendered frames, or if the error may occur only because
+        Omniverse is missing (`keep`).
         """
         self._caught = [(caught, line) for caught, line in self._caught if caught is not error] + [(error, 0)]
         findings, place = self.recorder.findings, self.scripts.place(error)
@@ -117,7 +118,7 @@ class Losses:
             findings.add("G401", what, place, *advice, *self._around(error), *self.hints())
 
     def report_refused(self) -> None:
-        """Report calls that OmniGraph would also refuse, and after which the script continued."""
+        """Report the calls that OmniGraph would also refuse, if the script caught the error and continued."""
         for error, handler in self._caught:
             if isinstance(error, OmniGraphError) and handler:
                 codes = [frame.f_code for frame, _ in traceback.walk_tb(error.__traceback__)]
@@ -127,7 +128,7 @@ class Losses:
                 self.recorder.findings.add("N302" if looks else "W302", what, self.scripts.place(error))
 
     def report_unreached(self) -> None:
-        """Report graph-building functions and calls that were not reached."""
+        """Report graph-building calls that were not reached, and graph-building functions that were not called."""
         scripts = list(self.scripts)
         foreign = self.recorder.lacking
         names = BUILDING | {one.name for one in builders(*(script.tree for script in scripts), foreign=foreign)}
@@ -149,7 +150,7 @@ class Losses:
             self.recorder.findings.add("W302" if lost else "N302", what, None, "--call calls one of them")
 
     def report_conditions(self) -> None:
-        """Report conditions whose value only Omniverse knows, if they may affect the graphs."""
+        """Report the conditions that were assumed to be false because only Omniverse knows their values."""
         missed = ((name, *place) for place, names in self.recorder.missed.items() for name in names)
         made = self.recorder.graph_of
         asked = [f"{name} (line {line} of {Path(path).name})" for name, path, line in missed if not made(name)]
@@ -159,7 +160,7 @@ class Losses:
             self.recorder.findings.add("N302", what, None, "--assume NAME assumes that NAME is true or exists")
 
     def hints(self) -> Iterator[str]:
-        """Yield the last lines that the script printed, often about a caught error, and functions to call for building graphs."""
+        """Yield the last lines that the script printed, and functions in it that build graphs and can be called with `--call`."""
         yield from (f"the script printed: {line}" for line in self.recorder.said)
         main = self.scripts.main
         found, reach = entries(main.tree, self.recorder.lacking), Unreached(main, self.ran)
@@ -170,7 +171,7 @@ class Losses:
             yield from (f"  {builder.text}, line {builder.node.lineno}" for builder in found[:MOST_CALLABLE])
 
     def _around(self, error: BaseException) -> Iterator[str]:
-        """Yield `--assume` options that make the conditions around the position of an error true."""
+        """Yield `--assume` options that make the `if` conditions around an error true."""
         for script, (line, *_) in list(self.scripts.trace(error))[-1:]:
             for node in ast.walk(script.tree):
                 if isinstance(node, ast.If) and holds(node, line):
@@ -184,7 +185,7 @@ class Losses:
             yield f"--assume {shlex.quote(name)} assumes that {said}"
 
     def _failures(self, error: BaseException, handler: int) -> Iterator[Failure]:
-        """Yield the expressions of the script that an error passed through."""
+        """Yield the expressions of the script and its modules through which an error passed, outermost first."""
         found = list(self.scripts.trace(error))
         for script, position in found:
             inner, (line, *_) = found[-1]
@@ -205,7 +206,7 @@ def _text(error: BaseException) -> str:
 
 
 def _advice(error: BaseException) -> tuple[str, ...]:
-    """Return the remedies that are known for an error: options of the command line."""
+    """Return remedies for an error, such as a command line option; empty if none is known."""
     if isinstance(error, AccessDeniedError):
         return tuple(str(error).splitlines()[1:])
     if isinstance(error, SystemExit):

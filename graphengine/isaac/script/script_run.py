@@ -1,4 +1,4 @@
-"""Runs a script once, and records its graphs and errors."""
+"""Runs a script once with stubs of Omniverse's modules, and records its graphs and errors."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ ON_TICK = "omni.graph.action.OnTick"
 
 
 class ScriptRun:
-    """One run of a script."""
+    """One run of a script in the confined process; `run` executes it, and `answer` returns the result."""
 
     def __init__(self, request: dict[str, Any]) -> None:
         self.path: str = request["path"]
@@ -39,13 +39,13 @@ class ScriptRun:
         self.request = request
         self.text: str = request["text"]
         self.allowed: bool = request["run"]
-        """Whether the script may be executed as Python, not only evaluated statically."""
+        """Whether the script may run as Python code; otherwise it is only evaluated statically."""
         self.forgiving = ast.AST if request["forgiving"] else ast.Module if self.calls else None
-        """Kind of syntax node in whose body the script continues after a failed statement; None: it never continues."""
+        """Class of syntax nodes in whose bodies the script continues after a failed statement; None: it never continues."""
         self.executed = False
         self.time_is_up = False
         self.running = False
-        """Whether the script is running, so that the time limit applies."""
+        """Whether the script is running now, so that `end` may interrupt it."""
         vars(builtins).update({MARK: self._mark, NUMBER: of_unknown})
         self.folders: list[str] = [str(Path(self.path).absolute().parent), *request["allowed"]]
         self.scripts = Scripts(self.folders)
@@ -58,13 +58,13 @@ class ScriptRun:
         self.losses = Losses(self.recorder, self.scripts)
 
     def end(self, *_: Any) -> None:
-        """Raise TimeIsUpError in the script. The script may catch the error, so each further statement raises it again."""
+        """Handle the signal of the timer: raise TimeIsUpError in the script, and again at each further statement."""
         self.time_is_up = True
         if self.running:
             raise TimeIsUpError
 
     def _mark(self, path: str, line: int, column: int) -> None:
-        """Record that a statement is executed, and the exception that the script handles there, if any."""
+        """Record that a statement is executed, and the exception that is being handled there, if any; called as `MARK`."""
         self.losses.ran.add((path, line, column))
         if self.time_is_up and self.running:
             raise TimeIsUpError
@@ -77,7 +77,7 @@ class ScriptRun:
                 self.losses.report_skipped(error)
 
     def run(self) -> None:
-        """Run the script to its end; errors and skipped calls are reported as findings."""
+        """Run the script to its end, and report errors and skipped calls as findings."""
         try:
             self.scripts.load(self.path, self.text)
         except (SyntaxError, ValueError, RecursionError, MemoryError) as error:
@@ -130,7 +130,7 @@ class ScriptRun:
             self.losses.report_end(error)
 
     def _call(self, namespace: dict[str, Any]) -> None:
-        """Evaluate the user's `--call` options; without any, call `on_startup` of extensions if nothing was built."""
+        """Make the calls of `--call` options; without such options, if no graph was built, call `on_startup` of extensions."""
         if self.calls and self.recorder.graphs:
             what = f"graphs that the script builds without --call are left out: {', '.join(self.recorder.graphs)}"
             self.recorder.findings.add("N302", what)
@@ -151,7 +151,7 @@ class ScriptRun:
                     thing().on_startup(thing.__module__)
 
     def assumed(self, file: str, *, folder: bool) -> str:
-        """Return an existing path in place of a missing file or folder that is assumed to exist; empty if it is not assumed."""
+        """Return an existing path to replace a missing file or folder that is assumed to exist; empty if it is not assumed."""
         file, suffix = file.rstrip("/"), os.path.splitext(file)[1]
         known = f"{file}/" in self.recorder.prims
         if not known and not self.recorder.assumed and not self.recorder.holds(file, "it exists"):
@@ -159,12 +159,12 @@ class ScriptRun:
         return self.folders[0] if folder or known or not suffix else self.path
 
     def compiled(self, text: bytes, path: str) -> types.CodeType | None:
-        """Compile the source of a module in a readable folder, with marked statements; return None for all other modules."""
+        """Return the instrumented code of a module in a readable folder; None for all other modules."""
         own = self.scripts.at(path)
         return compile(marked(text, path, forgiving=self.forgiving), path, "exec", dont_inherit=True) if own else None
 
     def answer(self) -> ScriptAnswer:
-        """Return the results of the run."""
+        """Return the result of the run."""
         recorder = self.recorder
         graphs = [graph for graph in recorder.graphs.values() if graph.nodes or graph.path not in recorder.opened]
         return ScriptAnswer(
@@ -180,7 +180,7 @@ class ScriptRun:
         )
 
     def _settle_impulses(self) -> None:
-        """Replace nodes to which a loop sends impulses by OnTick nodes, if `--impulse-every` is given; report them otherwise."""
+        """Report nodes to which a loop of the script sends impulses; with `--impulse-every`, replace them by OnTick nodes."""
         findings, every = self.recorder.findings, self.request["impulse_every"]
         for (path, name), place in self.recorder.frames.impulses.items():
             graph = self.recorder.graphs.get(path)
@@ -203,5 +203,5 @@ class ScriptRun:
 
 
 def _foreign(path: str, *numbers: int) -> Span:
-    """Return a span with line and column in a file whose content is not needed."""
+    """Return a span with the given numbers (line, column, length) in a file whose text is not loaded."""
     return Span(Source(path, ()), *numbers)

@@ -1,6 +1,6 @@
-"""Evaluates scripts that consist of literals, names and calls of `og`, without running them.
+"""Evaluates scripts that consist of literals, names and calls of `og` without running them as Python code.
 
-Only stubs are called, no Python functions; a script that does anything else must be run.
+The evaluation calls only stubs and no Python functions except `float`; a script that does anything else must be run.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ class NotStaticError(Exception):
 
 
 def evaluate(script: Script) -> GraphRecorder | None:
-    """Return a recorder with the graphs that a script builds; None if the script must be run as Python."""
+    """Return a recorder with the graphs that a script builds; None if the script must be run as Python code."""
     evaluator = _Evaluator(script)
     try:
         evaluator.block(script.tree.body)
@@ -113,7 +113,8 @@ class _Evaluator(Guard):
         """Return the value of an expression.
 
         Raises:
-            NotStaticError: it compares something else than two strings for equality.
+            NotStaticError: the expression is a comparison other than `==` of two strings, or accesses something else than stubs.
+            ForbiddenError: the expression contains other syntax, or exceeds the limits.
         """
         if isinstance(node, ast.Compare):
             left, right = (self.value(side) for side in (node.left, *node.comparators))
@@ -152,7 +153,7 @@ class _Evaluator(Guard):
 
 
 def _ours(thing: Any) -> bool:
-    """Return whether an object belongs to the stubs: a stub, a stub class, or one of their methods."""
+    """Return whether an object is a stub, a class of stubs, or a method or instance of such a class."""
     if isinstance(thing, StubModule | StubObject):
         return True
     function = getattr(thing, "func", thing)  # of a method that is one of class and instance
