@@ -1,4 +1,4 @@
-"""The kernel features that confine processes with untrusted files, and the policy for machines that lack one."""
+"""The kernel features that confine processes, and the policy for machines that lack one of them."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ BORDERS = {
     "Landlock": (landlock.available, "its code may read all files that you may read"),
     "seccomp": (seccomp.available, "its code may write files, start programs and use the network"),
 }
-"""By name: whether this kernel has it, and what code that breaks out of Python's checks may do without it."""
+"""Kernel features by name, each with a function that returns whether this kernel has the feature, and the danger without it."""
 TRUST = "--trust runs the code of this file with all your permissions: read the file first"
 
 
@@ -19,7 +19,10 @@ def missing() -> list[str]:
 
 
 def admit(what: str, findings: Findings, span: Span, *, trusted: bool) -> bool:
-    """Return whether a file that runs code or native readers may be read here: fully confined, or trusted by the user."""
+    """Return whether a script or stage may be read: either it can be fully confined, or the user trusts it.
+
+    If a kernel feature is missing, `findings` receives a warning for a trusted file and an error otherwise.
+    """
     lacking = missing()
     if not lacking:
         return True
@@ -37,7 +40,7 @@ def admit(what: str, findings: Findings, span: Span, *, trusted: bool) -> bool:
 
 
 def warn(findings: Findings) -> None:
-    """Warn once that descriptions and meshes are read without confinement."""
+    """Warn if descriptions and meshes are read without full confinement, because this machine lacks a kernel feature."""
     if lacking := missing():
         text = (
             f"descriptions and meshes are read without confinement by {' and '.join(lacking)}, which this machine lacks"
@@ -46,7 +49,7 @@ def warn(findings: Findings) -> None:
 
 
 def describe() -> str:
-    """Return a line that says which kernel features this machine has."""
+    """Return a line such as `Landlock: yes, seccomp: no` about the kernel features of this machine."""
     return ", ".join(f"{name}: {'yes' if available() else 'no'}" for name, (available, _) in BORDERS.items())
 
 

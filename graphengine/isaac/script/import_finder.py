@@ -67,7 +67,7 @@ class ImportFinder(importlib.abc.MetaPathFinder, importlib.abc.Loader):
         return spec
 
     def _package(self, name: str) -> ModuleSpec:
-        """Return the spec of the script's package or of a parent package; a stub if the folder may not be read or lacks `__init__.py`."""
+        """Return the spec of the script's package or a parent package: its `__init__.py`, if that may be read, or a stub."""
         up = PACKAGE.count(".") - name.count(".")
         folder = os.path.normpath(os.path.join(self.folders[0], *[os.pardir] * up))
         if not any(os.path.commonpath((folder, root)) == root for root in self.folders):

@@ -33,7 +33,7 @@ MAX_DEPTH = 50
 MAX_LEVELS = 200
 """Maximum number of prims between a node and its graph."""
 MAX_PARTS = 500_000
-"""Maximum number of values, wires and nodes in all graphs together, counted once for each instance of a graph."""
+"""Maximum number of followed connections, plus nodes, wires and values in instances, for all graphs of a stage."""
 _SCRIPT_PORTS = ("inputs:script", "inputs:scriptPath", "inputs:usePath", "inputs:execIn", "outputs:execOut")
 
 
@@ -125,7 +125,7 @@ class _GraphReader:
         self.parts = 0
 
     def count(self, parts: int) -> None:
-        """Count further nodes, wires and values.
+        """Count followed connections, or nodes, wires and values of instances.
 
         Raises:
             TooManyError: there are more than `MAX_PARTS`.

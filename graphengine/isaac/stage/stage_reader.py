@@ -49,7 +49,7 @@ class ImportedStage:
     choices: list[str] = field(default_factory=list)
 
     def scene_lines(self) -> str:
-        """Return the namespaces as YAML text for a scene file, because a graph file has no namespaces."""
+        """Return the namespaces as YAML text for a scene file, because the scene defines the namespaces of graphs."""
         return yaml.safe_dump({"namespaces": self.namespaces}, sort_keys=False, allow_unicode=True)
 
 
