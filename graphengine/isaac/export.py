@@ -25,9 +25,9 @@ GATES = {
     EveryTicks.type_name: ("isaacsim.core.nodes.IsaacSimulationGate", "execOut"),
     EveryOnce.type_name: ("isaacsim.core.nodes.OgnIsaacRunOneSimulationFrame", "step"),
 }
-"""Isaac Sim's node type for each type of `every:` gate, and the name of the execution output of this type."""
+"""Isaac Sim's node type, and the name of its execution output, by the type name of graphengine's `every:` gate."""
 _MESSAGE = ("messagePackage", "messageSubfolder", "messageName")
-"""Inputs of generic ROS nodes that select the message type; setting them makes Isaac Sim create a port for each field."""
+"""Inputs of generic ROS nodes that select the message type, for whose fields Isaac Sim then creates ports."""
 TICK_RATE = 60
 """Default tick rate of scenes and of Isaac Sim, Hz."""
 

@@ -32,7 +32,7 @@ GONE = {
     "isaacsim.ros2.bridge.ROS2CameraHelper.viewport": "wire renderProductPath from IsaacCreateRenderProduct instead",
     "isaacsim.ros2.bridge.ROS2SubscribeJointState.targetPrim": "it had no effect",
 }
-"""Inputs that only older versions of Isaac Sim have, as `TYPE.port`, each with advice for the user."""
+"""Ports that only older versions of Isaac Sim have, as `TYPE.port`, each with advice for the user."""
 
 _NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*\Z")
 _PORT = re.compile(r"[A-Za-z_][A-Za-z0-9_:]*\Z")
@@ -124,7 +124,7 @@ class _Composer:
         if found is None:
             what = f"{node.name}: the node type {node.type!r} is not available"
             advice = replacement(node.type) or self.registry.suggest(node.type, self.findings)
-            self.findings.add("W301", what, node.span, advice, "`graphrun check` reports it again")
+            self.findings.add("W301", what, node.span, advice, "`graphrun check` reports this node again")
             return None
         if found.old_name:
             what = f"the node type name {node.type!r} is from before Isaac Sim 4.5"
@@ -178,7 +178,9 @@ class _Composer:
         if graph.evaluator != "execution":
             yield "evaluator: push"
             advice = "if events are to decide which nodes are computed, set the evaluator to 'execution'"
-            self.findings.add("N301", f"{graph.path} is a push graph: every node is computed", graph.span, advice)
+            self.findings.add(
+                "N301", f"{graph.path} is a push graph: every node is computed in every tick", graph.span, advice
+            )
         if graph.evaluator == "dirty_push":
             self._leave_out("the evaluator dirty_push; every node is computed, not only changed ones", graph.span)
 

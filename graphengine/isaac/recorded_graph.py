@@ -26,7 +26,7 @@ GRAPH, NODE = "OmniGraph", "OmniGraphNode"
 MAX_ITEMS = 100_000
 """Maximum number of items in one value, including items of nested lists."""
 MAX_GRAPHS = 1000
-"""Maximum number of graphs in one import, and of namespaces."""
+"""Maximum number of graphs, and maximum number of namespaces, in one import."""
 MAX_NAME = 2000
 """Maximum length of a path or name, characters."""
 
@@ -124,7 +124,7 @@ def pipeline_stage(name: str) -> PipelineStage | None:
 
 
 def carried(items: Collection[Any], names: Callable[[Any], Iterable[str]], what: str, findings: Findings) -> list[Any]:
-    """Return the items of which all `names` are legal, at most `MAX_GRAPHS`; report the number of items that are left out."""
+    """Return the items for which `names` yields only legal names, at most `MAX_GRAPHS`; report the number of other items."""
     kept = [item for item in items if all(len(name) <= MAX_NAME and name.isprintable() for name in names(item))]
     if left := len(items) - len(kept[:MAX_GRAPHS]):
         legal = f"at most {MAX_GRAPHS}, with printable names of at most {MAX_NAME} characters"

@@ -1,4 +1,4 @@
-"""Starts processes that read untrusted files; functions with which such a process limits and confines itself."""
+"""Starts processes that read untrusted files, and provides the functions with which such a process confines itself."""
 
 from __future__ import annotations
 
@@ -97,7 +97,7 @@ def ask(module: str, request: bytes, seconds: float) -> bytes:
         code = process.wait()
         asking.result()
     if len(answer) > MAX_ANSWER_BYTES:
-        raise ProcessError(f"writes more than {MAX_ANSWER_BYTES // 1_000_000} MB", b"")
+        raise ProcessError(f"writes more than {MAX_ANSWER_BYTES // 1_000_000} MB of output", b"")
     if late.is_set():
         raise ProcessError(f"takes more than {seconds:g} s", answer)
     if code in (-signal.SIGXCPU, -signal.SIGKILL):
@@ -105,7 +105,7 @@ def ask(module: str, request: bytes, seconds: float) -> bytes:
     if code < 0:
         raise ProcessError(f"crashed: {signal.strsignal(-code)}", answer)
     if code > 0:
-        raise ProcessError(next(filter(None, reversed(told)), f"ended with {code}")[:MAX_REASON], answer)
+        raise ProcessError(next(filter(None, reversed(told)), f"ended with exit code {code}")[:MAX_REASON], answer)
     return answer
 
 

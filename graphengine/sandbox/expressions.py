@@ -236,7 +236,7 @@ def compiled(
     unknown = [name for name in sorted(used - bound) if known is not None and name not in known]
     if unknown:
         near = did_you_mean(unknown[0], known or ()) or listing(known or ())
-        raise ForbiddenError(f"there is no {unknown[0]!r}\n{near}")
+        raise ForbiddenError(f"there is no name {unknown[0]!r}\n{near}")
     guarded: ast.Expression = _guarded(tree)
     return compile(ast.fix_missing_locations(guarded), "<expression>", "eval")
 
@@ -247,7 +247,7 @@ def _parsed(text: str) -> ast.Expression:
     try:
         return ast.parse(text.strip(), "<expression>", "eval")
     except (MemoryError, RecursionError):
-        raise ForbiddenError(f"an expression is nested at most {MAX_DEPTH} levels deep") from None
+        raise ForbiddenError(f"an expression may be nested at most {MAX_DEPTH} levels deep") from None
 
 
 def _nodes(tree: ast.AST) -> Iterator[ast.AST]:
@@ -262,7 +262,7 @@ def _nodes(tree: ast.AST) -> Iterator[ast.AST]:
         level = [child for node in level for child in ast.iter_child_nodes(node)]
         if not level:
             return
-    raise ForbiddenError(f"an expression is nested at most {MAX_DEPTH} levels deep")
+    raise ForbiddenError(f"an expression may be nested at most {MAX_DEPTH} levels deep")
 
 
 def _guarded(part: Any) -> Any:

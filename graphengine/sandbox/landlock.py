@@ -1,4 +1,4 @@
-"""Landlock: makes the kernel permanently deny this process access to files, TCP and other processes.
+"""Landlock: makes the kernel permanently restrict the access of this process to files, TCP and other processes.
 
 Linux has Landlock since 5.13, unless it is disabled at build or boot time. Numbers and structures are those of linux/landlock.h.
 """

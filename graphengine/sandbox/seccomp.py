@@ -138,7 +138,7 @@ def restrict(tier: Tier) -> None:
     described = Program(len(program) // 8, ctypes.addressof(text))
     renounce_privileges()
     if call(_SECCOMP[os.uname().machine], _SET_FILTER, _ALL_THREADS, ctypes.addressof(described)) != 0:
-        raise OSError("seccomp failed")
+        raise OSError("the seccomp filter cannot be installed")
 
 
 def compose(machine: str, tier: Tier, process: int) -> bytes:

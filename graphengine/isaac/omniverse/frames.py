@@ -12,7 +12,7 @@ from graphengine.format.diagnostics import Findings, Span
 from graphengine.isaac.recorded_graph import IMPULSE, RecordedValue
 
 TURNS = 120
-"""Number of times that each call of `is_running()` returns True; afterwards the application has ended for the script."""
+"""Number of times that a query such as `is_running()` is true at one position of the script; then it is false, to end loops."""
 
 Loop = tuple[str, int]
 """A loop statement: its file and line."""
@@ -51,15 +51,15 @@ class Frames:
         self._asked: Counter[Call] = Counter()
         self._built: dict[Part, tuple[int, Sequence[Loop]]] = {}
         self._changes: dict[Loop, dict[tuple[Part, str], tuple[Values, RecordedValue | None, Span | None]]] = {}
-        """By loop, the values that it has set so far without rendering, each with the previous value and the span of the call.
+        """Values that each loop has set without rendering a frame so far, each with the previous value and the span of the call.
 
-        If the loop renders a frame later, `draw` undoes these changes.
+        If the loop renders a frame later, `draw` restores the previous values.
         """
 
     def go_on(self) -> bool:
-        """Return the answer to `is_running()`: True for the first `TURNS` executions of the calling expression, then False.
+        """Return whether the application is to run on: True for the first `TURNS` executions of the current call, then False.
 
-        Each execution that returns True also renders a frame.
+        Each execution that returns True also counts as rendering a frame.
         """
         call, _ = self.stack()
         self._asked[call] += 1
@@ -70,7 +70,7 @@ class Frames:
         return self._asked[call] <= TURNS
 
     def tire(self) -> bool:
-        """Count a query in a loop; return whether the loop has repeated it more than `TURNS` times, to wait for False."""
+        """Count a query in a loop; return whether the loop has repeated it over `TURNS` times, so that it must become false."""
         call, loops = self.stack()
         self._asked[call] += bool(loops)
         return self._asked[call] > TURNS
@@ -117,7 +117,7 @@ class Frames:
         return any(loop not in around or number < self.number for loop in drawing)
 
     def drive(self, part: Part, values: Values, name: str, hint: str) -> bool:
-        """Return whether the script sets a value between frames; if so, report the value. The caller must then not record it.
+        """Return whether the script sets a value between frames; if so, report it, and the caller must not record the value.
 
         Otherwise, note the change, so that `draw` can undo it if the loop renders a frame later.
         """

@@ -50,7 +50,7 @@ class Place:
 
 
 Compounds = dict[str, dict[str, tuple[str, str]]]
-"""Promoted attributes by the name of their compound; each maps to the pair (inner node, inner attribute)."""
+"""The promoted attributes of each compound, by compound name; each maps to (inner node, inner attribute)."""
 
 
 class GraphRecorder(ScriptNotes):
@@ -254,13 +254,13 @@ class GraphRecorder(ScriptNotes):
         return Place(place.graph, node, name)
 
     def promote(self, place: Place, compound: str, name: str) -> None:
-        """Promote an attribute of an inner node to the compound under `name`."""
+        """Make an attribute of an inner node available as the attribute `name` of the compound."""
         side = place.name.partition(":")[0]
         full = name if name.startswith(SIDES) else f"{side}:{name}"
         self.compounds[place.graph.path][compound][full] = (place.node, place.name)
 
     def create_attribute(self, place: Place, type: Any, port_type: Any = None) -> Place:
-        """Add an attribute to a node and return it. A name without side is prefixed by the side of the type or port type."""
+        """Add an attribute to a node and return it. If its name lacks a prefix such as `inputs:`, its types decide."""
         said = str((type[1:] if isinstance(type, tuple) else (), port_type))
         side = "outputs" if "OUTPUT" in said else "state" if "STATE" in said else "inputs"
         name = place.name if place.name.startswith(SIDES) else f"{side}:{place.name}"

@@ -206,7 +206,7 @@ class Controller(metaclass=Open):
 
     @either
     def set(self, *arguments: Any, **named: Any) -> None:
-        """Set the value of an attribute or variable: a keyword argument, the one of the constructor, or the first argument."""
+        """Set the value of the attribute or variable given by keyword, by the constructor, or by the first argument."""
         given = list(arguments)
         spec = named.get("attribute", named.get("attribute_id", self.attribute_id))
         spec = given.pop(0) if spec is None and given else spec

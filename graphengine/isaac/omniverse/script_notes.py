@@ -38,9 +38,9 @@ class ScriptNotes:
         self.findings = Findings()
         self.frames = Frames(where, stack, self.findings)
         self.prims: set[str] = set()
-        """Paths of other prims that the script created, and all names that the user passes with `--assume`."""
+        """Paths of created prims other than graphs and nodes, and all names that the user passes with `--assume`."""
         self.missed: dict[tuple[str, int], dict[str, str]] = {}
-        """By file and line, the names that the script queried in vain; each with the text of the assumption, as in `holds`."""
+        """Names that the script queried without success, by file and line; each with the assumption in words, as in `holds`."""
         self.modules: dict[str, ModuleType] = {}
         """Stubs of the Omniverse modules that record calls, by name."""
         self.lacking: set[str] = set()
@@ -55,7 +55,7 @@ class ScriptNotes:
         self._searches: list[tuple[str, Span]] = []
         """Unknown collections over which the script iterated since it last built a part of a graph, each with its span."""
         self._alike: dict[str, dict[Any, int]] = {}
-        """Number of each distinct argument, by the name of the called stub; the numbers distinguish the results of calls."""
+        """Numbers of the distinct arguments of each stub, by name of the stub; they distinguish the results of its calls."""
 
     def idle(self) -> None:
         """Count a call that builds nothing; raise EndlessError if the script has made too many such calls or frames."""

@@ -12,7 +12,7 @@ _SEVERAL = (Sequence, np.ndarray)
 
 
 class SdfPath(str):
-    """Stub of `Sdf.Path`; also a string."""
+    """Stub of `Sdf.Path`, as a subclass of str."""
 
     __slots__ = ()
 
@@ -70,7 +70,7 @@ class SdfPath(str):
 
 
 class Vector(tuple[float, ...]):
-    """Stub of `Gf.Vec3d` and similar classes; also a tuple."""
+    """Stub of `Gf.Vec3d` and similar classes, as a tuple of the components."""
 
     __slots__ = ()
     size = 3
@@ -124,7 +124,7 @@ class Vector4(Vector):
 
 
 class Quaternion:
-    """Stub of `Gf.Quatd` and similar classes; components are in the order w, x, y, z."""
+    """Stub of `Gf.Quatd` and similar classes, created from w, x, y, z or from w and a vector."""
 
     def __init__(self, real: float = 1.0, *imaginary: Any) -> None:
         self.real = real

@@ -24,7 +24,7 @@ MOST_ASKED = 5
 MOST_CALLABLE = 50
 """Maximum number of functions or conditions that one finding lists."""
 NESTED = 8
-"""Number of most recent caught errors among which an error is looked up, so that it is kept once despite nested handlers."""
+"""Number of recent caught errors with which an error is compared, so that nested handlers do not keep it twice."""
 MAX_CAUGHT = 2_000
 """Maximum number of caught errors that are kept."""
 _LOOKS = frozenset(("get", "node", "node_type"))
@@ -147,7 +147,9 @@ class Losses:
             more = f" and {len(never) - MOST_ASKED} more" if len(never) > MOST_ASKED else ""
             what = f"functions that build graphs are not called: {texts}{more}"
             lost = handed_over(main.tree) & {builder.node.name for builder in never}
-            self.recorder.findings.add("W302" if lost else "N302", what, None, "--call calls one of them")
+            self.recorder.findings.add(
+                "W302" if lost else "N302", what, None, "to import what one of them builds, add --call"
+            )
 
     def report_conditions(self) -> None:
         """Report the conditions that were assumed to be false because only Omniverse knows their values."""

@@ -49,7 +49,8 @@ class ScriptOptions:
         calls: calls to make after the script is loaded, such as `build("/World/robot")`; if empty, it runs as the main program.
         assume: paths of prims and files that are assumed to exist, and names of stubs that are assumed to be true.
         environment: environment variables of the script.
-        impulse_every: period, in ticks, at which nodes fire to which a loop of the script sends impulses; 0: never.
+        impulse_every: period, in ticks, of the OnTick nodes that replace nodes to which a loop of the script sends impulses;
+            0: these nodes are not replaced.
     """
 
     calls: tuple[str, ...] = ()

@@ -151,7 +151,7 @@ class ScriptRun:
                     thing().on_startup(thing.__module__)
 
     def assumed(self, file: str, *, folder: bool) -> str:
-        """Return an existing path to replace a missing file or folder that is assumed to exist; empty if it is not assumed."""
+        """Return an existing path to replace a missing file or folder that is assumed to exist, otherwise an empty string."""
         file, suffix = file.rstrip("/"), os.path.splitext(file)[1]
         known = f"{file}/" in self.recorder.prims
         if not known and not self.recorder.assumed and not self.recorder.holds(file, "it exists"):

@@ -85,7 +85,7 @@ class _ConnectionSource:
 
     @staticmethod
     def of(path: str) -> _ConnectionSource:
-        """Parse a path such as `Node.outputs:x`, or `Node/outputs_x`, the prim of a bundle output, or a prim path."""
+        """Parse the path of a port (`Node.x`), of the prim of a bundle output (`Node/outputs_x`), or of another prim."""
         prim, _, port = path.partition(".")
         parent, _, name = prim.rpartition("/")
         if not port and name.startswith("outputs_"):
@@ -270,5 +270,5 @@ class _GraphReader:
 
 
 def _below(prim: StagePrim, paths: Iterable[str]) -> list[str]:
-    """Return those of the paths that are below a prim, each once."""
+    """Return the paths that are below a prim, without duplicates."""
     return [path for path in dict.fromkeys(paths) if path.startswith(f"{prim.path}/")]

@@ -113,4 +113,4 @@ def _tell_failure(failure: str, spans: PrimSpans, findings: Findings) -> None:
         findings.add("G401", f"USD cannot read the stage: {failure[:LONGEST]}", spans.start, _REMEDY)
     else:
         place = Span(spans.source, int(found["line"]), int(found["column"]))
-        findings.add("G401", f"USD syntax: {found['what'][:LONGEST]}", place)
+        findings.add("G401", f"USD syntax error: {found['what'][:LONGEST]}", place)
