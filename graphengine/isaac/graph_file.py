@@ -136,7 +136,7 @@ class _Composer:
         values = {_port_name(key): value.data for key, value in node.values.items()}
         try:
             return grown(found.cls, values, self.registry.definitions, [_port_name(name) for name in named])
-        except (ContextError, TypeError, ValueError):  # `check` reports it for the file
+        except (ContextError, TypeError, ValueError):  # `graphrun check` reports the error in the file
             return None
 
     def lines(self, name: str, origin: str) -> Iterator[str]:
@@ -195,7 +195,7 @@ class _Composer:
         try:
             port_type = types.parse(variable.type)
             data = fit(data, port_type) if isinstance(port_type, PortType) else data
-        except ValueError:  # `check` reports it for the file
+        except ValueError:  # `graphrun check` reports the error in the file
             pass
         default = {"default": data} if data is not None else {}
         yield f"  {name}: {flow({'type': variable.type, **default})}"
@@ -243,7 +243,7 @@ class _Composer:
                 advice = GONE.get(f"{cls.type_name}.{name}") or self.findings.guess(name, inputs)
                 advice = advice or listing(inputs, "inputs")
             elif port.is_exec:
-                return False  # scripts set the old state of execution pins
+                return False  # scripts also write execution states to these ports
         if what:
             self._leave_out(f"the value of {node.name}.{key}: {what}", value.span or node.span, advice)
         return not what

@@ -64,7 +64,7 @@ def ask(module: str, request: bytes, seconds: float) -> bytes:
     """
     command = [sys.executable, "-P", "-s", "-m", module]
     environment = {"PYTHONPATH": os.pathsep.join(filter(None, sys.path)), "PYTHONHASHSEED": "0"}
-    environment["OPENBLAS_NUM_THREADS"] = "1"  # each thread takes of the memory that the process may have
+    environment["OPENBLAS_NUM_THREADS"] = "1"  # each thread uses part of the limited memory
     pipe = subprocess.PIPE
     with (
         subprocess.Popen(
@@ -91,7 +91,7 @@ def ask(module: str, request: bytes, seconds: float) -> bytes:
                 _kill(process)
             told = complaint.result().decode("utf-8", "replace").split("\n")
             os.waitid(os.P_PID, process.pid, os.WEXITED | os.WNOWAIT)
-        finally:  # also what the user interrupts, as the terminal does not reach it
+        finally:  # also after KeyboardInterrupt, because Ctrl-C does not reach the new session
             timer.cancel()
             _kill(process)
         code = process.wait()
@@ -116,7 +116,7 @@ def _kill(process: subprocess.Popen[bytes]) -> None:
 
 
 def _write(stream: IO[bytes], request: bytes) -> None:
-    with contextlib.suppress(BrokenPipeError), stream:  # the process may end before it read what it was asked
+    with contextlib.suppress(BrokenPipeError), stream:  # the process may end before it has read the request
         stream.write(request)
 
 
@@ -131,7 +131,7 @@ def bound(memory: int = MAX_MEMORY_BYTES) -> None:
         hard = resource.getrlimit(kind)[1]
         value = value if hard == resource.RLIM_INFINITY else min(value, hard)
         resource.setrlimit(kind, (value, value))
-    warnings.simplefilter("ignore")  # their text comes from source files
+    warnings.simplefilter("ignore")  # a warning would quote source files, which may not be read
 
 
 def confine(
@@ -160,7 +160,7 @@ def confine(
     bound(memory)
     os.environ.clear()
     if tier.threads and sys.platform == "linux" and os.geteuid() == 0:
-        with contextlib.suppress(OSError):  # in a container that has no such user root is one whose threads are counted
+        with contextlib.suppress(OSError):  # a container without this user: its root is an ordinary user outside
             os.setresuid(_NOBODY, -1, -1)
     if landlock.available():
         landlock.restrict((*libraries, *files.roots, *files.links()) if tier.files else ())

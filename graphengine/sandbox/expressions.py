@@ -47,7 +47,7 @@ _MATHEMATICS = "atan2 ceil cos degrees e floor hypot inf isfinite isinf isnan na
 FUNCTIONS: Mapping[str, Any] = {
     **{name: getattr(builtins, name) for name in _SAFE.split()},
     **{name: getattr(math, name) for name in _MATHEMATICS.split()},
-    "sum": lambda values: sum(values),  # of numbers: with a list to start from, it joins lists without a bound
+    "sum": lambda values: sum(values),  # without `start`: `sum(lists, [])` would join lists without a limit
 }
 """Functions and constants that an expression may use by default. No function returns a large result for small arguments."""
 
@@ -106,7 +106,7 @@ class Guard:
     def __init__(self) -> None:
         self._left = MAX_STEPS
         names = ("attribute", "call", "operate", "iterate", "format", "made")
-        self._guards = {f"@{name}": getattr(self, name) for name in names}  # which no source text can write
+        self._guards = {f"@{name}": getattr(self, name) for name in names}  # no source text can contain these names
 
     def evaluate(self, code: CodeType, names: dict[str, Any]) -> Any:
         """Return the value of a compiled expression.
@@ -135,7 +135,7 @@ class Guard:
 
     def call(self, place: tuple[int, int, int], function: Any, /, *arguments: Any, **named: Any) -> Any:
         """Return the result of a function call; `place` is the first line, last line and column of the call."""
-        if "key" in named:  # Python calls it in loops of its own, which nobody counts
+        if "key" in named:  # functions such as `sorted` would call it in loops that are not counted
             raise ForbiddenError("the argument `key` is not allowed in an expression")
         self.spend(1)
         self.weigh(getattr(function, "__self__", None), *arguments, *named.values())

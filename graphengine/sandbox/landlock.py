@@ -50,7 +50,7 @@ def restrict(readable: Iterable[Path]) -> None:
     if (threads := len(os.listdir("/proc/self/task"))) != 1:
         raise RuntimeError(f"Landlock restricts only one thread, but {threads} are running")
     version = _version()
-    rights = min(12 + version, 15) + (version >= 5)  # their number: 13, and one more with versions 2, 3 and 5
+    rights = min(12 + version, 15) + (version >= 5)  # number of rights: 13, and one more each in versions 2, 3 and 5
     tcp, outside = (0b11 if version >= 4 else 0), (0b11 if version >= 6 else 0)
     rules = _Rules((1 << rights) - 1, tcp, outside)
     ruleset = call(_CREATE, ctypes.addressof(rules), ctypes.sizeof(rules), 0)
@@ -69,7 +69,7 @@ def _version() -> int:
 def _allow(ruleset: int, path: Path) -> None:
     try:
         folder = os.open(path, os.O_PATH)
-    except OSError:  # what is not there is not read
+    except OSError:  # a path that does not exist needs no rule
         return
     below = _Below(_READ_FILE | _READ_FOLDER if path.is_dir() else _READ_FILE, folder)
     call(_ADD, ruleset, _BENEATH, ctypes.addressof(below), 0)

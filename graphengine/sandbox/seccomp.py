@@ -182,5 +182,5 @@ def _tests(process: int) -> dict[str, tuple[Test, ...]]:
         "ioctl": (Test(1, (_TERMINAL, _CLOSE_ON_EXEC, _STAY_ON_EXEC)),),
         "madvise": (Test(2, _ADVICE),),
         "tgkill": (Test(0, (process,)),),
-        "prlimit64": (Test(0, (0,)), Test(2, (0,)), Test(2, (0,), high=True)),  # no new limit
+        "prlimit64": (Test(0, (0,)), Test(2, (0,)), Test(2, (0,), high=True)),  # query the own limits only
     }

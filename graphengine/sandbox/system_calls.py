@@ -39,11 +39,11 @@ def renounce_privileges() -> None:
             raise OSError(ctypes.get_errno(), "prctl")
     reader = select.poll()
     reader.register(1, 0)
-    if reader.poll(0):  # nobody reads its output: the parent ended before
+    if reader.poll(0):  # nobody reads the output any more: the parent ended before this call
         os._exit(1)
     resource.setrlimit(resource.RLIMIT_SIGPENDING, (0, 0))
     header = (ctypes.c_uint32 * 2)(_VERSION, 0)
-    sets = (ctypes.c_uint32 * 6)()  # effective, permitted, inheritable, twice
+    sets = (ctypes.c_uint32 * 6)()  # effective, permitted and inheritable set, twice
     if libc.capget(header, sets) == 0:
         kept = (ctypes.c_uint32 * 6)(sets[0] & _READ_FILES, sets[1] & _READ_FILES)
         if libc.capset(header, kept) != 0:

@@ -96,7 +96,7 @@ def typed(kind: Any, data: Any, span: Callable[..., Span]) -> Any:
     Raises:
         ValueError, TypeError, LookupError, AttributeError, OverflowError: the data does not have this type.
     """
-    if type(data) is kind:  # first, as most of an answer is texts and numbers
+    if type(data) is kind:  # first, because most parts of an answer are strings and numbers
         return data if kind is not str or data.isascii() else data.encode("utf-8", "replace").decode()
     origin, inner = _shape(kind)
     if origin is UnionType:
@@ -170,7 +170,7 @@ def answer(stream: IO[str], find: Callable[[], object]) -> NoReturn:
     try:
         stream.write(encoded(find()))
         stream.flush()
-    except BaseException as error:  # the time may be up at any moment
+    except BaseException as error:  # TimeIsUpError may be raised at any moment
         os.write(2, f"ends without an answer: {type(error).__name__}".encode("utf-8", "replace"))
         os._exit(1)
     os._exit(0)

@@ -260,7 +260,7 @@ class GraphRecorder(ScriptNotes):
         self.compounds[place.graph.path][compound][full] = (place.node, place.name)
 
     def create_attribute(self, place: Place, type: Any, port_type: Any = None) -> Place:
-        """Add an attribute to a node and return it. If its name lacks a prefix such as `inputs:`, its types decide."""
+        """Add an attribute to a node and return it; a missing prefix such as `inputs:` follows from the type or port type."""
         said = str((type[1:] if isinstance(type, tuple) else (), port_type))
         side = "outputs" if "OUTPUT" in said else "state" if "STATE" in said else "inputs"
         name = place.name if place.name.startswith(SIDES) else f"{side}:{place.name}"

@@ -76,7 +76,7 @@ class StubObject:
         last = self._name.rpartition(".")[2]
         if last in _RUNS and (last != "is_playing" or self._recorder.frames.loops):
             runs = self._recorder.frames.go_on()
-            self._recorder.idle_calls *= not runs  # the limit holds per frame
+            self._recorder.idle_calls *= not runs  # the limit counts the calls of one frame
             return runs == _RUNS[last]
         if self._name.startswith("carb.log_"):
             self._recorder.said.extend(text[:MAX_SAID] for text in arguments if isinstance(text, str))
@@ -85,7 +85,7 @@ class StubObject:
         given = tuple(map(_comparable, (*arguments, *named, *named.values())))
         name = self._name if self._name.endswith(")") else f"{self._name}()"
         made = StubObject(self._recorder.tell_apart(name, given), self._recorder)
-        if last[:1].isupper():  # an instance keeps its arguments
+        if last[:1].isupper():  # the call creates an instance, which keeps its arguments
             vars(made).update({**named, **vars(made)})
         return made
 

@@ -160,7 +160,7 @@ class Unreached:
             elif self.ran(statement):
                 before = statement
                 skipped = failed or self._asking(statement)
-                if skipped:  # at least in one turn of a loop
+                if skipped:  # a call did not run in at least one turn of a loop
                     yield from ((call, skipped) for call in self._building(statement))
                 left = (f.why for f in self._inside(statement) if f.handler and not holds(statement, f.handler))
                 failed = next(left, failed)
@@ -218,7 +218,7 @@ def asking(tree: ast.Module, line: int) -> list[int]:
     asked = next((node for node in nodes if node.lineno == line and _asks(node)), None)
     parts: list[ast.AST] = [getattr(asked, name) for name in ("test", "iter", "subject") if hasattr(asked, name)]
     lines = [line]
-    for part in parts:  # the loop extends it
+    for part in parts:  # grows while the loop runs
         lines += range(part.lineno, (part.end_lineno or 0) + 1)  # type: ignore[attr-defined]
         names = {getattr(inner, "id", getattr(inner, "attr", "")) for inner in ast.walk(part)} - {""}
         made = [node for node in nodes if node not in parts and _makes(node) & names]

@@ -66,7 +66,7 @@ class Losses:
 
     def note(self, error: BaseException | None, line: int) -> None:
         """Keep an error that the script caught at a line, unless it is already kept."""
-        known = (caught for caught, _ in self._caught[-NESTED:])  # `id` is audited, and the hook may run the script
+        known = (caught for caught, _ in self._caught[-NESTED:])  # `is`, because `id()` raises an audit event
         if error is not None and len(self._caught) < MAX_CAUGHT and not any(caught is error for caught in known):
             self._caught.append((error, line))
 
@@ -107,7 +107,7 @@ class Losses:
             case AccessDeniedError():
                 what, *advice = f"not allowed for scripts: {error}".splitlines()
             case OmniGraphError():
-                self.may_differ = self.recorder.parts <= MAX_PARTS  # no other stage changes the number
+                self.may_differ = self.recorder.parts <= MAX_PARTS  # other prims do not lower the number
                 what, advice = f"{OmniGraphError.__name__}: {error}", [OPENED] * isinstance(error, NotThereError)
             case _:
                 what, advice, keep = _text(error), _advice(error), True

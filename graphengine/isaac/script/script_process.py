@@ -24,7 +24,7 @@ from importlib.machinery import SourceFileLoader
 from pathlib import Path
 from typing import Any
 
-import numpy.random  # scripts use it, and numpy reads it only then
+import numpy.random  # scripts use it, but numpy would load it only when it is used
 
 from graphengine.format.files import Files
 from graphengine.isaac.omniverse.graph_recorder import GraphRecorder
@@ -68,7 +68,7 @@ def main() -> None:
     stream = reply()
     sys.dont_write_bytecode = True
     vars(sys.implementation)["cache_tag"] = None  # no untrusted .pyc files are loaded
-    linecache.updatecache = lambda *_: []  # tracebacks would show unreadable files
+    linecache.updatecache = lambda *_: []  # otherwise tracebacks would read source files that may not be read
     sys.meta_path[:] = [ImportFinder(run.recorder, run.modules, run.folders)]
     compiled = SourceFileLoader.source_to_code
 

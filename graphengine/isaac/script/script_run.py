@@ -89,7 +89,7 @@ class ScriptRun:
         name = f"{PACKAGE}.{Path(self.path).stem}"
         module = types.ModuleType(name if self.calls else "__main__")
         names: dict[str, Any] = vars(builtins)
-        if re.search(r"\bimport\s*\*", self.text):  # slower look-up of a script's names
+        if re.search(r"\bimport\s*\*", self.text):  # only then: `Builtins` slows down the look-up of names
             names = Builtins(names)
             names.recorder = self.recorder
         vars(module).update(__file__=self.path, __package__=PACKAGE, __builtins__=names)

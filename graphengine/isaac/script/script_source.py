@@ -134,7 +134,7 @@ def _counts(node: ast.expr) -> bool:
     return any(getattr(part, "id", getattr(part, "attr", "")) in _COUNTING for part in ast.walk(node))
 
 
-@functools.lru_cache(maxsize=1000)  # loops repeat their calls
+@functools.lru_cache(maxsize=1000)  # loops query the same positions again
 def _position(code: types.CodeType, instruction: int, near: int) -> Position:
     """Return the position of a bytecode instruction at a byte offset; line `near` if the code object has no positions."""
     found = next(itertools.islice(code.co_positions(), instruction // 2, None), (near, near, 0, 0))

@@ -32,7 +32,7 @@ def evaluate(script: Script) -> GraphRecorder | None:
     evaluator = _Evaluator(script)
     try:
         evaluator.block(script.tree.body)
-    except Exception:  # a run reports each failure with its position
+    except Exception:  # the script is then run, which reports each failure with its position
         return None
     return evaluator.recorder
 
@@ -106,7 +106,7 @@ class _Evaluator(Guard):
         branches = statement.body, statement.orelse
         taken, other = branches if self.value(statement.test) else branches[::-1]
         if any(called(node) in BUILDING for part in other for node in ast.walk(part)):
-            raise NotStaticError  # a run reports what is not built
+            raise NotStaticError  # the script is then run, which reports calls that are not reached
         self.block(taken)
 
     def value(self, node: ast.expr) -> Any:
@@ -156,7 +156,7 @@ def _ours(thing: Any) -> bool:
     """Return whether an object is a stub, a class of stubs, or a method or instance of such a class."""
     if isinstance(thing, StubModule | StubObject):
         return True
-    function = getattr(thing, "func", thing)  # of a method that is one of class and instance
+    function = getattr(thing, "func", thing)  # `func` of the partial object that `either` returns
     made_by = function.__module__ if callable(function) and not isinstance(thing, type) else None
     owner = thing if isinstance(thing, type) else type(thing)
     return (made_by or "").startswith(_OURS) or owner.__module__.startswith(_OURS) or owner.__name__ == "Controller"

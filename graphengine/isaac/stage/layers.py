@@ -51,7 +51,7 @@ class Layers:
         while self._pending:
             layer = self._pending.pop()
             _drop_clips(layer)
-            for reference in filter(None, layer.GetCompositionAssetDependencies()):  # "" within a layer
+            for reference in filter(None, layer.GetCompositionAssetDependencies()):  # "" refers to the layer itself
                 try:
                     self._follow(layer, reference)
                 except UnreadableError as error:

@@ -53,7 +53,7 @@ class StageReading:
             if strangers:
                 raise UnreadableError(f"it refers to {strangers[0]!r} in an unsupported way")
             for prim in stage.Traverse(Usd.TraverseInstanceProxies(Usd.PrimIsActive & ~Usd.PrimIsAbstract)):
-                self._read(prim)  # also below prims whose asset is missing, such as one on NVIDIA's server
+                self._read(prim)  # prims below a missing asset too, such as one on NVIDIA's server
             self._read_sources(stage)
         except UnreadableError as error:
             self.contents.failure = str(error)
@@ -132,7 +132,7 @@ def main() -> None:
     request = json.load(sys.stdin)
     files = Files(tuple(map(Path, request["roots"])))
     stream = reply()
-    Work.SetConcurrencyLimit(1)  # every thread needs memory
+    Work.SetConcurrencyLimit(1)  # each thread needs part of the limited memory
     plugins = Path(pxr.__file__).parent
     confine(files, TIERS["stage"], memory=MAX_MEMORY_BYTES, libraries=(plugins,))
     answer(stream, lambda: StageReading(files).run(Path(request["path"])))

@@ -55,7 +55,7 @@ def plain_value(value: Any, type: str) -> Any:
     data = _plain(value)
     try:
         port_type = types.parse(type)
-    except ValueError:  # reported where the value is used
+    except ValueError:  # the unknown type is reported where the value is used
         return data
     if isinstance(port_type, PortType) and port_type.base in ("float", "half"):
         return _shortened(data, port_type.dtype)
