@@ -370,7 +370,7 @@ def test_nothing_is_written_over_unless_asked_for(graphrun: Graphrun, cart: Path
         ("body.obj", "bdy.obj", "error S101: no file 'package://cart/meshes/bdy.obj'"),
         ("body.obj", "bdy.obj", "looked in: {ws}/meshes"),
         ('link="grip"', 'link="grp"', "did you mean 'grip'?"),
-        ('mass value="1"', 'mass value="-1"', "mass '-1' is not a number of kg"),
+        ('mass value="1"', 'mass value="-1"', "mass '-1' is not a number of at least 0 (kg)"),
         ("</robot>", "", "XML syntax"),
         ("<axis", '<axis xyz="1 0 0"/><axis', "MuJoCo: repeated element: 'axis'"),
         ('link name="grip"', 'link name="1 grip"', "no child link 'grip'"),
@@ -521,7 +521,7 @@ def test_the_only_macro_of_a_file_is_taken_and_told(graphrun: Graphrun, macro: P
     ("arguments", "told"),
     [
         (["--macro", "carts"], "did you mean 'cart'?"),
-        ([], "give it: side:=…"),
+        ([], "add to the command: side:=…"),
         (["side:=left", "hieght:=1"], "has no argument 'hieght'"),
     ],
 )
@@ -558,9 +558,9 @@ def test_a_package_that_is_missing_can_be_left_out(graphrun: Graphrun, cart: Pat
     (cart / "ws/cart/urdf/cart.urdf.xacro").write_text(XACRO.replace("</robot>", lidar), encoding="utf-8")
     result = imported(graphrun, "ws/cart/urdf/cart.urdf.xacro", code=1)
     assert "no package 'lidars'" in result.err
-    assert "macros that would be called: a2" in result.err
+    assert "macros that are called but not defined: a2" in result.err
     result = imported(graphrun, "ws/cart/urdf/cart.urdf.xacro", "--without", "lidars")
-    assert "note: left out, as asked for: package 'lidars': includes: $(find lidars)/a2.xacro" in result.out
+    assert "note: left out on request: package 'lidars': includes: $(find lidars)/a2.xacro" in result.out
 
 
 def test_meshes_of_a_package_can_be_left_out_of_a_plain_urdf(graphrun: Graphrun, cart: Path) -> None:
@@ -568,9 +568,9 @@ def test_meshes_of_a_package_can_be_left_out_of_a_plain_urdf(graphrun: Graphrun,
     told = imported(graphrun, text=text, code=1).err
     assert "error S101: no package 'elsewhere'" in told
     assert "meshes: package://elsewhere/body.obj" in told
-    assert "or leave them out: --without elsewhere" in told
+    assert "or leave these meshes out: --without elsewhere" in told
     result = imported(graphrun, CART, "--without", "elsewhere")
-    assert "note: left out, as asked for: a collision of link 'base_link'" in result.out
+    assert "note: left out on request: a collision of link 'base_link'" in result.out
     assert "elsewhere" not in (cart / "scenes/robots/cart.urdf").read_text(encoding="utf-8")
 
 

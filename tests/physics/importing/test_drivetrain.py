@@ -275,8 +275,8 @@ def test_a_file_that_the_description_names_is_taken_by_itself(tmp_path: Path, re
 @pytest.mark.parametrize(
     ("reference", "reason"),
     [
-        ("/etc/passwd", "give the file with --controllers FILE"),
-        ("../../../../etc/passwd", "give the file with --controllers FILE"),
+        ("/etc/passwd", "name the file with --controllers FILE"),
+        ("../../../../etc/passwd", "name the file with --controllers FILE"),
         ("$(find nowhere)/x.yaml", "no package 'nowhere'"),
         ("absent.yaml", "cannot read"),
         ("broken.yaml", "YAML syntax"),
