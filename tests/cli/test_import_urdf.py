@@ -164,10 +164,10 @@ def test_the_report_tells_what_was_found_and_what_was_not_carried_over(graphrun:
         "guessed: friction of wheels: 1 on any floor: left_wheel, right_wheel",
         "guessed: sensor eye: no update_rate: 30 Hz (cart.urdf:33)",
         "guessed: sensor eye: no topic: published on camera/image_raw, camera/camera_info (cart.urdf:33)",
-        "guessed: sensor eye: its frame eye_optical_frame is no link: a graph publishes it on tf_static (cart.urdf:33)",
+        "guessed: sensor eye: its frame eye_optical_frame is not a link: a graph publishes it on tf_static (cart.urdf:33)",
         "not carried over: link grip: friction: it has no collider (cart.urdf:33)",
-        "not carried over: transmission grip_transmission: it lists no joint that moves (cart.urdf:31)",
-        "not carried over: ros2_control hardware: it lists no joint that moves (cart.urdf:32)",
+        "not carried over: transmission grip_transmission: it lists no moving joint (cart.urdf:31)",
+        "not carried over: ros2_control hardware: it lists no moving joint (cart.urdf:32)",
         "not carried over: gazebo plugin drive (cart.urdf:34)",
         "scenes with this robot read files outside of their folder: run them with --allow ws/cart",
         "in a scene: robots: {cart: {use: robots/cart.yaml, position: [0, 0, 0.2]}}",
@@ -514,7 +514,7 @@ def test_a_robot_of_a_macro_gets_a_file_that_calls_it(graphrun: Graphrun, macro:
 
 def test_the_only_macro_of_a_file_is_taken_and_told(graphrun: Graphrun, macro: Path) -> None:
     result = imported(graphrun, "ws/cart/urdf/macro.urdf.xacro", "side:=left")
-    assert "note: the file makes no robot; cart.urdf.xacro calls its macro 'cart'" in result.out
+    assert "note: the file defines macros but no robot; cart.urdf.xacro calls its macro 'cart'" in result.out
 
 
 @pytest.mark.parametrize(
@@ -546,7 +546,7 @@ def test_arguments_are_listed_with_their_defaults(graphrun: Graphrun, macro: Pat
     assert result.out.splitlines() == [
         "arguments of ws/cart/urdf/macro.urdf.xacro:",
         "  prefix  default ''",
-        "parameters of the macro cart, which --macro cart makes a robot of:",
+        "parameters of the macro cart, which --macro cart imports as a robot:",
         "  height  default '0.3'",
         "  side    no default",
     ]

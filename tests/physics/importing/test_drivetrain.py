@@ -436,4 +436,6 @@ def test_a_start_outside_of_limits_becomes_the_nearest_legal_one(tmp_path: Path)
 def test_a_long_chain_of_wheels_is_not_tried_on_a_floor(tmp_path: Path) -> None:
     wheels = tuple(Wheel(f"w{number}", 0.3 * number, 0.2) for number in range(MOST_JOINTS + 1))
     found = imported(tmp_path, description(Base("train", wheels, 0.05, 0.03, 5.0)))
-    assert f"noticed: with more than {MOST_JOINTS} moving joints the robot is not tried on a floor" in remarks(found)
+    assert f"noticed: with more than {MOST_JOINTS} moving joints the robot is not simulated on a floor" in remarks(
+        found
+    )
