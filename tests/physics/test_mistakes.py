@@ -186,7 +186,7 @@ def test_a_description_that_cannot_be_loaded(project: Project, old: str, new: st
         ("joints: {arm_jont: {}}", "did you mean 'arm_joint'?"),
         ("keep_only_joints: [arm]", "bot.yaml:3:20: error S104: the robot has no joint 'arm'"),
         ("articulation_root: plat", "bot.yaml:3:20: error S104: the robot has no link 'plat'"),
-        ("base_link: arm", "bot.yaml:3:12: error S104: 'arm' is not the description's root link"),
+        ("base_link: arm", "bot.yaml:3:12: error S104: 'arm' is not the root link of the description"),
         ("wheel_colliders: {amr: ellipsoid}", "bot.yaml:3:19: error S104: the robot has no link 'amr'"),
         (
             "wheel_colliders: {arm: ellipsoid}",
@@ -200,9 +200,9 @@ def test_a_description_that_cannot_be_loaded(project: Project, old: str, new: st
         ("frames: {f: {parent: arrm}}", "did you mean 'arm'?"),
         (
             "frames: {f: {parent: /bot/Geometry/base_link/arm}}",
-            "a robot file writes paths from the robot on: Geometry/base_link/arm",
+            "paths in a robot file start below the robot: Geometry/base_link/arm",
         ),
-        ("namespaces: {/bot/base_link: x}", "a robot file writes paths from the robot on: base_link"),
+        ("namespaces: {/bot/base_link: x}", "paths in a robot file start below the robot: base_link"),
         ("frames: {arm: {parent: base_link}}", "bot.yaml:3:10: error S105: two prims at /bot/Geometry/base_link/arm"),
         ("frames: {arm: {parent: plate}, f: {parent: arm}}", "'arm' could mean 2 prims"),
         ("namespaces: {amr: x}", "bot.yaml:3:14: error S104: the robot has no prim 'amr'"),
