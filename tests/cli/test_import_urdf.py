@@ -143,7 +143,7 @@ def test_the_report_tells_what_was_found_and_what_was_not_carried_over(graphrun:
         "lowest collider at z = -0.2000 m, all joints at zero",
         "meshes: 2 unchanged",
         "joints that follow another: finger_joint",
-        "carried over: limits of velocity: grip_joint 2 (cart.urdf:25)",
+        "carried over: velocity limits of drives: grip_joint 2 (cart.urdf:25)",
         (
             "carried over: sensor eye: camera of 320 x 240 pixels on grip at 30 Hz, published on camera/image_raw, "
             "camera/camera_info (cart.urdf:33)"

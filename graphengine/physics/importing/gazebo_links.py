@@ -197,7 +197,7 @@ def _static(draft: Draft, gazebo: Element) -> None:
     if static is not None and static.text.strip().lower() in ("true", "1"):
         draft.fixed_base = True
         draft.use(static)
-        draft.carried.append(Remark("the base is fixed: static", static.span))
+        draft.carried.append(Remark("the base is fixed to the world, because the robot is static", static.span))
 
 
 def _self_collision(draft: Draft) -> None:

@@ -89,7 +89,7 @@ def fill(
     starts = {name: each for name, each in commands.items() if each.start}
     if starts:
         text = ", ".join(f"{printable(name)} {each.start:g}" for name, each in starts.items())
-        draft.carried.append(Remark(f"positions at the start: {text}", next(iter(starts.values())).span))
+        draft.carried.append(Remark(f"start positions: {text}", next(iter(starts.values())).span))
     drives = [entry.value.get("drive", {}) for entry in draft.sections["joints"].values()]
     if gains := sorted({drive["damping"] for drive in drives if drive.get("damping") and not drive.get("stiffness")}):
         told = ", ".join(f"{damping:g}" for damping in gains)

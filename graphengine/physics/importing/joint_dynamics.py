@@ -86,4 +86,4 @@ def _velocities(draft: Draft, joints: Sequence[UrdfJoint]) -> None:
             bounded[f"{joint.name} {fastest:g}"] = limit
     if bounded:
         told = ", ".join(map(printable, bounded))
-        draft.carried.append(Remark(f"limits of velocity: {told}", next(iter(bounded.values())).span))
+        draft.carried.append(Remark(f"velocity limits of drives: {told}", next(iter(bounded.values())).span))

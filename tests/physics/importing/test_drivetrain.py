@@ -365,7 +365,10 @@ def test_ranges_of_wheels_are_told_and_do_not_slow_a_base_down(tmp_path: Path) -
     control = control.replace(f"{interface[:-1]}/>", f'{interface}<param name="max">1</param></command_interface>')
     found = imported(tmp_path, description(DIFFERENTIAL, control))
     assert robot_file(found)["joints"]["left_joint"]["drive"].keys() == {"damping"}
-    assert "lost: velocity ranges of left_joint, right_joint: by default, ros2_control does not enforce them" in remarks(found)
+    assert (
+        "lost: velocity ranges of left_joint, right_joint: by default, ros2_control does not enforce them"
+        in remarks(found)
+    )
 
 
 def test_an_effort_limit_that_the_joints_own_friction_uses_up_is_told(tmp_path: Path) -> None:
