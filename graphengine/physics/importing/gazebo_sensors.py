@@ -30,7 +30,7 @@ MAX_DISTANCE = 1e6
 _OPTICAL = multiply(LOOKING_FORWARD, (1.0, 0.0, 0.0, 0.0))
 """Orientation of an optical frame (z forward, x right) in the frame of a camera that looks along its x axis."""
 _SAME = 1e-3
-"""Maximum difference of equal poses: in metres per coordinate, and in the scalar product of quaternions (as its square)."""
+"""Tolerance of equal poses: coordinates differ by less (m), and the scalar product of quaternions exceeds 1 minus its square."""
 _NO_EFFECT = (
     "visualize",
     "always_on",

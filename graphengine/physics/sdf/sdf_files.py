@@ -23,7 +23,7 @@ from graphengine.physics.sdf.sdf_values import SdfError, leaf, reported, text_at
 
 SUFFIXES = (".sdf", ".world")
 TAG = "sdf"
-"""Tag of the root element."""
+"""Tag of the root element of an SDF file."""
 CONFIG = "model.config"
 """Name of the file in a model's folder that names the SDF files of the model."""
 OLDEST, NEWEST = 4, 12
@@ -128,10 +128,8 @@ class SdfFiles:
             depth, around = depth + 1, around.outer
         self._models += 1
         if depth > MAX_DEPTH or self._models > MAX_MODELS:
-            what = (
-                f"nested more than {MAX_DEPTH} levels deep" if depth > MAX_DEPTH else f"more than {MAX_MODELS} models"
-            )
-            raise SdfError(f"too many models in models: {what}", element.span)
+            what = f"more than {MAX_DEPTH} levels deep" if depth > MAX_DEPTH else f"more than {MAX_MODELS} models"
+            raise SdfError(f"too many nested models: {what}", element.span)
         made = Scope(element, name, file.version, outer, file.references)
         for child in element.children:
             if child.tag == "link":

@@ -71,7 +71,7 @@ def inertial(link: SdfFrame, frame: Pose) -> Element:
 
 
 def mass_of(link: SdfFrame) -> Mass:
-    """Return the mass and inertia of a link; missing values are 1 kg and 1 kg m2, the defaults of SDF.
+    """Return the mass and inertia of a link; the defaults of SDF are 1 kg and principal moments of 1 kg m2.
 
     Raises:
         SdfError: a value is not a number, or an automatic inertia cannot be computed.

@@ -52,7 +52,7 @@ def fastened(joint: SdfFrame) -> tuple[SdfFrame | None, SdfFrame]:
     """Return the parent and the child link of a joint; the parent is None if it is the world.
 
     Raises:
-        SdfError: the parent or child is missing, does not exist, or is attached to no link.
+        SdfError: the parent or child is not given, does not exist, or is attached to no link.
     """
     child = joint.scope.child_of(joint.element).link()
     parent = joint.element.first("parent")

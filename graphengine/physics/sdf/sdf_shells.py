@@ -21,7 +21,7 @@ THICKNESS = 0.02
 _FLAT = 1e-6
 """Maximum distance of a vertex in front of a face of a convex mesh, as a fraction of the mesh's size."""
 _NARROWEST = 1e-4
-"""Minimum height (m) of a triangle that becomes a plate."""
+"""Minimum height (m) of a triangle above its longest side; narrower triangles do not become plates."""
 
 
 @dataclass(frozen=True, slots=True)
