@@ -42,7 +42,7 @@ _LEAST_VERTICES = 4
 """Minimum number of vertices that MuJoCo requires of a mesh."""
 _STL_HEADER, _STL_TRIANGLE = 84, 50
 _PLAIN_CORNER, _CORNER_WITH_MORE = re.compile(rb"(?m)^f\s+-?\d+\s"), re.compile(rb"(?m)^f\s+-?\d+/")
-"""Match faces of OBJ files whose corners are without, or with, normals or texture coordinates. MuJoCo refuses files with both."""
+"""Match faces of OBJ files without, and with, normals or texture coordinates. MuJoCo refuses files that have both kinds."""
 
 
 class MeshError(Exception):
