@@ -118,8 +118,7 @@ def defaults(path: Path, packages: Packages, findings: Findings) -> dict[str, st
     try:
         return _ask(path, {}, packages, None, ()).known
     except ProcessError as error:
-        message = f"xacro: the process that expands the file {error}"
-        findings.add("S103", message, Span(Source(str(path), ()), 1, 1))
+        findings.add("S103", f"xacro: the process that expands the file {error}", Span(Source(str(path), ()), 1, 1))
         return {}
 
 

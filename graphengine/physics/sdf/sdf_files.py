@@ -128,8 +128,8 @@ class SdfFiles:
             depth, around = depth + 1, around.outer
         self._models += 1
         if depth > MAX_DEPTH or self._models > MAX_MODELS:
-            what = f"more than {MAX_DEPTH} levels deep" if depth > MAX_DEPTH else f"more than {MAX_MODELS} models"
-            raise SdfError(f"too many nested models: {what}", element.span)
+            limit = f"{MAX_DEPTH} levels deep" if depth > MAX_DEPTH else f"{MAX_MODELS} models"
+            raise SdfError(f"too many nested models: more than {limit}", element.span)
         made = Scope(element, name, file.version, outer, file.references)
         for child in element.children:
             if child.tag == "link":

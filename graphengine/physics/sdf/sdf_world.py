@@ -55,8 +55,9 @@ def read_world(path: Path, root: Element, library: Library, findings: Findings) 
             advice = (
                 "to use a model as a robot or object, write robots: {NAME: {use: FILE}}" if root.all("model") else ""
             )
-            text = f"the file of a world must contain one <world>, not {len(worlds)}"
-            raise SdfError(text, root.span, *filter(None, [advice]))
+            raise SdfError(
+                f"the file of a world must contain one <world>, not {len(worlds)}", root.span, *filter(None, [advice])
+            )
         writer = GeomWriter(library, findings)
         made = _WorldWriter(files.scope(worlds[0], file), writer, findings, path).mjcf(packages)
     return made if len(findings.errors) == before else None
