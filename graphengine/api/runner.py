@@ -252,6 +252,7 @@ class Runner:
         rate: float | None,
         on_tick: Callable[[SessionCore], bool] | None = None,
         *,
+        first: Callable[[SessionCore], bool] | None = None,
         paused: bool = False,
     ) -> bool:
         """Play for a duration in simulation time, then pause.
@@ -263,6 +264,7 @@ class Runner:
             rate: seconds of simulation per second of wall time; infinity plays as fast as possible. None plays as fast as
                 possible with the transport `memory`, and in real time with other transports.
             on_tick: called after each tick; returning False ends the run.
+            first: called before the first tick; if it returns False, no tick is run.
             paused: whether the run begins paused.
 
         Returns:
@@ -282,6 +284,8 @@ class Runner:
             return on_tick is None or on_tick(session)
 
         with self._ticking():
+            if first is not None and not first(self.session):
+                return False
             self.session.run(ends, None if math.isinf(factor) else factor, after_tick, paused=paused)
         return self.session.ticks >= self.session.last
 

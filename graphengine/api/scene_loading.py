@@ -85,8 +85,9 @@ def load(
     paths = {name: [Path(path) for path in entries] for name, entries in given.items()}
     for name, entries in paths.items():
         for path in entries:
-            if not (path.is_dir() or (name == "message_paths" and path.is_file())):
-                raise UsageError(f"{name}: no such folder: {path}")
+            legal = "folder or file" if name == "message_paths" else "folder"
+            if not path.is_dir() and not (path.is_file() and "file" in legal):
+                raise UsageError(f"{name}: no such {legal}: {path}")
     options = Options(
         overrides=plain(set),
         allowed=paths["allow"],

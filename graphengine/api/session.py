@@ -132,14 +132,14 @@ class Session:
             NodeError: a node raised an exception; joint commands were set to zero.
             PhysicsError: the simulation diverged.
         """
-        held = until is not None and until(self)
+        held = False
 
-        def on_tick(_: InnerSession) -> bool:
+        def goes_on(_: InnerSession) -> bool:
             nonlocal held
             held = until is not None and until(self)
             return not held
 
-        passed = not held and self._runner.run(seconds, rate, on_tick)
+        passed = self._runner.run(seconds, rate, goes_on, first=goes_on)
         return held if until is not None else passed
 
     def interrupt(self) -> None:

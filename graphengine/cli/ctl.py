@@ -229,17 +229,19 @@ def execute(arguments: argparse.Namespace) -> int:
     with Client(find(arguments.run)) as client:
         told = client.ask(arguments.command, given)
         state = _state(client) if arguments.command not in ("quit", "topics", "view") else None
+    for warning in told.get("warnings", ()) if isinstance(told, dict) else ():
+        print(clean(f"warning: {warning}"), file=sys.stderr)
+    if arguments.json:
+        result = told if arguments.command in ("reload", "topics", "view") else None
+        print(json.dumps(result or {"run": client.entry.name, "process": client.entry.pid, **(state or {})}))
+        return 0
     if arguments.command == "view":
         print(clean(told["page"]))
     elif arguments.command == "reload":
         print(clean(told["text"]))
     elif arguments.command == "topics":
-        print(json.dumps(told) if arguments.json else clean("\n".join(told["topics"])))
-    for warning in told.get("warnings", ()) if isinstance(told, dict) else ():
-        print(clean(f"warning: {warning}"), file=sys.stderr)
-    if state is not None and arguments.json:
-        print(json.dumps({"run": client.entry.name, "process": client.entry.pid, **state}))
-    elif state is not None:
+        print(clean("\n".join(told["topics"])))
+    if state is not None:
         _show(client.entry, state, robots=arguments.command in ("state", "spawn", "delete"))
     return 0
 

@@ -1,8 +1,8 @@
-"""Isaac Sim's graph formats: imports scripts and USD stages, exports scripts.
+"""Imports graphs from Isaac Sim scripts and USD stages, and exports graphs as Isaac Sim scripts.
 
-- `recorded_graph`: a graph as an importer found it. `graph_file` writes it as YAML and reports what could not be converted.
-- `script` imports a Python script, for which `omniverse` has stubs of Omniverse's modules.
+- `recorded_graph` defines the graphs that importers return. `graph_file` writes them as YAML and reports losses.
+- `script` imports a Python script. `omniverse` contains the stubs of Omniverse's modules that the script uses.
 - `stage` imports a USD stage.
-- `node_replacements` replaces node types that are not available and updates old ones.
-- `export` writes the script that builds a graph in Isaac Sim.
+- `node_replacements` suggests replacements for unavailable node types and upgrades nodes of older Isaac Sim versions.
+- `export` writes a Python script that builds a graph in Isaac Sim.
 """

@@ -1,7 +1,7 @@
 """Exports a graph as a script that builds it in Isaac Sim with one `og.Controller.edit`.
 
-Subgraphs are expanded and parameters inserted, because scripts have neither. Features without a counterpart in Isaac Sim are
-reported by name.
+Subgraphs are expanded and parameters are replaced by their values, because scripts have neither. Each feature without a
+counterpart in Isaac Sim is reported.
 """
 
 from __future__ import annotations
@@ -20,24 +20,24 @@ from graphengine.node import PortType, UnionType, types
 from graphengine.node.port import ExecOut, Port
 
 OWN = "graphengine."
-"""Beginning of the names of node types that Isaac Sim does not have."""
+"""Prefix of the names of graphengine's own node types, which Isaac Sim does not have."""
 GATES = {
     EveryTicks.type_name: ("isaacsim.core.nodes.IsaacSimulationGate", "execOut"),
     EveryOnce.type_name: ("isaacsim.core.nodes.OgnIsaacRunOneSimulationFrame", "step"),
 }
-"""Isaac Sim's node type for each kind of `every:` gate, with the name of its execution output."""
+"""Isaac Sim's node type, and the name of its execution output, by the type name of graphengine's `every:` gate."""
 _MESSAGE = ("messagePackage", "messageSubfolder", "messageName")
-"""Inputs of generic ROS nodes that name the message type; Isaac Sim creates the ports of its fields when they are set."""
+"""Inputs of generic ROS nodes that select the message type, for whose fields Isaac Sim then creates ports."""
 TICK_RATE = 60
-"""Default ticks per second, of scenes and of Isaac Sim."""
+"""Default tick rate of scenes and of Isaac Sim, Hz."""
 
 
 def write_script(graph: Graph, findings: Findings) -> str:
-    """Return the text of the script; empty, with errors in `findings`, if a part of the graph cannot be exported.
+    """Return the script as text, or an empty string, with errors in `findings`, if a part of the graph cannot be exported.
 
     Args:
         graph: resolved graph without errors.
-        findings: receives the parts that have no counterpart in Isaac Sim.
+        findings: receives an error for each part without a counterpart in Isaac Sim.
     """
     before = len(findings.errors)
     exporter = _Exporter(graph, findings)
@@ -53,15 +53,15 @@ class _Exporter:
                 self._refuse(instance)
 
     def _refuse(self, instance: Instance) -> None:
-        """Report the node if Isaac Sim lacks its type, its `every` rate, or a port that is wired or set."""
+        """Report what Isaac Sim lacks for a node: its type, a gate with a rate in Hz, and ports that are wired or set."""
         if instance.cls.type_name.startswith(OWN):
-            self._tell(instance, f"there is no {instance.cls.type_name} in Isaac Sim")
+            self._tell(instance, f"Isaac Sim has no node type {instance.cls.type_name}")
         every = instance.entry.spec.every
         if every is not None and every.hz is not None:
             ticks = max(1, round(TICK_RATE / every.hz))
             counted = f"which at {TICK_RATE} ticks a second is {TICK_RATE / ticks:g} Hz"
             advice = f"write `every: {{ticks: {ticks}}}`, {counted}"
-            self._tell(instance, "Isaac Sim counts ticks; it has no gate with a rate in Hz", advice)
+            self._tell(instance, "`every` has a rate in Hz, but the gates of Isaac Sim count ticks", advice)
         wires = [*self.graph.data_wires, *self.graph.exec_wires]
         used = instance.literals.keys() | {wire.target_field for wire in wires if wire.target == instance.index}
         used |= {wire.source_field for wire in wires if wire.source == instance.index}
@@ -96,7 +96,7 @@ class _Exporter:
         yield from _block("CREATE_ATTRIBUTES", list(self._attributes()))
         if messages := list(self._values(of_messages=True)):
             yield from _block("SET_VALUES", messages)
-            yield from ("    },", ")", "", "# the fields of messages are ports from here on")
+            yield from ("    },", ")", "", "# from here on, the nodes have ports for the fields of their messages")
             yield from ("og.Controller.edit(", "    GRAPH_PATH,", "    {")
         yield from _block("CONNECT", list(self._wires()))
         yield from _block("SET_VALUES", list(self._values(of_messages=False)))
@@ -119,7 +119,7 @@ class _Exporter:
             yield f"({text(self.names[instance.id])}, {text(type_name)})"
 
     def _attributes(self) -> Iterator[str]:
-        """Yield one `(attribute, type)` for each port that the script must add to a node."""
+        """Yield the Python code of a tuple `(attribute, type)` for each port that the script must add to a node."""
         for instance in self.graph.instances:
             fixed = _fixed_ports(instance)
             for key, port in instance.cls.ports.items():
@@ -137,14 +137,14 @@ class _Exporter:
             yield f"({text(start)}, {text(end)})"
 
     def _end(self, instance: Instance, port: Port) -> str:
-        """Return the name of a port in scripts, such as `Node.inputs:x`; a bundle output is a prim below the node."""
+        """Return the name that a script uses for a port, such as `Node.inputs:x`, or `Node.outputs_x` for a bundle output."""
         output = port.side == "outputs"
         name = GATES[instance.cls.type_name][1] if instance.part_of and output else port.name
         between = "_" if output and str(port.type) == "bundle" else ":"
         return f"{self.names[instance.id]}.{port.side}{between}{name}"
 
     def _values(self, *, of_messages: bool) -> Iterator[str]:
-        """Yield `(attribute, value)` pairs: those that set a node's message type if `of_messages`, otherwise all others."""
+        """Yield the Python code of tuples `(attribute, value)` for inputs that select message types, or for all other inputs."""
         for instance in self.graph.instances:
             if issubclass(instance.cls, EveryTicks) and not of_messages:
                 yield f"({text(f'{self.names[instance.id]}.inputs:step')}, {instance.value('ticks')})"
@@ -171,9 +171,9 @@ class _Exporter:
 
 
 def _names(ids: Sequence[str]) -> dict[str, str]:
-    """Return a unique Python identifier for each node id: `Sub/Node` becomes `Sub_Node`, with a number if that is taken.
+    """Return a unique Python identifier for each node ID: `Sub/Node` becomes `Sub_Node`, or `Sub_Node_2` if that is taken.
 
-    The id of an `every:` gate is that of its node, a dot and a suffix; the dot, too, becomes `_`.
+    The ID of an `every:` gate contains a dot between the ID of its node and a suffix; the dot also becomes `_`.
     """
     names: dict[str, str] = {}
     taken = {known: 2 for known in ids if known.isidentifier()}
@@ -184,7 +184,7 @@ def _names(ids: Sequence[str]) -> dict[str, str]:
 
 
 def _fixed_ports(instance: Instance) -> set[str]:
-    """Return the names of the ports that the script need not add: fixed ports, and those that the node makes from inputs."""
+    """Return the keys of the ports that exist without `CREATE_ATTRIBUTES`, because the node type defines or creates them."""
     bases = [base for base in instance.cls.__mro__[1:] if getattr(base, "type_name", "") == instance.cls.type_name]
     grows = instance.cls.type_name == SCRIPT_NODE or instance.cls.numbered
     base: Any = bases[-1] if bases and grows else instance.cls
@@ -192,7 +192,7 @@ def _fixed_ports(instance: Instance) -> set[str]:
 
 
 def _holes(instance: Instance) -> Iterator[str]:
-    """Yield the missing outputs below the highest numbered one: OmniGraph ignores outputs after a gap in the numbers."""
+    """Yield the execution outputs that close gaps in a numbered series, because OmniGraph ignores outputs after a gap."""
     for stem, make in instance.cls.numbered.items():
         numbers = {int(field.removeprefix(stem)) for field in instance.cls.series[stem]}
         if make is ExecOut and 0 in numbers:
@@ -207,14 +207,14 @@ def _block(key: str, items: Sequence[str]) -> Iterator[str]:
 
 
 def literal(value: Any, port_type: PortType) -> str:
-    """Return the value of a port as Python code for OmniGraph."""
+    """Return Python code for a port value; target paths become `usdrt.Sdf.Path` objects."""
     if port_type == types.TARGET:
         return f"[{', '.join(f'usdrt.Sdf.Path({text(path)})' for path in value)}]"
     return plain(value)
 
 
 def plain(value: Any) -> str:
-    """Return numbers, strings and lists of them as Python code."""
+    """Return Python code for a number, a string, an array, or a nested list of them."""
     if isinstance(value, np.ndarray | np.generic):
         value = value.tolist()
     if isinstance(value, list | tuple):
@@ -225,14 +225,14 @@ def plain(value: Any) -> str:
 
 
 def number(value: Any) -> str:
-    """Return a number or boolean as Python code."""
+    """Return Python code for a number or boolean, such as `float("inf")` for infinity."""
     if isinstance(value, float) and not math.isfinite(value):
         return f'float("{value}")'
     return repr(value)
 
 
 def text(value: str) -> str:
-    """Return a string as Python code, in double quotes unless that needs more escapes."""
+    """Return Python code for a string, in double quotes unless they would need more escapes than single quotes."""
     quoted = repr(value)
     return f'"{quoted[1:-1]}"' if quoted[0] == "'" and '"' not in value and "\\'" not in quoted else quoted
 

@@ -1,4 +1,4 @@
-"""Writes recorded graphs as graph files with converted names, and reports what cannot be converted."""
+"""Converts recorded graphs to the text of graph files, and reports the parts that cannot be converted."""
 
 from __future__ import annotations
 
@@ -27,24 +27,24 @@ from graphengine.node.port import Port
 WIDTH = 120
 SCRIPT_NODE = "omni.graph.scriptnode.ScriptNode"
 GONE = {
-    "isaacsim.core.nodes.IsaacReadSimulationTime.swhFrameNumber": "referenceTimeNumerator and -Denominator follow it",
-    "isaacsim.core.nodes.IsaacArticulationController.usePath": "robotPath is used where targetPrim is not given",
-    "isaacsim.ros2.bridge.ROS2CameraHelper.viewport": "wire renderProductPath from IsaacCreateRenderProduct",
-    "isaacsim.ros2.bridge.ROS2SubscribeJointState.targetPrim": "it had no use",
+    "isaacsim.core.nodes.IsaacReadSimulationTime.swhFrameNumber": "use referenceTimeNumerator and referenceTimeDenominator",
+    "isaacsim.core.nodes.IsaacArticulationController.usePath": "it is not needed: robotPath is used if targetPrim is not given",
+    "isaacsim.ros2.bridge.ROS2CameraHelper.viewport": "wire renderProductPath from IsaacCreateRenderProduct instead",
+    "isaacsim.ros2.bridge.ROS2SubscribeJointState.targetPrim": "it had no effect",
 }
-"""Ports that only older versions of Isaac Sim had, each with a note on what replaces it."""
+"""Ports that only older versions of Isaac Sim have, as `TYPE.port`, each with advice for the user."""
 
 _NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*\Z")
 _PORT = re.compile(r"[A-Za-z_][A-Za-z0-9_:]*\Z")
 _LONGEST_NAME = 200
 _MOST_PARTS = 20
-"""Maximum number of elements of a prim path that a file name contains."""
+"""Maximum number of prim path elements in a file name."""
 _MOST_FOLLOWED = 100_000
-"""Maximum number of wires of a graph that are followed upstream to find what fires an input."""
+"""Maximum number of wires per graph that are followed upstream to find the outputs that fire an execution input."""
 
 
 def file_names(graphs: Sequence[RecordedGraph]) -> list[str]:
-    """Return a file name for each graph, from the end of its prim path; the names are unique even if case is ignored."""
+    """Return a file name without suffix for each graph, from the end of its prim path. Names also differ if case is ignored."""
     taken: dict[str, int] = {}
     names = []
     for graph in graphs:
@@ -60,12 +60,12 @@ def _legal(name: str) -> str:
 
 
 def unique(choices: Sequence[str], taken: dict[str, int], *, fold: bool = True) -> str:
-    """Return a name that is not taken: the first free choice, or else the last choice with a number. Mark it as taken.
+    """Return the first choice that is not taken, or else the last choice with a number appended; mark the name as taken.
 
     Args:
         choices: names in order of preference.
-        taken: names in use, each with the first number to append for the next request of this name; changed.
-        fold: whether names that differ only in upper and lower case count as equal.
+        taken: names in use, each with the first number to try when this name is requested again; updated by this function.
+        fold: whether names that differ only in case count as equal; the keys of `taken` are then lower case.
     """
     key = str.lower if fold else str
     name = next((choice for choice in choices if key(choice) not in taken), choices[-1])
@@ -80,11 +80,11 @@ def compose(graph: RecordedGraph, name: str, registry: Registry, findings: Findi
     """Return the text of a graph file.
 
     Args:
-        graph: graph that an importer found.
-        name: name of the graph.
-        registry: available node types.
-        findings: receives a finding for each part that the file lacks or changes.
-        origin: origin of the graph, for a comment in the file.
+        graph: recorded graph; its nodes and wires are changed during the conversion.
+        name: name of the graph in the file.
+        registry: registry of the available node types.
+        findings: receives a finding for each part that is left out of the file or changed.
+        origin: text after "Imported from" in the first line of the file.
     """
     return "\n".join([*_Composer(graph, registry, findings).lines(name, origin), ""])
 
@@ -93,13 +93,13 @@ class _Composer:
     def __init__(self, graph: RecordedGraph, registry: Registry, findings: Findings) -> None:
         self.graph, self.registry, self.findings = graph, registry, findings
         self.names: dict[str, str] = {}
-        """Names of nodes in the file, by their names in the recorded graph."""
+        """Node names in the file, by node name in the recorded graph."""
         self.classes: dict[str, type[Node] | None] = {}
-        """Node classes, with the ports that the graph names, by node name in the graph; None for an unavailable type."""
+        """Node classes, including the ports that the graph adds, by node name in the graph; None for an unavailable type."""
         self.wired: dict[str, set[str]] = {}
-        """Wired ports of each node."""
+        """Full names of the wired ports, by node name in the graph."""
         self.driving: dict[tuple[str, str], list[RecordedWire]] = {}
-        """Wires by their target, node and port."""
+        """Wires by their target: node name and full port name."""
         self.followed = 0
         for wire in graph.wires:
             for end, port in wire.ends:
@@ -124,10 +124,10 @@ class _Composer:
         if found is None:
             what = f"{node.name}: the node type {node.type!r} is not available"
             advice = replacement(node.type) or self.registry.suggest(node.type, self.findings)
-            self.findings.add("W301", what, node.span, advice, "`graphrun check` will report it again")
+            self.findings.add("W301", what, node.span, advice, "`graphrun check` reports this node again")
             return None
         if found.old_name:
-            what = f"{node.type!r} is a name from before Isaac Sim 4.5"
+            what = f"the node type name {node.type!r} is from before Isaac Sim 4.5"
             self.findings.add("N101", what, node.span, f"its current name is {found.cls.type_name!r}")
         named = [*self.wired.get(node.name, ()), *node.attributes]
         if found.cls.type_name == SCRIPT_NODE and node.attributes:
@@ -136,11 +136,11 @@ class _Composer:
         values = {_port_name(key): value.data for key, value in node.values.items()}
         try:
             return grown(found.cls, values, self.registry.definitions, [_port_name(name) for name in named])
-        except (ContextError, TypeError, ValueError):  # `check` reports it for the file
+        except (ContextError, TypeError, ValueError):  # `graphrun check` reports the error in the file
             return None
 
     def lines(self, name: str, origin: str) -> Iterator[str]:
-        """Yield the lines of the file."""
+        """Yield the lines of the graph file."""
         graph = self.graph
         yield comment(f"Imported from {origin}")
         yield "format: 1"
@@ -166,34 +166,36 @@ class _Composer:
             yield from (f"  {key}: {flow(position)}" for key, position in placed.items())
 
     def _when(self) -> Iterator[str]:
-        """Yield the lines for `runs` and `evaluator`; report a pipeline stage or evaluator that a file cannot express."""
+        """Yield the lines `runs:` and `evaluator:`; report a pipeline stage or evaluator that a graph file cannot express."""
         graph = self.graph
         physics = any(node.type.rpartition(".")[2] == "OnPhysicsStep" for node in graph.nodes.values())
         if graph.pipeline_stage == "on_demand" and physics:
             yield "runs: physics_step"
         elif graph.pipeline_stage == "on_demand":
-            self._leave_out("its evaluation on demand by a script; it runs every tick", graph.span)
+            self._leave_out("the evaluation on demand by a script; the graph runs every tick", graph.span)
         elif graph.pipeline_stage != "simulation":
-            self._leave_out(f"its pipeline stage {graph.pipeline_stage}; it runs every tick", graph.span)
+            self._leave_out(f"the pipeline stage {graph.pipeline_stage}; the graph runs every tick", graph.span)
         if graph.evaluator != "execution":
             yield "evaluator: push"
-            advice = "write evaluator_name 'execution' there if its events are to decide what is computed"
-            self.findings.add("N301", f"{graph.path} is a push graph: every node is computed", graph.span, advice)
+            advice = "if events are to decide which nodes are computed, set the evaluator to 'execution'"
+            self.findings.add(
+                "N301", f"{graph.path} is a push graph: every node is computed in every tick", graph.span, advice
+            )
         if graph.evaluator == "dirty_push":
-            self._leave_out("its evaluator dirty_push, which computes only what changed", graph.span)
+            self._leave_out("the evaluator dirty_push; every node is computed, not only changed ones", graph.span)
 
     def _leave_out(self, what: str, span: Span | None, *help: str) -> None:
         self.findings.add("W302", f"{self.graph.path}: not converted: {what}", span, *help)
 
     def _variable(self, name: str, variable: RecordedValue) -> Iterator[str]:
         if not _NAME.match(name):
-            self._leave_out(f"variable {name!r}, which is not a legal name", variable.span)
+            self._leave_out(f"variable {name!r}, whose name is not legal (letters, digits and _)", variable.span)
             return
         data: Any = variable.data
         try:
             port_type = types.parse(variable.type)
             data = fit(data, port_type) if isinstance(port_type, PortType) else data
-        except ValueError:  # `check` reports it for the file
+        except ValueError:  # `graphrun check` reports the error in the file
             pass
         default = {"default": data} if data is not None else {}
         yield f"  {name}: {flow({'type': variable.type, **default})}"
@@ -225,14 +227,14 @@ class _Composer:
             yield from (f"        {line}" if line else "" for line in lines)
 
     def _carried(self, node: RecordedNode, cls: type[Node] | None, key: str, value: RecordedValue) -> bool:
-        """Return whether the file can contain a value of a node; report the value if not."""
+        """Return whether the graph file can contain an attribute value of a node; if not, report why the value is left out."""
         name = _port_name(key)
         what, advice = "", ""
         if not key.startswith("inputs:"):
-            what = "a graph file has values of inputs only"
-            advice = f"while it runs: graphrun ctl impulse {self.names[node.name]}" if key == IMPULSE else ""
+            what = "a graph file contains values of inputs only"
+            advice = f"at run time: graphrun ctl impulse {self.names[node.name]}" if key == IMPULSE else ""
         elif value.data is None or not _PORT.match(name):
-            what = "it has none" if value.data is None else "it is not a legal port name"
+            what = "it is None" if value.data is None else "it is not a legal port name"
         elif cls is not None:
             port = find_port(cls, name, ["inputs"])
             if port is None:
@@ -241,13 +243,13 @@ class _Composer:
                 advice = GONE.get(f"{cls.type_name}.{name}") or self.findings.guess(name, inputs)
                 advice = advice or listing(inputs, "inputs")
             elif port.is_exec:
-                return False  # scripts set the old state of execution pins
+                return False  # scripts also write execution states to these ports
         if what:
             self._leave_out(f"the value of {node.name}.{key}: {what}", value.span or node.span, advice)
         return not what
 
     def _driven(self, wire: RecordedWire) -> Iterator[RecordedWire]:
-        """Yield a wire; if it begins at an execution input, yield wires from the outputs that fire this input instead."""
+        """Yield the wire itself or, if its source is an execution input, one wire from each output that fires this input."""
         ends = [(self.classes.get(node), _port_name(key)) for node, key in wire.ends]
         ports = [find_port(cls, name, ["inputs"]) for cls, name in ends if cls is not None]
         if not wire.source_port.startswith("inputs:") or not any(port is not None and port.is_exec for port in ports):
@@ -266,11 +268,11 @@ class _Composer:
                 pending.append(known.ends[0])
         many = self.followed > _MOST_FOLLOWED
         if many or not driven:
-            why = f"more than {_MOST_FOLLOWED} wires lead to" if many else "nothing fires"
+            why = f"more than {_MOST_FOLLOWED} wires lead to" if many else "no output fires"
             self._leave_out(f"the wire {wire}: {why} {wire.source}.{wire.source_port}", wire.span)
 
     def _wire(self, wire: RecordedWire) -> str:
-        """Return a connection as text; empty, with a finding, if one of its nodes or ports does not exist."""
+        """Return a wire as text for the file; report a wire whose node or port does not exist, and return an empty string."""
         ends = (wire.source, wire.source_port, ("outputs", "inputs")), (wire.target, wire.target_port, ("inputs",))
         written = []
         for node, key, sides in ends:
@@ -291,13 +293,13 @@ class _Composer:
 
 
 def _port_name(key: str) -> str:
-    """Return the port name of an attribute: `wheelRadius` for `inputs:wheelRadius`."""
+    """Return an attribute name without its side: `wheelRadius` for `inputs:wheelRadius`."""
     side, colon, name = key.partition(":")
     return name if colon and side in ("inputs", "outputs", "state") else key
 
 
 def _literal(data: Any, type: str, port: Port | None) -> Any:
-    """Return a value in the form that a graph file has; for a port with several types, with the type if that is known."""
+    """Return a value as written in a graph file: for a union or `any` port, `{type: …, value: …}` if the type is known."""
     if port is None:
         return data
     if isinstance(port.type, PortType) and port.type != types.ANY:
@@ -310,7 +312,7 @@ def _literal(data: Any, type: str, port: Port | None) -> Any:
 
 
 def fit(data: Any, port_type: PortType) -> Any:
-    """Convert a number to the Python type that the port requires, if no information is lost: 1.0 to 1, or 1 to True."""
+    """Return a number, or a list of numbers, in the Python type of the port if no information is lost: 1.0 as 1, 1 as True."""
     if isinstance(data, list):
         element = PortType(port_type.base, port_type.count, False, port_type.role)
         return [fit(item, element) for item in data]

@@ -1,4 +1,4 @@
-"""Puts converter nodes into wires from double to float, which OmniGraph converts by itself."""
+"""Inserts ToFloat nodes into wires from double to float; OmniGraph converts such values implicitly."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ CONVERTER = "omni.graph.nodes.ToFloat"
 
 
 def narrow(graph: RecordedGraph, classes: Mapping[str, type[Node] | None], findings: Findings) -> list[RecordedNode]:
-    """Insert a converter for each output of type double that is wired to an input of type float; return the new nodes.
+    """Insert a ToFloat node behind each double output that is wired to float inputs; return the new nodes.
 
     Args:
-        graph: graph whose nodes and wires are changed.
-        classes: node classes by names in the graph.
-        findings: receives a note for each new node.
+        graph: graph that receives the nodes and wires.
+        classes: node classes by node name in the graph; None for an unavailable type.
+        findings: receives a note on each new node.
     """
     added: dict[tuple[str, str], RecordedNode] = {}
     for index, wire in enumerate(graph.wires):
@@ -33,14 +33,14 @@ def narrow(graph: RecordedGraph, classes: Mapping[str, type[Node] | None], findi
                 name += "_"
             added[end] = graph.nodes[name] = RecordedNode(name, CONVERTER, span=wire.span)
             graph.wires.append(replace(wire, target=name, target_port="inputs:value"))
-            what = f"{wire.source}.{wire.source_port} is a double, {wire.target}.{wire.target_port} takes a float"
-            findings.add("N301", what, wire.span, f"the node {name} of type ToFloat is put between them")
+            what = f"{wire.source}.{wire.source_port} is a double, but {wire.target}.{wire.target_port} takes a float"
+            findings.add("N301", what, wire.span, f"the node {name} of type ToFloat is inserted to convert the value")
         graph.wires[index] = replace(wire, source=added[end].name, source_port="outputs:converted")
     return list(added.values())
 
 
 def _type(classes: Mapping[str, type[Node] | None], node: str, key: str) -> PortType | None:
-    """Return the type of a port; None for a port of several types or an unknown node or port."""
+    """Return the type of the port `key` of a node; None for a union port, and for an unknown node or port."""
     cls = classes.get(node)
     port = cls.ports.get(key) if cls is not None else None
     return port.type if port is not None and isinstance(port.type, PortType) else None

@@ -1,4 +1,4 @@
-"""Replaces node types that are not available, and upgrades nodes of older versions of Isaac Sim."""
+"""Suggests replacements for unavailable node types, and upgrades nodes of older versions of Isaac Sim."""
 
 from __future__ import annotations
 
@@ -6,42 +6,42 @@ from graphengine.compiler.registry import Registry
 from graphengine.format.diagnostics import Findings
 from graphengine.isaac.recorded_graph import RecordedNode, RecordedValue
 
-_PICTURES = "ROS2CameraHelper publishes pictures and point clouds from a renderProductPath; leave the node out"
-_IMAGES = "ROS2CameraHelper publishes pictures as ROS 2 messages"
-_EXAMPLE = "an example of a node in an extension; write a node in Python and name its module with `--import`"
-_STEPS = "`graphrun ctl step`, or the service `step_simulation` of `graphrun run --simulation-interfaces`, steps from outside"
-_POSES = "ROS2CameraHelper with type: bbox_3d publishes the poses of what a camera sees, and `graphrun run --record` writes them"
-_WRITE = "WritePrimAttribute writes gravity, friction and poses, with a number from RandomNumeric or RandomGaussian"
-_ON_A_SPHERE = "RandomUnitVector times a radius from RandomNumeric, into WritePrimAttribute of xformOp:translate"
-_OUTSIDE = "publish to ROS 2 in its place: ROS2PublishClock, ROS2PublishImu, ROS2PublishJointState, ROS2PublishOdometry"
-_RANDOM = "RandomNumeric, or WritePrimAttribute from a node of your own"
+_PICTURES = "use ROS2CameraHelper, which publishes images and point clouds from a renderProductPath"
+_IMAGES = "use ROS2CameraHelper, which publishes images as ROS 2 messages"
+_EXAMPLE = "write a node in Python and name its module with `--import`; this type is only an example"
+_STEPS = "use `graphrun ctl step`, or the service `step_simulation` of `graphrun run --simulation-interfaces`"
+_POSES = "publish the poses of visible objects with ROS2CameraHelper, type: bbox_3d, and write them with `run --record`"
+_WRITE = "write gravity, friction and poses with WritePrimAttribute, and a number from RandomNumeric or RandomGaussian"
+_ON_A_SPHERE = "write RandomUnitVector times a radius from RandomNumeric to xformOp:translate with WritePrimAttribute"
+_OUTSIDE = "publish to ROS 2 with ROS2PublishClock, ROS2PublishImu, ROS2PublishJointState or ROS2PublishOdometry"
+_RANDOM = "use RandomNumeric, or WritePrimAttribute with values from a node of your own"
 REPLACEMENTS = {
-    "IsaacAttachHydraTexture": "IsaacCreateRenderProduct outputs the renderProductPath; there are no textures",
+    "IsaacAttachHydraTexture": "use IsaacCreateRenderProduct, which outputs the renderProductPath; there are no Hydra textures",
     "IsaacGenerateRGBA": _PICTURES,
     "IsaacGenerate32FC1": _PICTURES,
-    "IsaacPassthroughImagePtr": "leave the node out, and wire the node before it to the node after it",
+    "IsaacPassthroughImagePtr": "leave the node out and wire the node before it to the node after it",
     "RTSPCameraHelper": _IMAGES,
     "HSBCameraHelper": _IMAGES,
-    "HSBSend": "ROS2PublishImage publishes a buffer of pixels as a ROS 2 message; there is no Holoscan sensor bridge",
-    "RGBToVB1940": "ROS2PublishImage publishes rgb8 pixels as they are; there is no Holoscan sensor bridge",
+    "HSBSend": "use ROS2PublishImage, which publishes a buffer of pixels; there is no Holoscan sensor bridge",
+    "RGBToVB1940": "use ROS2PublishImage, which publishes rgb8 pixels unchanged; there is no Holoscan sensor bridge",
     "UCXCameraHelper": _IMAGES,
-    "UCXPublishClock": "ROS2PublishClock",
-    "UCXPublishImage": "ROS2PublishImage",
-    "UCXPublishImu": "ROS2PublishImu",
-    "UCXPublishJointState": "ROS2PublishJointState",
-    "UCXPublishOdometry": "ROS2PublishOdometry",
-    "UCXSubscribeJointCommand": "ROS2SubscribeJointState",
+    "UCXPublishClock": "use ROS2PublishClock",
+    "UCXPublishImage": "use ROS2PublishImage",
+    "UCXPublishImu": "use ROS2PublishImu",
+    "UCXPublishJointState": "use ROS2PublishJointState",
+    "UCXPublishOdometry": "use ROS2PublishOdometry",
+    "UCXSubscribeJointCommand": "use ROS2SubscribeJointState",
     "SimpleReceiveExternalStepCpp": _STEPS,
     "SimpleReceiveExternalStepPy": _STEPS,
-    "SimpleSendSimulationClockCpp": "ROS2PublishClock",
-    "SimpleSendSimulationClockPy": "ROS2PublishClock",
-    "OgnCountIndices": "ArrayGetSize",
-    "OgnIntervalFiltering": "IsaacSimulationGate fires once in a number of executions",
-    "OgnOnRLFrame": "OnPlaybackTick; a session of the Python API resets and steps one world",
+    "SimpleSendSimulationClockCpp": "use ROS2PublishClock",
+    "SimpleSendSimulationClockPy": "use ROS2PublishClock",
+    "OgnCountIndices": "use ArrayGetSize",
+    "OgnIntervalFiltering": "use IsaacSimulationGate, which fires once in a number of executions",
+    "OgnOnRLFrame": "use OnPlaybackTick; a session of the Python API resets and steps one world",
     "OgnWritePhysicsArticulationView": _WRITE,
     "OgnWritePhysicsRigidPrimView": _WRITE,
     "OgnWritePhysicsSimulationContext": _WRITE,
-    "Random3f": "RandomNumeric, with min and max of type float[3]",
+    "Random3f": "use RandomNumeric, with min and max of type float[3]",
     "OgnSampleBetweenSpheres": _ON_A_SPHERE,
     "OgnSampleInSphere": _ON_A_SPHERE,
     "OgnSampleOnSphere": _ON_A_SPHERE,
@@ -50,15 +50,15 @@ REPLACEMENTS = {
     "ExampleCpp": _EXAMPLE,
     "ExamplePython": _EXAMPLE,
 }
-"""Replacements for node types of Isaac Sim that are not available, by the last part of the type's name."""
+"""Advice for node types of Isaac Sim that graphengine does not have, by the last part of the type name."""
 FAMILIES = {
     "isaacsim.ucx.nodes.": _OUTSIDE,
-    "omni.isaac.ros_bridge.": "ROS 1 is not spoken here: use the node of the same name with ROS2 in the place of ROS1",
+    "omni.isaac.ros_bridge.": "use the node of the same name with ROS2 for ROS1; ROS 1 is not supported",
     "isaacsim.replicator.": _RANDOM,
     "omni.replicator.": _RANDOM,
-    "omni.graph.ui": "there are no windows; an OnImpulseEvent fires on `graphrun ctl impulse`, keys on `ctl press`",
+    "omni.graph.ui": "use OnImpulseEvent, which fires on `graphrun ctl impulse`, or key events; there are no windows",
 }
-"""Replacements for node types that are not in `REPLACEMENTS`, by the beginning of the type's name."""
+"""Advice for unavailable node types that are not in `REPLACEMENTS`, by prefix of the type name."""
 _CAMERA_HELPER = "isaacsim.ros2.bridge.ROS2CameraHelper"
 _INFO_HELPER = "isaacsim.ros2.bridge.ROS2CameraInfoHelper"
 _VERSIONS = {
@@ -80,47 +80,47 @@ _VERSIONS = {
     "omni.graph.nodes.Add": 2,
     "omni.graph.nodes.Multiply": 2,
 }
-"""Versions above 1 of node types in Isaac Sim 6.0.1, by registered name."""
+"""Versions of the node types of Isaac Sim 6.0.1 by registered name; types that are missing here have version 1."""
 
 _CONTEXT = "isaacsim.ros2.bridge.ROS2Context"
 _USE_DOMAIN = "inputs:useDomainIDEnvVar"
 
 
 def replacement(type: str) -> str:
-    """Return a description of the replacement for a node type that is not available; empty if none is known."""
+    """Return advice on how to replace a node of an unavailable type; empty if there is none."""
     families = (advice for prefix, advice in FAMILIES.items() if type.startswith(prefix))
     advice = REPLACEMENTS.get(type.rpartition(".")[2]) or next(families, "")
-    return f"in its place: {advice}" if advice else ""
+    return f"instead: {advice}" if advice else ""
 
 
 def modernize(node: RecordedNode, registry: Registry, findings: Findings) -> None:
-    """Convert a camera helper that publishes CameraInfo, as before Isaac Sim 4.5, to a ROS2CameraInfoHelper."""
+    """Convert a ROS2CameraHelper of type camera_info, which Isaac Sim before 4.5 has, to a ROS2CameraInfoHelper."""
     found, kind = registry.find(node.type), node.values.get("inputs:type")
     if found is None or found.cls.type_name != _CAMERA_HELPER or kind is None or kind.data != "camera_info":
         return
     del node.values["inputs:type"]
     node.type = _INFO_HELPER
-    what = f"{node.name}: ROS2CameraHelper of type camera_info is now ROS2CameraInfoHelper"
-    topic = "" if "inputs:topicName" in node.values else "its topic is camera_info, as topicName was not given"
+    what = f"{node.name}: a ROS2CameraHelper of type camera_info is converted to a ROS2CameraInfoHelper"
+    topic = "" if "inputs:topicName" in node.values else "its topic is camera_info, because topicName is not set"
     findings.add("N301", what, kind.span or node.span, topic)
 
 
 def upgrade(node: RecordedNode, type: str, version: object, where: str, findings: Findings) -> None:
-    """Upgrade a node of an old version as Isaac Sim does, and report it.
+    """Upgrade a node that was saved with an old version of its type, as Isaac Sim does, and report the upgrade.
 
     Args:
-        node: the node.
-        type: current name of its type.
-        version: version in the stage.
+        node: the node, whose values may be changed.
+        type: current name of the node type.
+        version: version of the node type in the stage.
         where: prim path of the node.
-        findings: receives what was changed, and what the user may have to change.
+        findings: receives a note if the version is old.
     """
     current = _VERSIONS.get(type, 1)
     if not isinstance(version, int) or version >= current:
         return
-    old = f"{where} was saved as version {version} of {type}, which is at version {current}"
+    old = f"{where} was saved as version {version} of {type}, whose current version is {current}"
     if type == _CONTEXT and _USE_DOMAIN not in node.values:
         node.values[_USE_DOMAIN] = RecordedValue(False, "bool", node.span)
-        findings.add("N301", f"{old}: useDomainIDEnvVar is set to false, as in that version", node.span)
+        findings.add("N301", f"{old}: useDomainIDEnvVar is set to false, the behaviour of the old version", node.span)
     else:
-        findings.add("N301", f"{old}: check its values, whose meaning may have changed", node.span)
+        findings.add("N301", f"{old}: check its input values, because their meaning may have changed", node.span)

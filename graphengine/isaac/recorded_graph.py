@@ -1,6 +1,6 @@
-"""A graph as an importer found it, with OmniGraph's names; shared by scripts and stages.
+"""The graph model that the importers of scripts and stages return; names are those of OmniGraph.
 
-Compounds are flattened: a node in one is named `Compound/Node`, and wires lead to the inner nodes.
+Compounds are flattened: a node in a compound is named `Compound/Node`, and wires connect the inner nodes directly.
 """
 
 from __future__ import annotations
@@ -18,14 +18,15 @@ EVALUATORS = ("execution", "push", "dirty_push")
 VARIABLE = "graph:variable:"
 POSITION = "ui:nodegraph:node:pos"
 IMPULSE = "state:enableImpulse"
+"""Attribute of an OnImpulseEvent node; a script sets it to make the node fire once."""
 NAMESPACE = "isaac:namespace"
-"""Attributes of prims. A script sets the impulse to make a node fire once."""
+"""Attribute of a prim that sets the ROS 2 namespace of the graphs below it."""
 GRAPH, NODE = "OmniGraph", "OmniGraphNode"
-"""USD type names of the prims of graphs and nodes."""
+"""USD type names of graph prims and node prims."""
 MAX_ITEMS = 100_000
-"""Maximum number of items in one value, nested lists included."""
+"""Maximum number of items in one value, including items of nested lists."""
 MAX_GRAPHS = 1000
-"""Maximum number of graphs, and of namespaces, in one import."""
+"""Maximum number of graphs, and maximum number of namespaces, in one import."""
 MAX_NAME = 2000
 """Maximum length of a path or name, characters."""
 
@@ -35,10 +36,10 @@ class RecordedValue:
     """The value of an attribute.
 
     Attributes:
-        data: None, bool, int, float, str, or lists of them; tuples and arrays are lists, prim paths are strings, a quaternion is
-            [x, y, z, w], a matrix is a list of its rows or of all its numbers.
-        type: OmniGraph's type name, such as `double[3]`, if given: for ports with several types.
-        span: place where it was set.
+        data: None, bool, int, float, str, or nested lists of them. Tuples and arrays are lists, prim paths are strings, a
+            quaternion is [x, y, z, w], a matrix is a list of rows or a flat list.
+        type: OmniGraph's type name, such as `double[3]`; empty if the source does not give it. Needed for union and `any` ports.
+        span: position in the source where the value is set.
     """
 
     data: Any
@@ -51,12 +52,12 @@ class RecordedNode:
     """A node in a recorded graph.
 
     Attributes:
-        name: path below the graph.
-        type: registered name as found.
-        values: values by full attribute name, such as `inputs:wheelRadius`.
+        name: path relative to the graph.
+        type: name of the node type in the source; may be an old name, or empty.
+        values: attribute values by full attribute name, such as `inputs:wheelRadius`.
         attributes: types of the attributes that were added to the node, by full name.
-        position: `ui:nodegraph:node:pos`.
-        span: place where it was created.
+        position: position in the graph editor (`ui:nodegraph:node:pos`).
+        span: position in the source where the node is created.
     """
 
     name: str
@@ -69,7 +70,7 @@ class RecordedNode:
 
 @dataclass(frozen=True, slots=True)
 class RecordedWire:
-    """A wire between ports with full names, such as `outputs:tick`."""
+    """A wire between two nodes of a graph; port names are full attribute names, such as `outputs:tick`."""
 
     source: str
     source_port: str
@@ -79,7 +80,7 @@ class RecordedWire:
 
     @property
     def ends(self) -> tuple[tuple[str, str], tuple[str, str]]:
-        """Node and port of the source, then of the target."""
+        """The pairs (node, port) of the source and of the target."""
         return (self.source, self.source_port), (self.target, self.target_port)
 
     def __str__(self) -> str:
@@ -88,16 +89,16 @@ class RecordedWire:
 
 @dataclass(slots=True)
 class RecordedGraph:
-    """A graph that an importer found.
+    """A graph of a script or stage.
 
     Attributes:
         path: prim path.
         evaluator: `execution`, `push` or `dirty_push`.
-        pipeline_stage: when it is evaluated.
+        pipeline_stage: stage of the frame in which the graph is evaluated; `on_demand` for physics steps or scripts.
         nodes: nodes by name, in order of creation.
         wires: wires in order of creation.
-        variables: default value of each variable by name, with its type.
-        span: place where it was created.
+        variables: default value and type of each variable, by name.
+        span: position in the source where the graph is created.
     """
 
     path: str
@@ -109,7 +110,7 @@ class RecordedGraph:
     span: Span | None = None
 
     def names(self) -> Iterator[str]:
-        """Yield all names, paths and type names in the graph, for a check of their length and characters."""
+        """Yield all names, paths and type names in the graph, whose length and characters an importer checks."""
         yield from (self.path or "\0", *self.nodes, *self.variables, *(value.type for value in self.variables.values()))
         yield from (end for wire in self.wires for ends in wire.ends for end in ends)
         for node in self.nodes.values():
@@ -117,15 +118,15 @@ class RecordedGraph:
 
 
 def pipeline_stage(name: str) -> PipelineStage | None:
-    """Return the pipeline stage for an enumerator's name or a USD token such as `pipelineStageOnDemand`; None if unknown."""
+    """Return the pipeline stage for a name like `GRAPH_PIPELINE_STAGE_ONDEMAND` or `pipelineStageOnDemand`; None if unknown."""
     word = re.sub(".*_STAGE_|^pipelineStage|_", "", name).lower()
     return next((stage for stage in PIPELINE_STAGES if stage.replace("_", "") == word), None)
 
 
 def carried(items: Collection[Any], names: Callable[[Any], Iterable[str]], what: str, findings: Findings) -> list[Any]:
-    """Return the items of an import whose names are legal, at most `MAX_GRAPHS`; report the number of items left out."""
+    """Return the items for which `names` yields only legal names, at most `MAX_GRAPHS`; report the number of other items."""
     kept = [item for item in items if all(len(name) <= MAX_NAME and name.isprintable() for name in names(item))]
     if left := len(items) - len(kept[:MAX_GRAPHS]):
-        legal = f"at most {MAX_GRAPHS}, of printable names up to {MAX_NAME} characters"
-        findings.add("W302", f"{left} {what} left out; legal: {legal}")
+        legal = f"at most {MAX_GRAPHS}, with printable names of at most {MAX_NAME} characters"
+        findings.add("W302", f"{left} {what} are left out; legal: {legal}")
     return kept[:MAX_GRAPHS]

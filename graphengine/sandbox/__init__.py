@@ -1,1 +1,1 @@
-"""Processes that read untrusted files, confined by the kernel."""
+"""Runs code and native readers on untrusted files in processes that the kernel confines."""

@@ -1,4 +1,4 @@
-"""The kernel features that confine processes with untrusted files, and the policy for machines that lack one."""
+"""The kernel features that confine processes, and the policy for machines that lack one of them."""
 
 from __future__ import annotations
 
@@ -6,11 +6,11 @@ from graphengine.format.diagnostics import Findings, Span
 from graphengine.sandbox import landlock, seccomp
 
 BORDERS = {
-    "Landlock": (landlock.available, "it may read all that you may read"),
-    "seccomp": (seccomp.available, "it may write files, start programs and reach the network"),
+    "Landlock": (landlock.available, "its code may read all files that you may read"),
+    "seccomp": (seccomp.available, "its code may write files, start programs and use the network"),
 }
-"""By name: whether this kernel has it, and what code that breaks out of Python's checks may do without it."""
-TRUST = "--trust runs code of this file with all of your own permissions: read it before"
+"""Kernel features by name, each with a function that returns whether this kernel has the feature, and the danger without it."""
+TRUST = "--trust runs the code of this file with all your permissions: read the file first"
 
 
 def missing() -> list[str]:
@@ -19,14 +19,17 @@ def missing() -> list[str]:
 
 
 def admit(what: str, findings: Findings, span: Span, *, trusted: bool) -> bool:
-    """Return whether a file that runs code or native readers may be read here: fully confined, or trusted by the user."""
+    """Return whether a script or stage may be read: either it can be fully confined, or the user trusts it.
+
+    If a kernel feature is missing, `findings` receives a warning for a trusted file and an error otherwise.
+    """
     lacking = missing()
     if not lacking:
         return True
     if trusted:
         findings.add(
             "W206",
-            f"{what} is trusted and runs without {' and '.join(lacking)}",
+            f"{what} is trusted and read without confinement by {' and '.join(lacking)}",
             span,
             *_dangers(lacking),
         )
@@ -37,14 +40,16 @@ def admit(what: str, findings: Findings, span: Span, *, trusted: bool) -> bool:
 
 
 def warn(findings: Findings) -> None:
-    """Warn once that descriptions and meshes are read without confinement."""
+    """Warn if descriptions and meshes are read without full confinement, because this machine lacks a kernel feature."""
     if lacking := missing():
-        text = f"descriptions and meshes are read without {' and '.join(lacking)}, which this machine lacks"
+        text = (
+            f"descriptions and meshes are read without confinement by {' and '.join(lacking)}, which this machine lacks"
+        )
         findings.add("W206", text, None, *_dangers(lacking))
 
 
 def describe() -> str:
-    """Return a line that says which kernel features this machine has."""
+    """Return a line such as `Landlock: yes, seccomp: no` about the kernel features of this machine."""
     return ", ".join(f"{name}: {'yes' if available() else 'no'}" for name, (available, _) in BORDERS.items())
 
 

@@ -1,4 +1,4 @@
-"""Processes that read untrusted files: all are limited in time and memory, and some are confined to reading those files."""
+"""Starts processes that read untrusted files, and provides the functions with which such a process confines itself."""
 
 from __future__ import annotations
 
@@ -23,14 +23,14 @@ from graphengine.sandbox.seccomp import Tier
 MAX_CPU_SECONDS = 20
 MAX_MEMORY_BYTES = 1 << 30
 MAX_THREADS = 4096
-"""Threads of the user, beyond which a confined process starts no more."""
+"""Maximum number of threads of the user (RLIMIT_NPROC); with more, a confined process cannot start a thread."""
 _NOBODY = 65534
-"""A user whose threads the kernel counts, as it does not count root's."""
+"""User ID of `nobody`; a process of root takes it as real user ID, because the kernel does not limit the threads of root."""
 MAX_ANSWER_BYTES = 256_000_000
 MAX_REASON = 1000
-"""Characters of what it complains of last."""
+"""Maximum number of characters of the last line on stderr, which becomes the message of a ProcessError."""
 MAX_COMPLAINT_BYTES = 1_000_000
-"""Of what a process tells on its two outputs; who reads it has not more memory than it."""
+"""Maximum number of bytes that are read from the stderr of a process."""
 
 _HARMLESS = frozenset(
     ("compile", "exec", "builtins.id", "glob.glob", "glob.glob/2", "object.__getattr__", "sys._getframe")
@@ -40,7 +40,10 @@ _WRITING = os.O_WRONLY | os.O_RDWR | os.O_CREAT
 
 
 class ProcessError(Exception):
-    """A process did not complete; the message gives the reason, and `answer` holds its output until then."""
+    """A process failed or exceeded a limit.
+
+    The message is the reason, usually without a subject, such as `takes more than 3 s`. `answer` is the output until then.
+    """
 
     def __init__(self, message: str, answer: bytes) -> None:
         super().__init__(message)
@@ -48,18 +51,20 @@ class ProcessError(Exception):
 
 
 class AccessDeniedError(Exception):
-    """An untrusted file requested access that is not allowed; the message contains the remedy."""
+    """A confined process attempted an access that is not allowed. The message may contain a remedy in a second line."""
 
 
 def ask(module: str, request: bytes, seconds: float) -> bytes:
-    """Run a module with a request as its input, without environment variables, for at most `seconds`; return its output.
+    """Run a Python module in a new process, write the request to its stdin, and return its stdout.
+
+    The process gets none of the environment variables of this process.
 
     Raises:
-        ProcessError: the process takes longer, or fails.
+        ProcessError: the process runs for more than `seconds`, fails, or writes more than `MAX_ANSWER_BYTES`.
     """
     command = [sys.executable, "-P", "-s", "-m", module]
     environment = {"PYTHONPATH": os.pathsep.join(filter(None, sys.path)), "PYTHONHASHSEED": "0"}
-    environment["OPENBLAS_NUM_THREADS"] = "1"  # each thread takes of the memory that the process may have
+    environment["OPENBLAS_NUM_THREADS"] = "1"  # each thread uses part of the limited memory
     pipe = subprocess.PIPE
     with (
         subprocess.Popen(
@@ -86,37 +91,37 @@ def ask(module: str, request: bytes, seconds: float) -> bytes:
                 _kill(process)
             told = complaint.result().decode("utf-8", "replace").split("\n")
             os.waitid(os.P_PID, process.pid, os.WEXITED | os.WNOWAIT)
-        finally:  # also what the user interrupts, as the terminal does not reach it
+        finally:  # also after KeyboardInterrupt, because Ctrl-C does not reach the new session
             timer.cancel()
             _kill(process)
         code = process.wait()
         asking.result()
     if len(answer) > MAX_ANSWER_BYTES:
-        raise ProcessError(f"writes more than {MAX_ANSWER_BYTES // 1_000_000} MB", b"")
+        raise ProcessError(f"writes more than {MAX_ANSWER_BYTES // 1_000_000} MB of output", b"")
     if late.is_set():
         raise ProcessError(f"takes more than {seconds:g} s", answer)
     if code in (-signal.SIGXCPU, -signal.SIGKILL):
-        raise ProcessError("exceeds its limit of time or memory", answer)
+        raise ProcessError("exceeds its limit of CPU time or memory", answer)
     if code < 0:
-        raise ProcessError(f"breaks off: {signal.strsignal(-code)}", answer)
+        raise ProcessError(f"crashed: {signal.strsignal(-code)}", answer)
     if code > 0:
-        raise ProcessError(next(filter(None, reversed(told)), f"ended with {code}")[:MAX_REASON], answer)
+        raise ProcessError(next(filter(None, reversed(told)), f"ended with exit code {code}")[:MAX_REASON], answer)
     return answer
 
 
 def _kill(process: subprocess.Popen[bytes]) -> None:
-    """Kill a process that was not waited for yet, and all processes that it started."""
+    """Kill the process group of a process that was not waited for yet: the process and all processes that it started."""
     with contextlib.suppress(ProcessLookupError):
         os.killpg(process.pid, signal.SIGKILL)
 
 
 def _write(stream: IO[bytes], request: bytes) -> None:
-    with contextlib.suppress(BrokenPipeError), stream:  # the process may end before it read what it was asked
+    with contextlib.suppress(BrokenPipeError), stream:  # the process may end before it has read the request
         stream.write(request)
 
 
 def bound(memory: int = MAX_MEMORY_BYTES) -> None:
-    """Limit time and memory (bytes) of this process permanently; it can write no files afterwards."""
+    """Limit the CPU time, memory (bytes) and number of threads of this process permanently, and deny it writing files."""
     for kind, value in (
         (resource.RLIMIT_CPU, MAX_CPU_SECONDS),
         (resource.RLIMIT_AS, memory),
@@ -126,7 +131,7 @@ def bound(memory: int = MAX_MEMORY_BYTES) -> None:
         hard = resource.getrlimit(kind)[1]
         value = value if hard == resource.RLIM_INFINITY else min(value, hard)
         resource.setrlimit(kind, (value, value))
-    warnings.simplefilter("ignore")  # their text comes from source files
+    warnings.simplefilter("ignore")  # a warning would quote source files, which may not be read
 
 
 def confine(
@@ -136,17 +141,18 @@ def confine(
     memory: int = MAX_MEMORY_BYTES,
     libraries: Collection[Path] = (),
 ) -> None:
-    """Limit this process and enable the kernel's confinement: from here on it can only read what `files` allows.
+    """Limit and confine this process permanently; afterwards it can read only the files that `files` allows.
 
-    Call this before reading anything untrusted, while one thread runs. The kernel's confinement holds for any code; an audit
-    hook only gives a readable error for what it denies, and records which files are read.
+    Call this before the process reads untrusted data, while it has one thread. The kernel confines all code, as far as it has
+    Landlock and seccomp. In addition, an audit hook raises AccessDeniedError with a readable message for Python code, and records
+    which files are opened.
 
     Args:
-        files: files that may be read.
-        tier: additional permissions.
-        also: additional audit events to allow, which must not change anything outside the process.
-        memory: limit, bytes.
-        libraries: folders that native libraries read themselves.
+        files: the files that may be read.
+        tier: whether the process may open files and start threads.
+        also: additional audit events to allow; they must not change anything outside the process.
+        memory: memory limit, bytes.
+        libraries: additional folders from which native libraries may read.
 
     Raises:
         OSError, RuntimeError: a kernel feature that is available cannot be enabled.
@@ -154,7 +160,7 @@ def confine(
     bound(memory)
     os.environ.clear()
     if tier.threads and sys.platform == "linux" and os.geteuid() == 0:
-        with contextlib.suppress(OSError):  # in a container that has no such user root is one whose threads are counted
+        with contextlib.suppress(OSError):  # a container without this user: its root is an ordinary user outside
             os.setresuid(_NOBODY, -1, -1)
     if landlock.available():
         landlock.restrict((*libraries, *files.roots, *files.links()) if tier.files else ())
@@ -167,7 +173,7 @@ def confine(
         if event not in _READING or not isinstance(arguments[0], str | os.PathLike):
             raise AccessDeniedError(f"{event} is not allowed here")
         if event == "open" and arguments[2] & _WRITING:
-            raise AccessDeniedError(f"{str(arguments[0])!r} cannot be written from here")
+            raise AccessDeniedError(f"{str(arguments[0])!r} may not be written")
         check_readable(Path(arguments[0]), files)
         if event == "open":
             files.note(Path(arguments[0]))
@@ -179,7 +185,7 @@ def check_readable(path: Path, files: Files) -> None:
     """Check that a file may be read.
 
     Raises:
-        AccessDeniedError: it may not be read.
+        AccessDeniedError: the file may not be read.
     """
     if not files.may_read(path):
         beside = [root for root in files.roots if not path.is_absolute() and (root / path).exists()]

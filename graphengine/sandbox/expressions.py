@@ -1,4 +1,4 @@
-"""Evaluates untrusted Python expressions without access to anything outside them.
+"""Evaluates untrusted Python expressions that can access only the given names.
 
 In plain Python, attributes of any object lead to the interpreter's internals: `().__class__`, `(lambda: 0).__globals__`, a
 generator's `gi_frame`, a format string. A few characters can use all memory: `9**9**9`. So `compiled` accepts only known
@@ -22,17 +22,17 @@ from typing import Any
 from graphengine.format.wording import did_you_mean, listing
 
 MAX_CHARACTERS = 100_000
-"""Of an expression."""
+"""Maximum length of an expression, characters."""
 MAX_DEPTH = 100
-"""Levels of an expression's syntax tree."""
+"""Maximum depth of the syntax tree of an expression."""
 MAX_STEPS = 1_000_000
-"""That one guard allows in all: turns of loops, calls, and elements of what is computed and what it is computed from."""
+"""Maximum number of steps of one guard: loop iterations, calls, and elements of all operands and results."""
 MAX_BITS = 10_000
-"""Of a whole number that an operator computes."""
+"""Maximum size of an integer that an operator computes, bits."""
 
 
 def syntax(names: str) -> tuple[type[ast.AST], ...]:
-    """Return the classes of the module `ast` with these names."""
+    """Return the classes of the module `ast` with these names, which are separated by spaces."""
     return tuple(getattr(ast, name) for name in names.split())
 
 
@@ -47,9 +47,9 @@ _MATHEMATICS = "atan2 ceil cos degrees e floor hypot inf isfinite isinf isnan na
 FUNCTIONS: Mapping[str, Any] = {
     **{name: getattr(builtins, name) for name in _SAFE.split()},
     **{name: getattr(math, name) for name in _MATHEMATICS.split()},
-    "sum": lambda values: sum(values),  # of numbers: with a list to start from, it joins lists without a bound
+    "sum": lambda values: sum(values),  # without `start`: `sum(lists, [])` would join lists without a limit
 }
-"""Functions and constants that an expression may have. None makes more of its arguments than they hold."""
+"""Functions and constants that an expression may use by default. No function returns a large result for small arguments."""
 
 _TEXT = "split rsplit splitlines strip lstrip rstrip lower upper title capitalize startswith endswith find rfind index count"
 _SET = frozenset(("union", "intersection", "difference", "issubset", "issuperset"))
@@ -64,7 +64,7 @@ METHODS: Mapping[type, frozenset[str]] = {
     float: frozenset(("real", "imag", "is_integer")),
     complex: frozenset(("real", "imag")),
 }
-"""Attributes by type of value. Text has no `format`: its fields reach attributes too."""
+"""Names of the allowed attributes, by type of the value. `str.format` is missing, because its fields can read attributes."""
 
 _OPERATORS: Mapping[str, Callable[..., Any]] = {
     "Add": operator.add,
@@ -92,13 +92,13 @@ _COLLECTIONS = (str, bytes, list, tuple, set, frozenset, dict)
 
 
 class ForbiddenError(Exception):
-    """An expression that is not allowed, or exceeds the limits."""
+    """An expression is not allowed, or exceeds a limit."""
 
 
 class Guard:
-    """Executes the operations of an expression within limits; subclasses decide on attributes and calls, or forbid more.
+    """Executes the operations of an expression within limits. Subclasses can allow other attributes and forbid operations.
 
-    A guard allows `MAX_STEPS` in total: for one evaluation, or for several that share the guard.
+    A guard allows `MAX_STEPS` in total, for one evaluation or for several evaluations that share the guard.
     """
 
     methods: Mapping[type, frozenset[str]] = METHODS
@@ -106,14 +106,18 @@ class Guard:
     def __init__(self) -> None:
         self._left = MAX_STEPS
         names = ("attribute", "call", "operate", "iterate", "format", "made")
-        self._guards = {f"@{name}": getattr(self, name) for name in names}  # which no source text can write
+        self._guards = {f"@{name}": getattr(self, name) for name in names}  # no source text can contain these names
 
     def evaluate(self, code: CodeType, names: dict[str, Any]) -> Any:
-        """Return the value of a compiled expression; `names` may be a mapping that computes its values.
+        """Return the value of a compiled expression.
+
+        Args:
+            code: result of `compiled`.
+            names: values of the names in the expression; a subclass of dict may compute them. Receives `__builtins__`.
 
         Raises:
-            ForbiddenError: the expression reads a forbidden attribute, or exceeds the limits.
-            Exception: any exception that the evaluation raises.
+            ForbiddenError: the expression reads a forbidden attribute, or exceeds a limit.
+            Exception: any other exception that the evaluation raises.
         """
         names.update(__builtins__=self._guards)
         return eval(code, names)
@@ -123,22 +127,22 @@ class Guard:
         return next((names for kind, names in self.methods.items() if isinstance(value, kind)), ())
 
     def attribute(self, value: Any, name: str) -> Any:
-        """Return the value of `value.name`."""
+        """Return the attribute `name` of a value; raise ForbiddenError if it is not allowed."""
         if name not in (legal := self.attributes(value)):
             what = f"the attribute {name!r} of a {type(value).__name__} is not allowed in an expression"
             raise ForbiddenError(f"{what}\n{did_you_mean(name, legal) or listing(sorted(legal))}")
         return getattr(value, name)
 
     def call(self, place: tuple[int, int, int], function: Any, /, *arguments: Any, **named: Any) -> Any:
-        """Call a function; `place` is first line, last line and column of the call."""
-        if "key" in named:  # Python calls it in loops of its own, which nobody counts
-            raise ForbiddenError("`key` is not allowed in an expression")
+        """Return the result of a function call; `place` is the first line, last line and column of the call."""
+        if "key" in named:  # functions such as `sorted` would call it in loops that are not counted
+            raise ForbiddenError("the argument `key` is not allowed in an expression")
         self.spend(1)
         self.weigh(getattr(function, "__self__", None), *arguments, *named.values())
         return self.made(function(*arguments, **named))
 
     def operate(self, name: str, /, *operands: Any) -> Any:
-        """Return the result of an operator, given by its name in the module `ast`."""
+        """Return the result of the operator `name`, which is a class name in `ast`, such as `Add`."""
         first, last = operands[0], operands[-1]
         if all(isinstance(operand, int) for operand in operands):
             size, other = first.bit_length(), last.bit_length()
@@ -148,30 +152,30 @@ class Guard:
             sizes = (len(part) if isinstance(part, _COLLECTIONS) else operator.index(part) for part in operands)
             self.spend(max(math.prod(sizes), 0))
         elif name == "Mod" and isinstance(first, str | bytes) and _WIDE_FIELD.search(str(first)):
-            raise ForbiddenError("a field of more than 999 characters is not allowed in an expression")
+            raise ForbiddenError("a format field of more than 999 characters is not allowed in an expression")
         self.weigh(*operands)
         return self.made(_OPERATORS[name](*operands))
 
     def iterate(self, values: Iterable[Any]) -> Iterator[Any]:
-        """Return the values over which a comprehension loops."""
+        """Yield the values over which a comprehension loops, and count each as a step."""
         for value in values:
             self.spend(1)
             yield value
 
     def format(self, value: Any, conversion: int, form: str) -> str:
-        """Return the text of a value in an f-string."""
+        """Return the text of a value in an f-string; `conversion` is the code of `s`, `r` or `a`, or -1."""
         if _WIDE.search(form):
-            raise ForbiddenError("a field of more than 999 characters is not allowed in an expression")
+            raise ForbiddenError("a format field of more than 999 characters is not allowed in an expression")
         self.weigh(value)
         return format(_CONVERSIONS[conversion](value) if conversion in _CONVERSIONS else value, form)
 
     def made(self, value: Any) -> Any:
-        """Check a computed or compared value against the limits, and return it."""
+        """Count the steps of a computed or compared value, and return the value."""
         self.weigh(value)
         return value
 
     def weigh(self, *values: Any) -> None:
-        """Count the steps of values and all their elements; a list that occurs a thousand times counts a thousand times."""
+        """Count the steps of values and of all nested elements; an element that occurs repeatedly is counted each time."""
         pending = [*values]
         for part in pending:
             self.spend(cost(part))
@@ -180,10 +184,10 @@ class Guard:
                 pending.extend(part.values() if isinstance(part, dict) else ())
 
     def spend(self, steps: int) -> None:
-        """Count steps.
+        """Subtract steps from the remaining number.
 
         Raises:
-            ForbiddenError: the limit is exceeded.
+            ForbiddenError: more than `MAX_STEPS` steps were counted.
         """
         self._left -= steps
         if self._left < 0:
@@ -191,7 +195,7 @@ class Guard:
 
 
 def cost(value: Any) -> int:
-    """Return the steps of a value without its elements; 64 bits, characters or array numbers count as one step."""
+    """Return the number of steps for a value itself: 1 per 64 bits, characters or array elements, or 1 per collection element."""
     if isinstance(value, int):
         return value.bit_length() // 64
     if isinstance(value, str | bytes):
@@ -209,7 +213,7 @@ def compiled(
     Args:
         expression: text or syntax tree.
         syntax: classes of syntax nodes that are allowed.
-        known: names that the expression may use, besides its loop variables; None: any names except Python's own.
+        known: names that the expression may use in addition to its loop variables; None: all names that do not begin with `__`.
 
     Raises:
         SyntaxError, ValueError: the text is not an expression.
@@ -232,7 +236,7 @@ def compiled(
     unknown = [name for name in sorted(used - bound) if known is not None and name not in known]
     if unknown:
         near = did_you_mean(unknown[0], known or ()) or listing(known or ())
-        raise ForbiddenError(f"there is no {unknown[0]!r}\n{near}")
+        raise ForbiddenError(f"there is no name {unknown[0]!r}\n{near}")
     guarded: ast.Expression = _guarded(tree)
     return compile(ast.fix_missing_locations(guarded), "<expression>", "eval")
 
@@ -243,14 +247,14 @@ def _parsed(text: str) -> ast.Expression:
     try:
         return ast.parse(text.strip(), "<expression>", "eval")
     except (MemoryError, RecursionError):
-        raise ForbiddenError(f"an expression is nested at most {MAX_DEPTH} levels deep") from None
+        raise ForbiddenError(f"an expression may be nested at most {MAX_DEPTH} levels deep") from None
 
 
 def _nodes(tree: ast.AST) -> Iterator[ast.AST]:
-    """Yield the nodes of a tree, level by level.
+    """Yield the nodes of a syntax tree, level by level.
 
     Raises:
-        ForbiddenError: it has too many levels.
+        ForbiddenError: the tree has more than `MAX_DEPTH` levels.
     """
     level = [tree]
     for _ in range(MAX_DEPTH):
@@ -258,11 +262,11 @@ def _nodes(tree: ast.AST) -> Iterator[ast.AST]:
         level = [child for node in level for child in ast.iter_child_nodes(node)]
         if not level:
             return
-    raise ForbiddenError(f"an expression is nested at most {MAX_DEPTH} levels deep")
+    raise ForbiddenError(f"an expression may be nested at most {MAX_DEPTH} levels deep")
 
 
 def _guarded(part: Any) -> Any:
-    """Return a copy of a syntax tree in which operations are calls of the guard."""
+    """Return a copy of a syntax tree in which each operation is replaced by a call of the guard."""
     if isinstance(part, list):
         return [_guarded(item) for item in part]
     if not isinstance(part, ast.AST):

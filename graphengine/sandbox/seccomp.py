@@ -1,7 +1,8 @@
-"""seccomp: the kernel permanently denies this process all system calls outside a list, whatever code runs in it.
+"""seccomp: makes the kernel permanently deny this process all system calls that are not in a list.
 
-Linux has it since 3.17, unless it was disabled at build time. A filter is a classic BPF program over `seccomp_data` of
-linux/seccomp.h; numbers are those of asm/unistd.h. Refused calls fail with EPERM, so that libraries can continue.
+Linux has this feature since 3.17, unless it is disabled at build time. A filter is a classic BPF program that reads the
+`seccomp_data` of linux/seccomp.h; call numbers are those of asm/unistd.h. A denied call fails with EPERM, so that libraries can
+continue.
 """
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ from typing import NamedTuple
 from graphengine.sandbox.system_calls import call, renounce_privileges
 
 ARCHITECTURES = {"x86_64": 0xC000003E, "aarch64": 0xC00000B7}
-"""Machines with a table here, and how the kernel calls them (linux/audit.h)."""
+"""Supported machines, in the order of the columns of `_TABLE`, with their AUDIT_ARCH numbers of linux/audit.h."""
 
 _TABLE = """
     read 0 63               readv 19 65             pread64 17 67           write 1 64              writev 20 66
@@ -37,36 +38,49 @@ _TABLE = """
 
     clone 56 220            clone3 435 435          rseq 334 293            set_robust_list 273 99
 """
-"""Name and numbers on x86_64 and aarch64, `-` where there is none: for every process, to read files, to start threads."""
+"""Allowed system calls: name, number on x86_64, number on aarch64 (`-` if the machine lacks the call).
+
+The three groups are for every process, for reading files, and for starting threads.
+"""
 
 _ALLOWED, _ERROR, _KILLED = 0x7FFF0000, 0x00050000, 0x80000000
-"""Actions of a filter; an error carries its number."""
+"""Return values of a filter: allow the call, fail with the error number in the lower 16 bits, kill the process."""
 _LOAD, _AND, _RETURN, _EQUAL, _AT_LEAST = 0x20, 0x54, 0x06, 0x15, 0x35
-"""Instructions: ld [k], and #k, ret #k, jeq #k, jge #k."""
+"""Operation codes of classic BPF: ld [k], and #k, ret #k, jeq #k, jge #k."""
 _NUMBER, _ARCHITECTURE = 0, 4
-"""Offsets in `seccomp_data`."""
+"""Offsets of the call number and the architecture in `seccomp_data`, bytes."""
 _ALL = 0xFFFFFFFF
 _FOREIGN = 0x40000000
-"""Numbers from here on are those of x32, a second interface of x86_64."""
+"""Smallest call number of x32, a second system call interface of x86_64, which is denied."""
 
 _READ_FLAGS = os.O_CLOEXEC | os.O_DIRECTORY | os.O_NOFOLLOW | os.O_NONBLOCK | os.O_NOCTTY | 0o100000 | 0o400000
-"""Flags that `open` may have; the last two are O_LARGEFILE on either machine, and O_NOFOLLOW on the other."""
+"""Flags of open(2) that are allowed for reading; the numbers cover O_LARGEFILE and O_NOFOLLOW of both machines."""
 _THREAD = 0x3D0F00
-"""Flags of clone(2) by which pthread_create starts a thread: memory, files, signals and process are shared."""
+"""Flags of clone(2) with which pthread_create starts a thread; no other use of clone(2) is allowed."""
 _TERMINAL, _CLOSE_ON_EXEC, _STAY_ON_EXEC = 0x5401, 0x5451, 0x5450
-"""TCGETS, FIOCLEX, FIONCLEX of ioctl(2): whether it is a terminal, whether it stays open in other programs."""
+"""Allowed requests of ioctl(2): TCGETS (query a terminal), FIOCLEX and FIONCLEX (set or clear close-on-exec)."""
 _ADVICE = (*range(5), 8, 14, 15, 102, 103)
-"""Of madvise(2): of use, to free, on huge pages, on guards. Others take pages from the whole machine, or share them."""
+"""Allowed advice values of madvise(2): expected use, MADV_FREE, huge pages and guard pages.
+
+Other values can take pages from the whole machine, or share pages.
+"""
 _DUPLICATE = (0, 1, 2, 3, 1030)
-"""F_DUPFD, F_GETFD, F_SETFD, F_GETFL, F_DUPFD_CLOEXEC of fcntl(2)."""
+"""Allowed commands of fcntl(2): F_DUPFD, F_GETFD, F_SETFD, F_GETFL, F_DUPFD_CLOEXEC."""
 
 _SET_FILTER, _ACTION_AVAILABLE, _ALL_THREADS = 1, 2, 1
-"""SECCOMP_SET_MODE_FILTER, SECCOMP_GET_ACTION_AVAIL, SECCOMP_FILTER_FLAG_TSYNC of seccomp(2)."""
+"""SECCOMP_SET_MODE_FILTER, SECCOMP_GET_ACTION_AVAIL and SECCOMP_FILTER_FLAG_TSYNC of seccomp(2)."""
 _SECCOMP = {"x86_64": 317, "aarch64": 277}
 
 
 class Test(NamedTuple):
-    """A test of 32 bits of an argument: after masking, they must be one of some values."""
+    """A condition on an argument of a system call: 32 bits of it, after masking, must be one of `values`.
+
+    Attributes:
+        argument: index of the argument, 0 to 5.
+        values: allowed values.
+        mask: bits to test.
+        high: whether to test the upper instead of the lower 32 bits.
+    """
 
     argument: int
     values: tuple[int, ...]
@@ -75,10 +89,10 @@ class Test(NamedTuple):
 
 
 class Tier(NamedTuple):
-    """What a process may do, besides computing and using open files."""
+    """Permissions of a process in addition to computing and using files that are already open."""
 
     files: bool
-    """Open files to read them, and look at their names."""
+    """Whether the process may open files for reading and list folders."""
     threads: bool
 
 
@@ -88,11 +102,11 @@ TIERS = {
     "xacro": Tier(files=True, threads=False),
     "mesh": Tier(files=False, threads=False),
 }
-"""By what a process reads."""
+"""Permissions by the kind of file that a process reads."""
 
 
 def numbers(machine: str) -> list[dict[str, int]]:
-    """Return the numbers of the listed system calls by name: for every process, to read files, to start threads."""
+    """Return the three groups of `_TABLE` for a machine: the numbers of the system calls by name."""
     column = 1 + list(ARCHITECTURES).index(machine)
     tables = []
     for part in _TABLE.split("\n\n"):
@@ -103,17 +117,17 @@ def numbers(machine: str) -> list[dict[str, int]]:
 
 
 def available() -> bool:
-    """Return whether this kernel has seccomp with the required features, and this module has a table for the machine."""
+    """Return whether this kernel has seccomp with the required action, and `_TABLE` covers this machine."""
     action = ctypes.c_uint32(_KILLED)
     machine = os.uname().machine
     return machine in ARCHITECTURES and call(_SECCOMP[machine], _ACTION_AVAILABLE, 0, ctypes.addressof(action)) == 0
 
 
 def restrict(tier: Tier) -> None:
-    """Deny all threads of this process the system calls that are not in the tier.
+    """Deny all threads of this process the system calls that the tier does not allow.
 
     Raises:
-        OSError: the kernel refuses.
+        OSError: the kernel does not accept the filter.
     """
     program = compose(os.uname().machine, tier, os.getpid())
     text = ctypes.create_string_buffer(program, len(program))
@@ -124,11 +138,11 @@ def restrict(tier: Tier) -> None:
     described = Program(len(program) // 8, ctypes.addressof(text))
     renounce_privileges()
     if call(_SECCOMP[os.uname().machine], _SET_FILTER, _ALL_THREADS, ctypes.addressof(described)) != 0:
-        raise OSError("seccomp failed")
+        raise OSError("the seccomp filter cannot be installed")
 
 
 def compose(machine: str, tier: Tier, process: int) -> bytes:
-    """Return the filter of a tier for a process in the kernel's format, 8 bytes per instruction."""
+    """Return the BPF program for a tier in the kernel's format, 8 bytes per instruction; `process` is the process ID."""
     every, files, threads = numbers(machine)
     listed = {**every, **(files if tier.files else {}), **(threads if tier.threads else {})}
     tests = _tests(process)
@@ -142,7 +156,7 @@ def compose(machine: str, tier: Tier, process: int) -> bytes:
 
 
 def _body(name: str, tests: Collection[Test]) -> Iterator[tuple[int, int, int, int]]:
-    """Return the instructions that decide about a system call."""
+    """Yield the instructions that allow or deny a listed system call, depending on `tests` of its arguments."""
     if name in ("clone3", "openat2"):  # their arguments lie in memory; libraries fall back to clone and openat
         yield _RETURN, 0, 0, _ERROR | errno.ENOSYS
         return
@@ -156,7 +170,10 @@ def _body(name: str, tests: Collection[Test]) -> Iterator[tuple[int, int, int, i
 
 
 def _tests(process: int) -> dict[str, tuple[Test, ...]]:
-    """Return tests for the calls that are allowed with some arguments only; the kernel ignores the upper half of an int."""
+    """Return the tests for system calls that are allowed only with certain arguments, by name of the call.
+
+    The kernel ignores the upper 32 bits of an int argument, so that most tests need only the lower ones.
+    """
     return {
         "open": (Test(1, (0,), _ALL & ~_READ_FLAGS),),
         "openat": (Test(2, (0,), _ALL & ~_READ_FLAGS),),
@@ -165,5 +182,5 @@ def _tests(process: int) -> dict[str, tuple[Test, ...]]:
         "ioctl": (Test(1, (_TERMINAL, _CLOSE_ON_EXEC, _STAY_ON_EXEC)),),
         "madvise": (Test(2, _ADVICE),),
         "tgkill": (Test(0, (process,)),),
-        "prlimit64": (Test(0, (0,)), Test(2, (0,)), Test(2, (0,), high=True)),  # no new limit
+        "prlimit64": (Test(0, (0,)), Test(2, (0,)), Test(2, (0,), high=True)),  # query the own limits only
     }

@@ -1,7 +1,7 @@
-"""Decodes the JSON output of confined processes, which an untrusted file may have forged.
+"""Encodes and decodes the results of confined processes as JSON, which an untrusted file may have forged.
 
-An object has the fields of its dataclass; a span is a list of path, line, column and length. The process writes its output with
-`answer`. The caller reads it with `read`, which checks that each field has the type that its dataclass declares.
+A dataclass becomes an object with the same fields; a span becomes a list of path, line, column and length. The process writes its
+result with `answer`. The caller decodes it with `read`, which checks that each field has the type that the dataclass declares.
 """
 
 from __future__ import annotations
@@ -22,28 +22,28 @@ from graphengine.format.wording import printable
 from graphengine.sandbox.confinement import ProcessError
 
 MAX_PARTS = 8_000_000
-"""Brackets, braces and commas, each of which costs more memory than its text."""
+"""Maximum number of `[`, `{` and `,` in a result, because each takes more memory when decoded than its text does."""
 MAX_SOURCES = 8_000_000
-"""Bytes of the files whose lines findings show; of further files they show the place alone."""
+"""Maximum number of bytes that are read from files to quote their lines in findings; further lines are not quoted."""
 MAX_FINDINGS = 1000
 MAX_LINES = 100
-"""Of help, and as many related places, of one finding."""
+"""Maximum number of help lines of one finding, and of related places."""
 MAX_FILES = 20_000
-"""That a process says it read."""
+"""Maximum number of files that a process may report as read; further files are ignored."""
 MAX_NUMBER = 1 << 31
-"""Of a line or column."""
+"""Maximum line number, column number and length of a span."""
 MAX_DEPTH = 10
-"""Levels of lists in one value."""
+"""Maximum nesting depth of lists in an attribute value."""
 
 _T = TypeVar("_T")
 
 
 class Sources:
-    """The files in which spans may lie, each read once.
+    """Reads the files to which the spans of a result refer, each file once.
 
     Args:
         files: decides which files may be read.
-        known: files that were read already.
+        known: files that are already read.
     """
 
     def __init__(self, files: Files, *known: Source) -> None:
@@ -51,10 +51,10 @@ class Sources:
         self._known = {os.path.abspath(source.path): source for source in known}
 
     def span(self, path: str, line: int, column: int, length: int) -> Span:
-        """Return a span; numbers outside the file are clamped.
+        """Return a span in a file; line, column and length are clamped to 1 to `MAX_NUMBER`.
 
         Raises:
-            OSError, ValueError: the file may not be read.
+            OSError, ValueError: the file cannot or may not be read.
         """
         key = os.path.abspath(path)
         if key not in self._known:
@@ -68,13 +68,21 @@ class Sources:
 
 
 def read(answer: bytes, kind: type[_T], most: int, span: Callable[..., Span] = Span) -> _T:
-    """Decode output of at most `most` bytes as a dataclass; `span` creates its spans.
+    """Decode the output of a process as an instance of the dataclass `kind`.
+
+    Args:
+        answer: output of the process.
+        kind: dataclass to create.
+        most: maximum size of the output, bytes.
+        span: creates the spans, from path, line, column and length.
 
     Raises:
         ProcessError: the output is malformed or too large.
     """
     if len(answer) > most or sum(map(answer.count, (b"[", b"{", b","))) > MAX_PARTS:
-        raise ProcessError(f"answers more than {most // 1_000_000} MB or {MAX_PARTS // 1_000_000} million parts", b"")
+        raise ProcessError(
+            f"answers with more than {most // 1_000_000} MB or {MAX_PARTS // 1_000_000} million parts", b""
+        )
     try:
         found: _T = typed(kind, json.loads(answer), span)
     except (ValueError, TypeError, LookupError, AttributeError, RecursionError, OverflowError, OSError):
@@ -83,12 +91,12 @@ def read(answer: bytes, kind: type[_T], most: int, span: Callable[..., Span] = S
 
 
 def typed(kind: Any, data: Any, span: Callable[..., Span]) -> Any:
-    """Convert JSON data to a type; strings become encodable.
+    """Return decoded JSON data as an instance of the type `kind`; lone surrogates in strings are replaced.
 
     Raises:
-        ValueError, TypeError, LookupError, AttributeError, OverflowError: the data has another type.
+        ValueError, TypeError, LookupError, AttributeError, OverflowError: the data does not have this type.
     """
-    if type(data) is kind:  # first, as most of an answer is texts and numbers
+    if type(data) is kind:  # first, because most parts of an answer are strings and numbers
         return data if kind is not str or data.isascii() else data.encode("utf-8", "replace").decode()
     origin, inner = _shape(kind)
     if origin is UnionType:
@@ -114,7 +122,7 @@ def typed(kind: Any, data: Any, span: Callable[..., Span]) -> Any:
 
 
 def _value(data: Any, depth: int = 0) -> Any:
-    """Return a legal attribute value: a string, a 64 bit number, a boolean, None, or lists of them."""
+    """Check and return an attribute value: a string, a 64 bit number, a boolean, None, or nested lists of them."""
     if isinstance(data, list) and depth < MAX_DEPTH:
         return [_value(item, depth + 1) for item in data]
     if data is None or (isinstance(data, int) and -(2**63) <= data < 2**64):
@@ -131,7 +139,7 @@ _hints = lru_cache(maxsize=200)(get_type_hints)
 
 
 def take_findings(found: Iterable[Finding], findings: Findings) -> None:
-    """Add the findings of a process, errors first; if there are too many, add the number of the others."""
+    """Add the findings of a process, errors first; after `MAX_FINDINGS`, add only the number of the others."""
     ordered = sorted(found, key=lambda finding: finding.severity != "error")
     for finding in ordered[:MAX_FINDINGS]:
         lines, related = map(printable, finding.help[:MAX_LINES]), finding.related[:MAX_LINES]
@@ -141,32 +149,35 @@ def take_findings(found: Iterable[Finding], findings: Findings) -> None:
 
 
 def note_used(used: Iterable[str], files: Files) -> None:
-    """Record the files that a process says it read, if it may read them."""
+    """Record the files that a process reports as read in `files`; files that it may not read are ignored."""
     for path in list(used)[:MAX_FILES]:
         if os.path.isfile(path) and files.may_read(Path(path)):
             files.note(Path(path))
 
 
 def reply() -> IO[str]:
-    """Return the stream for this process's output; output of libraries goes to standard error instead."""
+    """Return a stream to the stdout of this process, and redirect stdout to stderr, so that libraries cannot write to it."""
     stream = os.fdopen(os.dup(1), "w")
     os.dup2(2, 1)
     return stream
 
 
 def answer(stream: IO[str], find: Callable[[], object]) -> NoReturn:
-    """Write the dataclass that a function returns and end this process, without a shutdown that its audit hook would refuse."""
+    """Write the dataclass that `find` returns to the stream, and end this process at once.
+
+    Python's normal shutdown is skipped, because the audit hook would refuse it.
+    """
     try:
         stream.write(encoded(find()))
         stream.flush()
-    except BaseException as error:  # the time may be up at any moment
+    except BaseException as error:  # TimeIsUpError may be raised at any moment
         os.write(2, f"ends without an answer: {type(error).__name__}".encode("utf-8", "replace"))
         os._exit(1)
     os._exit(0)
 
 
 def encoded(data: object) -> str:
-    """Return data as JSON; it may contain dataclasses and spans."""
+    """Return data as JSON text; the data may contain dataclasses, sets and spans."""
     return json.dumps(data, default=_plain)
 
 

@@ -196,9 +196,10 @@ def _lint_idle_robots(scene: LoadedScene) -> None:
         idle = not any(at_or_below(path, place) or at_or_below(place, path) for place in moved)
         if joints and idle and robot.placement.key not in reported:
             reported.add(robot.placement.key)
+            number = "1 movable joint" if len(joints) == 1 else f"{len(joints)} movable joints"
             scene.findings.add(
                 "W208",
-                f"no graph commands robot {name}, which has {len(joints)} movable joints",
+                f"no graph commands robot {name}, which has {number}",
                 world.scenery.scene.document.key_span("robots", robot.placement.key),
                 "add a graph with an IsaacArticulationController under `graphs:` in the robot file or the scene file",
             )

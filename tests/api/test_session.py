@@ -70,6 +70,7 @@ def test_ticks_cannot_be_asked_for_within_a_run(start: Start) -> None:
     for ask in (lambda s: s.step(), lambda s: s.close()):
         with pytest.raises(ge.StateError, match="the session is running"):
             sim.run(1.0, until=ask)
+    assert sim.tick == 0
 
 
 @pytest.mark.parametrize(("arguments", "words"), [((-1.0, None), "seconds"), ((1.0, 0.0), "rate")])

@@ -86,6 +86,7 @@ def test_bash_completes_scenes_by_name_and_files_of_the_folder(bash: Complete) -
     assert set(SCENES) <= set(bash("map", ""))
     assert bash("run", "dd100_w") == ["dd100_warehouse"]
     assert bash("run", "dd100/c") == ["dd100/cmd_vel"]
+    assert bash("import-robot", "my_n") == ["my_notes.txt"]
     assert bash("map", "my_") == ["my_scene.yaml", "my_folder"]
     assert bash("run", "dd100/cmd_vel", "--scene", "tutorial/n") == ["tutorial/navigation"]
     assert "dd100/cmd_vel" not in bash("run", "--scene", "")

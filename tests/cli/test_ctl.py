@@ -75,7 +75,7 @@ def test_a_run_is_held_stepped_and_let_go(ctl: Graphrun) -> None:
         ctl("stop")
         ctl("pause", refused="a stopped session cannot pause")
         assert (state(ctl)["state"], state(ctl)["time"]) == ("stopped", 0.0)
-        assert ctl("quit").out == ""
+        assert json.loads(ctl("quit", "--json").out) == {"run": "dd100_flat", "process": run.process.pid}
         assert run.stop(signal.SIGCONT) == 0
         assert " s of simulation in " in run.said.splitlines()[-1]
 

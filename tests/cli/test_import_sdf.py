@@ -72,7 +72,7 @@ def test_mistakes_name_the_place_in_the_sdf_and_write_nothing(graphrun: Graphrun
     (models / CART).write_text(text.replace('type="revolute"', 'type="screw"', 1), encoding="utf-8")
     refused = graphrun("import-urdf", CART, "-o", "cart.yaml", code=1)
     assert "models/cart/model.sdf:4:" in refused.err
-    assert "type 'screw' is not simulated here" in refused.err
+    assert "type 'screw' is not supported" in refused.err
     assert not (models / "cart.yaml").exists()
 
 

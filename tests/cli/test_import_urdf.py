@@ -143,7 +143,7 @@ def test_the_report_tells_what_was_found_and_what_was_not_carried_over(graphrun:
         "lowest collider at z = -0.2000 m, all joints at zero",
         "meshes: 2 unchanged",
         "joints that follow another joint: finger_joint",
-        "carried over: limits of velocity: grip_joint 2 (cart.urdf:25)",
+        "carried over: velocity limits of drives: grip_joint 2 (cart.urdf:25)",
         (
             "carried over: sensor eye: camera of 320 x 240 pixels on grip at 30 Hz, published on camera/image_raw, "
             "camera/camera_info (cart.urdf:33)"
@@ -164,10 +164,10 @@ def test_the_report_tells_what_was_found_and_what_was_not_carried_over(graphrun:
         "guessed: friction of wheels: 1 on any floor: left_wheel, right_wheel",
         "guessed: sensor eye: no update_rate: 30 Hz (cart.urdf:33)",
         "guessed: sensor eye: no topic: published on camera/image_raw, camera/camera_info (cart.urdf:33)",
-        "guessed: sensor eye: its frame eye_optical_frame is no link: a graph publishes it on tf_static (cart.urdf:33)",
+        "guessed: sensor eye: its frame eye_optical_frame is not a link: a graph publishes it on tf_static (cart.urdf:33)",
         "not carried over: link grip: friction: it has no collider (cart.urdf:33)",
-        "not carried over: transmission grip_transmission: it lists no joint that moves (cart.urdf:31)",
-        "not carried over: ros2_control hardware: it lists no joint that moves (cart.urdf:32)",
+        "not carried over: transmission grip_transmission: it lists no moving joint (cart.urdf:31)",
+        "not carried over: ros2_control hardware: it lists no moving joint (cart.urdf:32)",
         "not carried over: gazebo plugin drive (cart.urdf:34)",
         "scenes with this robot read files outside of their folder: run them with --allow ws/cart",
         "in a scene: robots: {cart: {use: robots/cart.yaml, position: [0, 0, 0.2]}}",
@@ -370,7 +370,7 @@ def test_nothing_is_written_over_unless_asked_for(graphrun: Graphrun, cart: Path
         ("body.obj", "bdy.obj", "error S101: no file 'package://cart/meshes/bdy.obj'"),
         ("body.obj", "bdy.obj", "looked in: {ws}/meshes"),
         ('link="grip"', 'link="grp"', "did you mean 'grip'?"),
-        ('mass value="1"', 'mass value="-1"', "mass '-1' is not a number of kg"),
+        ('mass value="1"', 'mass value="-1"', "mass '-1' is not a number of at least 0 (kg)"),
         ("</robot>", "", "XML syntax"),
         ("<axis", '<axis xyz="1 0 0"/><axis', "MuJoCo: repeated element: 'axis'"),
         ('link name="grip"', 'link name="1 grip"', "no child link 'grip'"),
@@ -514,14 +514,14 @@ def test_a_robot_of_a_macro_gets_a_file_that_calls_it(graphrun: Graphrun, macro:
 
 def test_the_only_macro_of_a_file_is_taken_and_told(graphrun: Graphrun, macro: Path) -> None:
     result = imported(graphrun, "ws/cart/urdf/macro.urdf.xacro", "side:=left")
-    assert "note: the file makes no robot; cart.urdf.xacro calls its macro 'cart'" in result.out
+    assert "note: the file defines macros but no robot; cart.urdf.xacro calls its macro 'cart'" in result.out
 
 
 @pytest.mark.parametrize(
     ("arguments", "told"),
     [
         (["--macro", "carts"], "did you mean 'cart'?"),
-        ([], "give it: side:=…"),
+        ([], "add to the command: side:=…"),
         (["side:=left", "hieght:=1"], "has no argument 'hieght'"),
     ],
 )
@@ -546,7 +546,7 @@ def test_arguments_are_listed_with_their_defaults(graphrun: Graphrun, macro: Pat
     assert result.out.splitlines() == [
         "arguments of ws/cart/urdf/macro.urdf.xacro:",
         "  prefix  default ''",
-        "parameters of the macro cart, which --macro cart makes a robot of:",
+        "parameters of the macro cart, which --macro cart imports as a robot:",
         "  height  default '0.3'",
         "  side    no default",
     ]
@@ -558,9 +558,9 @@ def test_a_package_that_is_missing_can_be_left_out(graphrun: Graphrun, cart: Pat
     (cart / "ws/cart/urdf/cart.urdf.xacro").write_text(XACRO.replace("</robot>", lidar), encoding="utf-8")
     result = imported(graphrun, "ws/cart/urdf/cart.urdf.xacro", code=1)
     assert "no package 'lidars'" in result.err
-    assert "macros that would be called: a2" in result.err
+    assert "macros that are called but not defined: a2" in result.err
     result = imported(graphrun, "ws/cart/urdf/cart.urdf.xacro", "--without", "lidars")
-    assert "note: left out, as asked for: package 'lidars': includes: $(find lidars)/a2.xacro" in result.out
+    assert "note: left out on request: package 'lidars': includes: $(find lidars)/a2.xacro" in result.out
 
 
 def test_meshes_of_a_package_can_be_left_out_of_a_plain_urdf(graphrun: Graphrun, cart: Path) -> None:
@@ -568,9 +568,9 @@ def test_meshes_of_a_package_can_be_left_out_of_a_plain_urdf(graphrun: Graphrun,
     told = imported(graphrun, text=text, code=1).err
     assert "error S101: no package 'elsewhere'" in told
     assert "meshes: package://elsewhere/body.obj" in told
-    assert "or leave them out: --without elsewhere" in told
+    assert "or leave these meshes out: --without elsewhere" in told
     result = imported(graphrun, CART, "--without", "elsewhere")
-    assert "note: left out, as asked for: a collision of link 'base_link'" in result.out
+    assert "note: left out on request: a collision of link 'base_link'" in result.out
     assert "elsewhere" not in (cart / "scenes/robots/cart.urdf").read_text(encoding="utf-8")
 
 

@@ -399,7 +399,7 @@ def test_messages_of_ones_own_are_found_where_the_command_line_says(
             2,
             "the name '__import__' is not allowed in an expression",
         ),
-        (["echo", "/chatter", "--filter", "msg.data"], 2, "there is no 'msg'\nlegal: m, "),
+        (["echo", "/chatter", "--filter", "msg.data"], 2, "there is no name 'msg'\nlegal: m, "),
         (["echo", "/chatter", "--truncate-length", "-1"], 2, "write a whole number, 0 or more"),
         (["echo", "/chatter", "--spin-time", "nan"], 2, "write seconds, such as 0.5"),
         (["delay", "/chatter"], 1, "std_msgs/msg/String has no header"),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 import signal
 import tempfile
@@ -85,4 +86,6 @@ def test_without_watch_a_run_keeps_its_files_until_it_is_asked_to_reload(hall: P
         assert graphrun("ctl", "state", code=0).lines[1:] == [
             "  2 errors in changed files; the run continues with the previous version"
         ]
+        (hall / "mine.yaml").write_text(CLOCK, encoding="utf-8")
+        assert json.loads(graphrun("ctl", "reload", "--json", code=0).out)["changed"] == ["mine"]
         assert run.stop(signal.SIGINT) == 0

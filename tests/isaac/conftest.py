@@ -60,7 +60,7 @@ def ask_fork() -> Iterator[Ask]:
             answer = answers.read()
             asking.result()
         if code := ours.recv(1)[0]:
-            raise ProcessError(f"ended with {code}", answer)
+            raise ProcessError(f"ended with exit code {code}", answer)
         return answer
 
     with ours, subprocess.Popen(command, env=environment, pass_fds=[theirs.fileno()]) as ready:

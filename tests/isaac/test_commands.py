@@ -151,7 +151,7 @@ def test_namespaces_of_a_script_are_shown_as_a_scene_has_them(builds: Graphrun) 
 def test_what_a_script_built_before_it_failed_is_written(builds: Graphrun) -> None:
     err = builds("memoryview(og.get_frame())\n").err
     assert "warning W302: TypeError" in err
-    assert "the script ends here; what it would have built later is not in the graphs" in err
+    assert "the script ends here; the graphs lack the parts that it would have built later" in err
 
 
 def test_an_attribute_that_only_omniverse_knows_is_told(builds: Graphrun) -> None:
@@ -161,7 +161,7 @@ def test_an_attribute_that_only_omniverse_knows_is_told(builds: Graphrun) -> Non
         "og.Controller.attribute(gate + '.inputs:step').set(5)\n"
         "og.Controller.set(og.Controller.attribute(f'{gate}.inputs:step'), 5)\n"
     )
-    told = "what is set at <unknown: omni.syntheticdata.SyntheticData._get_node_path()>"
+    told = "the access to the attribute <unknown: omni.syntheticdata.SyntheticData._get_node_path()>"
     assert builds(text).err.count(told) == 2
 
 
@@ -199,7 +199,7 @@ except Exception as error:
 
 
 def test_what_a_script_catches_is_told(builds: Graphrun) -> None:
-    lost = "nodes: T; the script continues without connect T.outputs:tick"
+    lost = "nodes: T; the script continues, but did not execute: connect T.outputs:tick"
     assert f"script.py:8:5: warning W302: no node 'U' in /World/more; {lost}" in builds(CAUGHT).err
 
 
@@ -208,10 +208,13 @@ def test_what_a_script_catches_is_told(builds: Graphrun) -> None:
     [
         (
             "import os\ntry: os.environ['MY_ROBOT']\nexcept KeyError as e: print('no', e)",
-            ["builds nothing", "it printed: no 'MY_ROBOT'"],
+            ["builds no graph", "the script printed: no 'MY_ROBOT'"],
         ),
-        ("import carb\ncarb.log_error('no assets')\nraise SystemExit(3)", ["exit(3)", "it printed: no assets"]),
-        ("for n in range(9): print(f'{n}\\n')", ["it printed: 6\n  it printed: 7\n  it printed: 8"]),
+        ("import carb\ncarb.log_error('no assets')\nraise SystemExit(3)", ["exit(3)", "the script printed: no assets"]),
+        (
+            "for n in range(9): print(f'{n}\\n')",
+            ["the script printed: 6\n  the script printed: 7\n  the script printed: 8"],
+        ),
     ],
 )
 def test_what_a_script_that_builds_nothing_printed_last_is_told(text: str, told: list[str], imports: Graphrun) -> None:
@@ -252,7 +255,7 @@ def test_export_writes_a_script_that_import_reads(imports: Graphrun, graphrun: G
     ("name", "complaint"),
     [
         ("dd100_flat", "export each graph from its own file"),
-        ("robot_state", "there is no graphengine.ros2.RobotStatePublisher in Isaac Sim"),
+        ("robot_state", "Isaac Sim has no node type graphengine.ros2.RobotStatePublisher"),
     ],
 )
 def test_export_takes_one_graph_and_no_node_of_our_own(name: str, complaint: str, graphrun: Graphrun) -> None:

@@ -31,7 +31,7 @@ NO_ROLLING = "Controller: isaacsim.robot.wheeled_robots.HolonomicController has 
 def _wheel_odometry(node: str, publisher: str) -> list[str]:
     publishes = f"{publisher}: isaacsim.ros2.bridge.ROS2PublishOdometry"
     return [
-        f"{node}: there is no graphengine.wheeled_robots.ComputeWheelOdometry in Isaac Sim",
+        f"{node}: Isaac Sim has no node type graphengine.wheeled_robots.ComputeWheelOdometry",
         f"{publishes} has no inputs:poseCovariance in Isaac Sim",
         f"{publishes} has no inputs:twistCovariance in Isaac Sim",
     ]
@@ -40,25 +40,25 @@ def _wheel_odometry(node: str, publisher: str) -> list[str]:
 REFUSED = {
     "dd100/cmd_vel": [NO_TIMEOUT],
     "demo/round": [
-        "Nearest: there is no graphengine.data.NearestRange in Isaac Sim",
-        "Ahead: there is no graphengine.data.NearestRange in Isaac Sim",
+        "Nearest: Isaac Sim has no node type graphengine.data.NearestRange",
+        "Ahead: Isaac Sim has no node type graphengine.data.NearestRange",
         NO_TIMEOUT,
     ],
     "base/ackermann": [NO_TIMEOUT, *_wheel_odometry("State/Odometry", "State/PublishOdometry")],
     "base/differential": [NO_TIMEOUT, *_wheel_odometry("State/Odometry", "State/PublishOdometry")],
     "base/mecanum": [NO_TIMEOUT, NO_ROLLING, *_wheel_odometry("State/Odometry", "State/PublishOdometry")],
     "base/omni": [NO_TIMEOUT, NO_ROLLING],
-    "arm/gripper": ["Gripper: there is no graphengine.ros2.ROS2GripperCommand in Isaac Sim"],
-    "arm/trajectory": ["Trajectory: there is no graphengine.ros2.ROS2FollowJointTrajectory in Isaac Sim"],
+    "arm/gripper": ["Gripper: Isaac Sim has no node type graphengine.ros2.ROS2GripperCommand"],
+    "arm/trajectory": ["Trajectory: Isaac Sim has no node type graphengine.ros2.ROS2FollowJointTrajectory"],
     "base/state": _wheel_odometry("Odometry", "PublishOdometry"),
     "publishers/compressed_camera": [
         f"Colour: isaacsim.ros2.bridge.ROS2CameraHelper has no inputs:{port} in Isaac Sim"
         for port in ("compression", "jpegQuality")
     ],
-    "publishers/range": ["PublishRange: there is no graphengine.ros2.RangePublisher in Isaac Sim"],
+    "publishers/range": ["PublishRange: Isaac Sim has no node type graphengine.ros2.RangePublisher"],
     "wheel_odometry": _wheel_odometry("WheelOdometry", "PublishOdom"),
-    "localization": ["PublishGroundTruth: there is no graphengine.ros2.ROS2PublishGroundTruthTransform in Isaac Sim"],
-    "robot_state": ["RobotState: there is no graphengine.ros2.RobotStatePublisher in Isaac Sim"],
+    "localization": ["PublishGroundTruth: Isaac Sim has no node type graphengine.ros2.ROS2PublishGroundTruthTransform"],
+    "robot_state": ["RobotState: Isaac Sim has no node type graphengine.ros2.RobotStatePublisher"],
 }
 
 
@@ -232,7 +232,7 @@ def test_how_often_a_node_runs_in_a_second_is_refused_and_the_ticks_are_told(tmp
     findings = Findings()
     assert write_script(resolved(path)[0], findings) == ""
     (finding,) = findings.items
-    assert finding.message == "Tick: Isaac Sim counts ticks; it has no gate with a rate in Hz"
+    assert finding.message == "Tick: `every` has a rate in Hz, but the gates of Isaac Sim count ticks"
     assert finding.help == ("write `every: {ticks: 7}`, which at 60 ticks a second is 8.57143 Hz",)
 
 

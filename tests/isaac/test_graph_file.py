@@ -87,9 +87,12 @@ def test_graphs_of_one_name_get_names_of_their_own() -> None:
     ("node", "message"),
     [
         (RecordedNode("n", "OnTick", {"inputs:speed": RecordedValue(1)}), "n.inputs:speed: OnTick has no such input"),
-        (RecordedNode("n", "OnTick", {"outputs:time": RecordedValue(1)}), "a graph file has values of inputs only"),
+        (
+            RecordedNode("n", "OnTick", {"outputs:time": RecordedValue(1)}),
+            "a graph file contains values of inputs only",
+        ),
         (RecordedNode("n", "x.y", {"inputs:a b": RecordedValue(1)}), "it is not a legal port name"),
-        (RecordedNode("n", "x.y", {"inputs:a": RecordedValue(None)}), "it has none"),
+        (RecordedNode("n", "x.y", {"inputs:a": RecordedValue(None)}), "it is None"),
     ],
 )
 def test_a_value_that_no_file_holds_is_left_out(node: RecordedNode, message: str, tmp_path: Path) -> None:
@@ -101,7 +104,7 @@ def test_a_value_that_no_file_holds_is_left_out(node: RecordedNode, message: str
 def test_how_to_let_an_impulse_fire_is_told(tmp_path: Path) -> None:
     node = RecordedNode("On Impulse", "OnImpulseEvent", {"state:enableImpulse": RecordedValue(True)})
     _, findings = composed(graph(node))
-    assert findings.warnings[0].help == ("while it runs: graphrun ctl impulse On_Impulse",)
+    assert findings.warnings[0].help == ("at run time: graphrun ctl impulse On_Impulse",)
 
 
 def test_a_node_without_a_type_is_left_out_with_its_wires(tmp_path: Path) -> None:
@@ -140,14 +143,14 @@ def test_a_lazy_graph_becomes_a_push_graph_and_that_is_told(tmp_path: Path) -> N
     recorded.evaluator = "dirty_push"
     path, told = written(recorded, tmp_path)
     assert resolved(path)[0].flat.spec.evaluator == "push"
-    assert any("computes only what changed" in line for line in told)
+    assert any("every node is computed, not only changed ones" in line for line in told)
 
 
 def test_a_stage_that_there_is_not_here_is_told(tmp_path: Path) -> None:
     recorded = graph(RecordedNode("n", "OnTick"))
     recorded.pipeline_stage = "post_render"
     _, told = written(recorded, tmp_path)
-    assert told == ["W302 /World/g: not converted: its pipeline stage post_render; it runs every tick"]
+    assert told == ["W302 /World/g: not converted: the pipeline stage post_render; the graph runs every tick"]
 
 
 def test_inputs_that_pass_events_on_to_each_other_in_many_ways_are_followed_in_bounded_time() -> None:
@@ -158,5 +161,5 @@ def test_inputs_that_pass_events_on_to_each_other_in_many_ways_are_followed_in_b
     wires = [RecordedWire("Tick", "outputs:tick", "a0", "inputs:execIn"), *passing]
     text, findings = composed(graph(*nodes, wires=wires))
     assert text.count("Tick.tick -> ") == 1 + 2 * 99
-    lost = {f"the wire b0.inputs:execIn -> {side}1.inputs:execIn: nothing fires b0.inputs:execIn" for side in "ab"}
+    lost = {f"the wire b0.inputs:execIn -> {side}1.inputs:execIn: no output fires b0.inputs:execIn" for side in "ab"}
     assert {finding.message.partition(": not converted: ")[2] for finding in findings.warnings} == lost

@@ -24,7 +24,9 @@ def conveyors(*names: str, **others: RecordedNode) -> RecordedGraph:
 def test_one_converter_feeds_all_inputs_that_an_output_is_wired_to(tmp_path: Path) -> None:
     text, findings = composed(conveyors("One", "Two"))
     assert [finding.code for finding in findings.items] == ["N301"]
-    assert findings.items[0].help == ("the node Tick_deltaSeconds_as_float of type ToFloat is put between them",)
+    assert findings.items[0].help == (
+        "the node Tick_deltaSeconds_as_float of type ToFloat is inserted to convert the value",
+    )
     (tmp_path / "g.yaml").write_text(text, "utf-8")
     found, told = resolved(tmp_path / "g.yaml")
     assert told.items == []

@@ -86,7 +86,7 @@ def test_a_camera_helper_of_type_camera_info_becomes_the_helper_that_publishes_i
     assert "type: isaacsim.ros2.bridge.ROS2CameraInfoHelper" in text
     assert "camera_info" not in text
     (note,) = [one for one in findings.items if one.code == "N301"]
-    assert note.help == (() if topic else ("its topic is camera_info, as topicName was not given",))
+    assert note.help == (() if topic else ("its topic is camera_info, because topicName is not set",))
 
 
 def test_a_camera_helper_of_another_type_stays_one() -> None:

@@ -66,7 +66,7 @@ def test_the_classic_chain_of_scripts_publishes_images_and_their_calibration(tmp
     assert written.name == "ROS_Camera.yaml"
     assert [one.message for one in findings.items if one.code not in ("N101", "N301")] == []
     notes = [one.message for one in findings.items if one.code == "N301"]
-    assert notes == ["cameraHelperInfo: ROS2CameraHelper of type camera_info is now ROS2CameraInfoHelper"]
+    assert notes == ["cameraHelperInfo: a ROS2CameraHelper of type camera_info is converted to a ROS2CameraInfoHelper"]
     (tmp_path / "scene.yaml").write_text(SCENE, "utf-8")
     with Job(tmp_path / "scene.yaml") as job:
         job.run(0.5)

@@ -210,7 +210,7 @@ def test_elements_of_numpys_arrays_are_cheaper() -> None:
 
 
 def test_a_name_that_is_not_known_is_refused_before_it_is_evaluated_and_near_ones_are_listed() -> None:
-    with pytest.raises(ForbiddenError, match=r"there is no 'maxx'\ndid you mean 'max'"):
+    with pytest.raises(ForbiddenError, match=r"there is no name 'maxx'\ndid you mean 'max'"):
         compiled("some or maxx(some)", known=["some", "max"])
     with pytest.raises(NameError, match="'maxx' is not defined"):
         evaluate("maxx(some)", known=False)

@@ -10,7 +10,7 @@ from graphengine.isaac.omniverse.stubs import StubModule, StubObject, member
 
 
 class Task:
-    """Stub of `asyncio.Task`: a coroutine that has already run to completion."""
+    """Stub of `asyncio.Task` that holds the result of a coroutine which has already run to completion."""
 
     def __init__(self, value: Any, recorder: ScriptNotes) -> None:
         self._value, self._recorder = value, recorder
@@ -32,7 +32,7 @@ class Task:
 
 
 def finish(awaitable: Any, recorder: ScriptNotes) -> Any:
-    """Run an awaitable to completion and return its result."""
+    """Run an awaitable to completion without an event loop and return its result."""
     if isinstance(awaitable, Task):
         return awaitable.result()
     steps: Coroutine[Any, Any, Any] = awaitable if hasattr(awaitable, "send") else _waiting(awaitable)

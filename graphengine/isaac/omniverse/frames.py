@@ -1,4 +1,7 @@
-"""Detects the frames that a script renders in loops; values that the script sets between frames are left out."""
+"""Detects simulation loops: counts the frames that a script renders in loops, and reports values that it sets between frames.
+
+Such values belong to the running simulation, so the imported graph keeps the values from before the loop.
+"""
 
 from __future__ import annotations
 
@@ -9,24 +12,24 @@ from graphengine.format.diagnostics import Findings, Span
 from graphengine.isaac.recorded_graph import IMPULSE, RecordedValue
 
 TURNS = 120
-"""Number of turns after which a loop that runs while the application runs is ended."""
+"""Number of times that a query such as `is_running()` is true at one position of the script; then it is false, to end loops."""
 
 Loop = tuple[str, int]
 """A loop statement: its file and line."""
 Part = tuple[str, str]
-"""A node or variable, or a graph with an empty name: the prim path of the graph, and the name."""
+"""A node or variable as (prim path of its graph, name); a graph has an empty name."""
 Values = dict[str, RecordedValue]
-"""Values of a node's attributes or of variables, by name."""
+"""Values of the attributes of a node, or of the variables of a graph, by name."""
 Call = tuple[str, int, int]
-"""A call in the script: file, first line of the calling function, and offset of the bytecode instruction."""
+"""A call in the script: file, first line of the calling function, and offset of the call's bytecode instruction."""
 Where = Callable[[str], Span | None]
-"""Returns the position in the script of the current call, or of a given text within the call."""
+"""Returns the span of the script's current call, or of the given string literal if the call contains it."""
 Stack = Callable[[], tuple[Call, Sequence[Loop]]]
-"""Returns the current call of the script, and the loops around it, innermost first."""
+"""Returns the script's current call and the loops around this call, innermost first."""
 
 
 class Frames:
-    """Tracks the frames that a script renders, and the values that the script sets on existing nodes between frames.
+    """Tracks the frames that a script renders in loops, and the values that the script sets between these frames.
 
     Args:
         where: returns the current position in the script.
@@ -37,21 +40,27 @@ class Frames:
     def __init__(self, where: Where, stack: Stack, findings: Findings) -> None:
         self.where, self.stack, self.findings = where, stack, findings
         self.number = 0
-        """Number of the current frame; a new frame begins when a rendering call is repeated."""
+        """Number of the current frame; a new frame begins when a loop repeats a rendering call."""
         self.over = False
-        """Whether the application has ended from the script's point of view."""
+        """Whether `is_running()` has returned False, so that the application has ended for the script."""
         self.impulses: dict[Part, Span | None] = {}
-        """Nodes to which the script sends impulses between frames, with the positions in the script."""
+        """Nodes whose impulse attribute the script sets between frames, each with the span of the first such call."""
         self._drawing: set[Loop] = set()
         self._seen: set[Call] = set()
-        """Rendering calls in the current frame."""
+        """Rendering calls that the script has made in the current frame."""
         self._asked: Counter[Call] = Counter()
         self._built: dict[Part, tuple[int, Sequence[Loop]]] = {}
         self._changes: dict[Loop, dict[tuple[Part, str], tuple[Values, RecordedValue | None, Span | None]]] = {}
-        """Values first set in each loop, with the previous value and the position in the script."""
+        """Values that each loop has set without rendering a frame so far, each with the previous value and the span of the call.
+
+        If the loop renders a frame later, `draw` restores the previous values.
+        """
 
     def go_on(self) -> bool:
-        """Return the answer to `is_running()`: True for the first `TURNS` calls, each of which renders a frame."""
+        """Return whether the application is to run on: True for the first `TURNS` executions of the current call, then False.
+
+        Each execution that returns True also counts as rendering a frame.
+        """
         call, _ = self.stack()
         self._asked[call] += 1
         if self._asked[call] <= TURNS:
@@ -61,13 +70,13 @@ class Frames:
         return self._asked[call] <= TURNS
 
     def tire(self) -> bool:
-        """Return whether a loop has repeated a query more than `TURNS` times, so that it evidently waits for another answer."""
+        """Count a query in a loop; return whether the loop has repeated it over `TURNS` times, so that it must become false."""
         call, loops = self.stack()
         self._asked[call] += bool(loops)
         return self._asked[call] > TURNS
 
     def draw(self) -> None:
-        """Record that the script renders a frame. At a loop's first frame, undo and report the values that the loop has set."""
+        """Record that the script renders a frame; at a loop's first frame, undo and report the values that the loop has set."""
         call, loops = self.stack()
         if not loops:
             return
@@ -87,7 +96,7 @@ class Frames:
 
     @property
     def loops(self) -> Sequence[Loop]:
-        """The loops that the script is in, innermost first."""
+        """The loops around the script's current call, innermost first."""
         return self.stack()[1]
 
     @property
@@ -96,11 +105,11 @@ class Frames:
         return bool(self._drawing)
 
     def build(self, part: Part) -> None:
-        """Record that a graph, node or variable is created in the current frame."""
+        """Record the current frame and loops as those in which a graph, node or variable is created."""
         self._built[part] = self.number, self.loops
 
     def pass_by(self, part: Part) -> bool:
-        """Return whether frames were rendered since a part was created, so that the script simulates with this part."""
+        """Return whether the script has rendered frames since it created a part, so that it now simulates with this part."""
         number, around = self._built.get(part, (0, ()))
         if self.over:
             return number < self.number
@@ -108,7 +117,10 @@ class Frames:
         return any(loop not in around or number < self.number for loop in drawing)
 
     def drive(self, part: Part, values: Values, name: str, hint: str) -> bool:
-        """Return whether a value is set between frames. If so, it is reported, and the caller must not record the value."""
+        """Return whether the script sets a value between frames; if so, report it, and the caller must not record the value.
+
+        Otherwise, note the change, so that `draw` can undo it if the loop renders a frame later.
+        """
         if self.pass_by(part):
             self._tell(part, name, self.where(hint))
             return True
@@ -123,5 +135,5 @@ class Frames:
             self.impulses.setdefault(part, place)
             return
         what = f"the script sets {'/'.join(part)}{'' if part[1] == name else '.' + name} while it runs the simulation"
-        what += "; the file keeps the value from before"
-        self.findings.add("W302", what, place, "publish it over ROS 2 while the graph runs, or compute it in the graph")
+        what += "; the graph file keeps the previous value"
+        self.findings.add("W302", what, place, "publish the value over ROS 2 at run time, or compute it in the graph")

@@ -1,4 +1,4 @@
-"""Records graph-building calls with the documented behaviour of `og.Controller.edit`, without OmniGraph and type checks."""
+"""Records the graphs that a script builds, with the documented behaviour of `og.Controller.edit` but without type checks."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ MAX_PARTS = 100_000
 
 @dataclass(frozen=True, slots=True)
 class Place:
-    """An attribute of a node: graph, node and full attribute name."""
+    """Reference to an attribute: its graph, the name of its node, and its full name, such as `inputs:x`."""
 
     graph: RecordedGraph
     node: str
@@ -50,18 +50,18 @@ class Place:
 
 
 Compounds = dict[str, dict[str, tuple[str, str]]]
-"""Compounds of a graph by name; each maps its promoted attributes to an inner node and attribute."""
+"""The promoted attributes of each compound, by compound name; each maps to (inner node, inner attribute)."""
 
 
 class GraphRecorder(ScriptNotes):
-    """The graphs that a script has built so far.
+    """Recorder of the graphs that a script builds; the stubs of Omniverse's modules call its methods.
 
     Args:
-        where: returns the current place in the script.
+        where: returns the span of the script's current call.
         types: names of the available node types.
-        assumed: whether to assume that prims, graphs and types exist which the script uses but did not create.
-        absent: paths of prims that do not exist until the script creates them, even with `assumed`.
-        stack: returns the current call of the script.
+        assumed: whether prims, graphs and types that the script uses but did not create are assumed to exist.
+        absent: paths of prims that do not exist until the script creates them, even if `assumed` is true.
+        stack: returns the script's current call and the loops around it.
     """
 
     def __init__(
@@ -77,32 +77,36 @@ class GraphRecorder(ScriptNotes):
         self.types, self.absent = types, absent
         self.graphs: dict[str, RecordedGraph] = {}
         self.removed: dict[str, RecordedGraph] = {}
-        """Graphs that the script removed after it had simulated with them, by prim path."""
+        """Graphs that the script removed after it had simulated with them, by prim path; they are imported too."""
         self.compounds: dict[str, Compounds] = {}
         self.parts = 0
         self.stages: dict[str, list[RecordedGraph]] = {}
-        """Graphs of the USD files that could be read, by the path with which the script opens the file."""
+        """Graphs of the USD files that could be read, by the path that the script passes when it opens the file."""
         self.opened_stages: list[str] = []
         self.granted: set[str] = set()
-        """Paths of prims that the script queried and that were assumed to exist."""
+        """Paths of the prims that were assumed to exist when the script queried them."""
         self.namespaces: dict[str, str] = {}
-        """`isaac:namespace` by prim path."""
+        """Values of `isaac:namespace` by prim path."""
         self.opened: set[str] = set()
-        """Paths of graphs that the script edits without creating them."""
+        """Paths of graphs that the script edits without creating nodes, so that they are assumed to exist elsewhere."""
         self.put: dict[str, str] = {}
-        """Substitutes for prim paths of graphs that only Omniverse knows, by the path as the script has it."""
+        """Substitute prim path for each graph whose path only Omniverse knows, by the unknown path as in the script."""
 
     def count(self) -> None:
-        """Count a node, wire or value against `MAX_PARTS`, and report the searches on which it may depend."""
+        """Count one more part of a graph, and report the iterations on which this part may depend.
+
+        Raises:
+            OmniGraphError: the script creates more than `MAX_PARTS` parts.
+        """
         self.report_searches()
         self.parts += 1
         if self.parts > MAX_PARTS:
-            raise OmniGraphError(f"more than {MAX_PARTS} nodes, wires and values")
+            raise OmniGraphError(f"the script creates more than {MAX_PARTS} nodes, wires and values")
 
     # Graphs
 
     def create_graph(self, path: str, evaluator: str = "push", stage: PipelineStage = "simulation") -> RecordedGraph:
-        """Record a new graph; raise OmniGraphError if the path already has one, or for an unknown evaluator."""
+        """Record and return a new graph; raise OmniGraphError if the path is in use or the evaluator is unknown."""
         path = self._put(path) if is_unknown(path) else absolute(path)
         if path in self.graphs:
             raise OmniGraphError(f"there is a graph at {path!r} already")
@@ -116,27 +120,27 @@ class GraphRecorder(ScriptNotes):
         return graph
 
     def _put(self, path: str) -> str:
-        """Return a substitute for a graph's prim path that only Omniverse knows; it keeps the known end of the path."""
+        """Choose, report and return a prim path for a graph whose path only Omniverse knows; keep the known end of the path."""
         known = path.rpartition(">")[2].strip("/") or "ActionGraph"
         choices = (f"/World/{known}", *(f"/World/{known}_{number}" for number in range(2, len(self.graphs) + 3)))
         self.put[path.rstrip("/")] = place = next(choice for choice in choices if choice not in self.graphs)
         what = f"the prim path {path} of a graph is unknown; the graph is put at {place}"
-        self.leave_out(what, path, "write its path after `at:`")
+        self.leave_out(what, path, "write the actual path after `at:` in the graph file")
         return place
 
     def meant(self, path: str) -> str:
-        """Return a path from the script, with the unknown path of a graph replaced by its substitute."""
+        """Return a path from the script; an unknown graph path at its beginning is replaced by the substitute from `put`."""
         for unknown, place in self.put.items():
             if path == unknown or path.startswith((f"{unknown}/", f"{unknown}.")):
                 return place + path[len(unknown) :]
         return path
 
     def graph_at(self, path: str) -> RecordedGraph | None:
-        """Return the graph at a path; None if there is none."""
+        """Return the graph at a prim path; None if the path has no graph."""
         return self.graphs.get(self.meant(path.rstrip("/")))
 
     def graph_of(self, path: str) -> tuple[RecordedGraph, str] | None:
-        """Return the graph that is or contains the prim at a path, and the path below the graph; None without one."""
+        """Return the graph at or above a prim path, and the rest of the path below this graph; None if there is no graph."""
         above = path = self.meant(path)
         while above:
             if above in self.graphs:
@@ -145,7 +149,7 @@ class GraphRecorder(ScriptNotes):
         return None
 
     def open_stage(self, path: str) -> None:
-        """Add the graphs of a USD file that the script opens; a file that could not be read is noted."""
+        """Add the graphs of a USD file that the script opens; if the file was not read, note its path in `opened_stages`."""
         if path not in self.stages:
             self.opened_stages.append(path)
             self.pass_over(f"opening {path!r}")
@@ -153,13 +157,13 @@ class GraphRecorder(ScriptNotes):
             self.graphs[graph.path], self.compounds[graph.path] = graph, {}
 
     def exists(self, path: str) -> bool:
-        """Return whether a prim exists: the script created it, or it is assumed to exist."""
+        """Return whether a prim exists, because the script created it or because it is assumed to exist."""
         path = path.rstrip("/")
         found = self.graph_of(path)
         if path in self.prims or found:
             return path in self.prims or (found is not None and found[1] in ("", *found[0].nodes))
         if not self.assumed or path in self.absent:
-            return self.holds(path, "a prim to be there")
+            return self.holds(path, "the prim exists")
         self.granted.add(path)
         return True
 
@@ -176,7 +180,7 @@ class GraphRecorder(ScriptNotes):
     # Nodes
 
     def create_node(self, graph: RecordedGraph, name: str, type: str, *, exist_ok: bool = False) -> str:
-        """Create a node; return its name below the graph."""
+        """Record a node and return its name relative to the graph."""
         name = self.name_below(graph, name)
         if self.has_node(graph, name):
             if exist_ok:
@@ -189,14 +193,14 @@ class GraphRecorder(ScriptNotes):
         return name
 
     def create_compound(self, graph: RecordedGraph, name: str) -> str:
-        """Record a compound and return its name below the graph. Its inner nodes become nodes `Compound/Node` of the graph."""
+        """Record a compound and return its name relative to the graph. Its inner nodes are recorded as `Compound/Node`."""
         name = self.name_below(graph, name)
         self.count()
         self.compounds[graph.path].setdefault(name, {})
         return name
 
     def name_below(self, graph: RecordedGraph, path: str) -> str:
-        """Return the name of a node relative to its graph, given this name or the absolute path of the node."""
+        """Return the name of a node relative to its graph; `path` is this name or the absolute path of the node."""
         path = self.meant(checked(path, "the name of a node"))
         if not path.startswith("/"):
             return posixpath.normpath(path)
@@ -205,7 +209,7 @@ class GraphRecorder(ScriptNotes):
         return path[len(graph.path) + 1 :]
 
     def find_node(self, graph: RecordedGraph | None, path: str) -> tuple[RecordedGraph, str]:
-        """Find a node or compound by its name in a graph, or by its absolute path; return the graph and the name."""
+        """Return the graph and the name of a node or compound, given its name in `graph` or its absolute path."""
         path = self.meant(path)
         found = self.graph_of(path) if path.startswith("/") else graph and (graph, path)
         if not found:
@@ -222,7 +226,7 @@ class GraphRecorder(ScriptNotes):
         return name in graph.nodes or name in self.compounds.get(graph.path, {})
 
     def delete_node(self, graph: RecordedGraph, name: str) -> None:
-        """Remove a node, or a compound, with its wires."""
+        """Remove a node, or a compound with its inner nodes, and all wires of the removed nodes."""
         gone = {known for known in graph.nodes if known == name or known.startswith(f"{name}/")}
         for known in gone:
             del graph.nodes[known]
@@ -232,13 +236,13 @@ class GraphRecorder(ScriptNotes):
     # Attributes
 
     def attribute(self, graph: RecordedGraph | None, path: str) -> Place:
-        """Return the attribute at a path such as `Node.inputs:x`; for a promoted one, the inner attribute."""
+        """Return the attribute at a path such as `Node.inputs:x`; for a promoted attribute, return the inner attribute."""
         node, name = split_attribute(self.meant(checked(path, "an attribute such as 'Node.inputs:x'")))
         inside, found = self.find_node(graph, node)
         return self.inner(Place(inside, found, name))
 
     def inner(self, place: Place) -> Place:
-        """Return the inner attribute that a compound's promoted attribute represents; other attributes are returned unchanged."""
+        """Return the inner attribute of a promoted attribute; all other attributes are returned unchanged."""
         compounds = self.compounds.get(place.graph.path, {})
         node, name = place.node, full_name(place.name)
         while node in compounds:
@@ -250,13 +254,13 @@ class GraphRecorder(ScriptNotes):
         return Place(place.graph, node, name)
 
     def promote(self, place: Place, compound: str, name: str) -> None:
-        """Promote an attribute of an inner node to its compound."""
+        """Make an attribute of an inner node available as the attribute `name` of the compound."""
         side = place.name.partition(":")[0]
         full = name if name.startswith(SIDES) else f"{side}:{name}"
         self.compounds[place.graph.path][compound][full] = (place.node, place.name)
 
     def create_attribute(self, place: Place, type: Any, port_type: Any = None) -> Place:
-        """Add an attribute to a node; its name, type or port type determines the side."""
+        """Add an attribute to a node and return it; a missing prefix such as `inputs:` follows from the type or port type."""
         said = str((type[1:] if isinstance(type, tuple) else (), port_type))
         side = "outputs" if "OUTPUT" in said else "state" if "STATE" in said else "inputs"
         name = place.name if place.name.startswith(SIDES) else f"{side}:{place.name}"
@@ -266,7 +270,7 @@ class GraphRecorder(ScriptNotes):
         return Place(place.graph, place.node, name)
 
     def node(self, place: Place) -> RecordedNode:
-        """Return the node of an attribute.
+        """Return the node to which an attribute belongs.
 
         Raises:
             OmniGraphError: the node was deleted.
@@ -277,7 +281,7 @@ class GraphRecorder(ScriptNotes):
             raise OmniGraphError(f"there is no node {place.node!r} in {place.graph.path} any more") from None
 
     def set_value(self, place: Place, value: Any, type: Any = "") -> None:
-        """Set the value of an attribute; a value that only Omniverse knows is left out with a warning."""
+        """Record the value of an attribute. A value that only Omniverse knows, or that is set between frames, is left out."""
         hint = f"{place.node.rpartition('/')[2]}.{place.name}"
         node = self.node(place)
         if self.frames.drive((place.graph.path, place.node), node.values, place.name, hint):
@@ -293,9 +297,9 @@ class GraphRecorder(ScriptNotes):
             node.values[place.name] = RecordedValue(data, known, self.where(hint))
 
     def value(self, place: Place) -> Any:
-        """Return the value that the script set for an attribute; None if it set none."""
+        """Return the value that the script set for an attribute; None if the script has not set it."""
         if place.name.startswith("outputs:"):
-            self.pass_over(f"what the script does with {place.path}")
+            self.pass_over(f"the use of the output {place.path}")
         known = place.graph.nodes.get(place.node)
         found = known.values.get(place.name) if known else None
         return found.data if found else None
@@ -303,9 +307,9 @@ class GraphRecorder(ScriptNotes):
     # Wires
 
     def connect(self, source: Place, target: Place) -> None:
-        """Add a wire between two attributes of one graph; a wire between two graphs is left out with a warning."""
+        """Add a wire between two attributes; a wire between different graphs is left out with a warning."""
         if source.graph is not target.graph:
-            self.leave_out(f"the wire {source.path} -> {target.path} leads from one graph into another", source.name)
+            self.leave_out(f"the wire {source.path} -> {target.path} connects different graphs", source.name)
             return
         self.count()
         self.node(source), self.node(target)
@@ -323,19 +327,19 @@ class GraphRecorder(ScriptNotes):
         place.graph.wires = [wire for wire in place.graph.wires if (place.node, place.name) not in wire.ends]
 
     def upstream(self, place: Place) -> list[Place]:
-        """Return the attributes that are wired into an attribute."""
+        """Return the sources of the wires into an attribute."""
         ends = (wire.ends for wire in place.graph.wires)
         return [Place(place.graph, *source) for source, target in ends if target == (place.node, place.name)]
 
     def downstream(self, place: Place) -> list[Place]:
-        """Return the attributes into which an attribute is wired."""
+        """Return the targets of the wires from an attribute."""
         ends = (wire.ends for wire in place.graph.wires)
         return [Place(place.graph, *target) for source, target in ends if source == (place.node, place.name)]
 
     # Variables
 
     def create_variable(self, graph: RecordedGraph, name: str, type: Any, default: Any = None) -> None:
-        """Add a variable to a graph; raise OmniGraphError if the graph already has one of this name."""
+        """Add a variable to a graph; raise OmniGraphError if the graph already has a variable of this name."""
         name = checked(name, "the name of a variable")
         if name in graph.variables:
             raise OmniGraphError(f"there is a variable {name!r} in {graph.path} already")

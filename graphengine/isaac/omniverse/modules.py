@@ -1,4 +1,4 @@
-"""The Omniverse modules for scripts: modules that build graphs record calls, all other modules are stubs."""
+"""Creates the stubs of Omniverse's modules that a script can import; functions that edit graphs record the edits."""
 
 from __future__ import annotations
 
@@ -25,17 +25,17 @@ _VECTORS = {
 
 
 class Application(StubObject):
-    """The stub of the class `SimulationApp`; a call of the stub returns the stub itself as the instance."""
+    """Stub of the class `SimulationApp` and of its instance: calling the stub returns the stub itself."""
 
     def __call__(self, *_: Any, **__: Any) -> Any:  # noqa: D102
         return self
 
 
 def make_modules(recorder: GraphRecorder) -> dict[str, ModuleType]:
-    """Return the modules that record graph edits, by name; every other Omniverse module is an empty `StubModule`.
+    """Return the modules with functions that record graph edits, by name; `ImportFinder` creates all other Omniverse modules.
 
     Args:
-        recorder: records changes of graphs.
+        recorder: recorder of the graph edits.
     """
     stage = usd.UsdStage(recorder)
 
@@ -61,13 +61,13 @@ def make_modules(recorder: GraphRecorder) -> dict[str, ModuleType]:
 
     def set_target_prims(primPath: Any, targetPrimPaths: Any, inputName: Any = "inputs:targetPrim") -> None:  # noqa: N803
         if recorder.assumed and not recorder.graph_of(str(primPath)):
-            recorder.leave_out(f"what is set at {primPath}.{inputName}: no graph contains that node", "", OPENED)
+            recorder.leave_out(f"the value of {primPath}.{inputName} is left out: no graph has the node", "", OPENED)
             return
         graph, node = recorder.find_node(None, str(primPath))
         recorder.set_value(recorder.inner(Place(graph, node, str(inputName))), list(targetPrimPaths))
 
     def execute(command: Any, *_: Any, **named: Any) -> tuple[bool, Any]:
-        """Execute a Kit command: commands that delete prims may delete graphs; all others are ignored."""
+        """Execute a Kit command that deletes prims, or note any other command; return True and the prim or a stub."""
         if command in ("DeletePrims", "DeletePrimsCommand"):
             for path in named.get("paths", ()):
                 delete_prim(str(path))

@@ -1,4 +1,4 @@
-"""The stub of `omni.graph.core`, whose controllers record changes of graphs."""
+"""Stub of `omni.graph.core`: its controllers record the graph edits of a script."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from graphengine.isaac.omniverse.stubs import ELSEWHERE, OWN, StubObject, member
 
 
 class either:  # noqa: N801  used as a decorator
-    """A method that can be called on the class and on instances, like those of OmniGraph's controllers."""
+    """Decorator for methods that can be called on the class and on instances, like those of OmniGraph's controllers."""
 
     def __init__(self, function: Callable[..., Any]) -> None:
         self.function = function
@@ -31,7 +31,7 @@ class either:  # noqa: N801  used as a decorator
         return functools.partial(self.call, instance)
 
     def call(self, controller: Controller, /, *arguments: Any, **named: Any) -> Any:
-        """Call the method; for an object that a USD file may contain, warn and return a stub if `assumed`, else raise."""
+        """Call the method. If it raises NotThereError and objects are assumed to exist, warn and return a stub instead."""
         try:
             return self.function(controller, *arguments, **named)
         except NotThereError as error:
@@ -42,7 +42,7 @@ class either:  # noqa: N801  used as a decorator
 
 
 class Open(type):
-    """Metaclass of controllers: members that they lack are stubs."""
+    """Metaclass of `Controller` that returns a stub for each class attribute that the controller lacks."""
 
     recorder: GraphRecorder
 
@@ -51,7 +51,7 @@ class Open(type):
 
 
 class Controller(metaclass=Open):
-    """The stub of `og.Controller`; a subclass belongs to one recorder, and an instance remembers the nodes it created by name."""
+    """Stub of `og.Controller`. `members` derives a class for each recorder; an instance keeps the nodes that it created."""
 
     Keys = Keys
     recorder: GraphRecorder
@@ -73,7 +73,7 @@ class Controller(metaclass=Open):
         allow_exists_node: bool = False,
         **_: Any,
     ) -> tuple[Any, Any, Any, dict[str, Any]]:
-        """Find or create a graph and execute all commands; return the graph, new nodes, prims, and objects by name."""
+        """Find or create a graph and execute edit commands; return the graph, new nodes, new prims, and objects by name."""
         recorder = self.recorder
         if isinstance(graph_id, StubObject):
             recorder.leave_out(f"an edit of {graph_id} is left out: only Omniverse knows that graph")
@@ -93,29 +93,29 @@ class Controller(metaclass=Open):
 
     @either
     def create_graph(self, graph_id: Any, *_: Any, **__: Any) -> OgGraph:
-        """Return the graph with an id, a path or a mapping with `graph_path`; create it if it does not exist."""
+        """Return the graph for a handle or path, or a new graph for a mapping with `graph_path` or for an unused path."""
         return OgGraph(self.recorder, edited_graph(self.recorder, graph_id))
 
     @either
     def graph(self, graph_id: Any) -> OgGraph | None:
-        """Return a graph by its path; None if there is none."""
+        """Return the graph at a path; None if the path has no graph."""
         return graph_at(self.recorder, graph_id)
 
     @either
     def node(self, node_id: Any = None, graph_id: Any = None, **named: Any) -> OgNode:
-        """Return a node by its path, by its name and graph, or by `(name, graph)`."""
+        """Return the node for a path, a name and a graph, or a tuple `(name, graph)`."""
         return node_at(self.recorder, node_id if node_id is not None else named.get("path"), graph_id, self.known)
 
     @either
     def attribute(self, attribute_id: Any, node_id: Any = None, graph_id: Any = None) -> Any:
-        """Return an attribute by its path, by its name and node, or by `(name, node)`."""
+        """Return the attribute for a path, a name and a node, or a tuple `(name, node)`; a stub for an unknown node."""
         if is_hidden(self.recorder, attribute_id):
             return self._leave_attribute(attribute_id)
         return OgAttribute(self.recorder, self._place(attribute_id, node_id, graph_id))
 
     @either
     def variable(self, variable_id: Any, graph_id: Any = None) -> OgVariable:
-        """Return a variable by its name and graph; a variable is returned unchanged."""
+        """Return the variable for a name and a graph, or a tuple `(name, graph)`; a variable handle is returned unchanged."""
         if isinstance(variable_id, OgVariable):
             return variable_id
         name, graph = variable_id if isinstance(variable_id, tuple) else (variable_id, graph_id)
@@ -126,7 +126,7 @@ class Controller(metaclass=Open):
 
     @either
     def create_node(self, node_id: Any, node_type_id: Any, allow_exists: bool = False, **_: Any) -> OgNode:
-        """Create a node at a path, or with a name in a graph: `(name, graph)`."""
+        """Create a node and return its handle; `node_id` is a prim path or a tuple `(name, graph)`."""
         recorder = self.recorder
         name, graph_id = node_id if isinstance(node_id, tuple) else (node_id, None)
         inside = edited_graph(recorder, graph_id) if graph_id is not None else graph_above(recorder, str(name))
@@ -155,7 +155,7 @@ class Controller(metaclass=Open):
 
     @either
     def node_type(self, type_id: Any) -> NodeType:
-        """Return a node type by its name or by a node of this type; raise OmniGraphError if it is not available."""
+        """Return the node type for a name or a node; raise OmniGraphError if the type is not available."""
         name = type_id.get_type_name() if isinstance(type_id, OgNode) else str(type_id)
         if name not in self.recorder.types and not self.recorder.assumed:
             raise OmniGraphError(f"there is no node type {name!r}")
@@ -191,12 +191,12 @@ class Controller(metaclass=Open):
 
     @either
     def disconnect_all(self, attribute_spec: Any, *_: Any, **__: Any) -> None:
-        """Remove the wires of an attribute."""
+        """Remove all wires of an attribute."""
         self.recorder.disconnect_all(self._place(attribute_spec))
 
     @either
     def get(self, attribute: Any = None, *_: Any, **named: Any) -> Any:
-        """Return the value that the script set for an attribute or variable; a stub if only Omniverse knows it."""
+        """Return the value that the script set for an attribute or variable; a stub if only Omniverse knows the value."""
         spec = attribute if attribute is not None else named.get("attribute_id", self.attribute_id)
         if isinstance(spec, OgVariable):
             return spec.get()
@@ -206,14 +206,14 @@ class Controller(metaclass=Open):
 
     @either
     def set(self, *arguments: Any, **named: Any) -> None:
-        """Set the value of an attribute: the constructor's, or the first argument if the constructor got none."""
+        """Set the value of the attribute or variable given by keyword, by the constructor, or by the first argument."""
         given = list(arguments)
         spec = named.get("attribute", named.get("attribute_id", self.attribute_id))
         spec = given.pop(0) if spec is None and given else spec
         if "value" in named:
             given = [named["value"]]
         if spec is None or not given:
-            raise OmniGraphError("set: give an attribute and a value")
+            raise OmniGraphError("set() needs an attribute and a value")
         if is_hidden(self.recorder, spec):
             self._leave_attribute(spec)
         elif isinstance(spec, OgVariable):
@@ -224,19 +224,21 @@ class Controller(metaclass=Open):
 
     @either
     def evaluate(self, *_: Any, **__: Any) -> Task:
-        """Do nothing; graphs are recorded, not executed."""
+        """Count a rendered frame and return a finished task; the graph is not executed."""
         self.recorder.draw()
         return Task(None, self.recorder)
 
     @either
     def evaluate_sync(self, *_: Any, **__: Any) -> None:
-        """Do nothing; graphs are recorded, not executed."""
+        """Count a rendered frame; the graph is not executed."""
         self.recorder.draw()
 
     def _leave_attribute(self, spec: Any) -> StubObject:
-        """Warn that an attribute of a node that only Omniverse knows is left out; return a stub for the attribute."""
+        """Warn that access to an attribute is left out, because only Omniverse knows its node; return a stub."""
         if str(spec) not in map(unknown, (ELSEWHERE, OWN)):
-            self.recorder.leave_out(f"what is set at {str(spec)[:200]}: only Omniverse knows that node")
+            self.recorder.leave_out(
+                f"the access to the attribute {str(spec)[:200]} is left out: only Omniverse knows its node"
+            )
         return StubObject(OWN, self.recorder)
 
     def _place(self, spec: Any, node_id: Any = None, graph_id: Any = None) -> Place:
@@ -247,7 +249,7 @@ _CONTROLLERS = ("Controller", "GraphController", "NodeController", "ObjectLookup
 
 
 def members(recorder: GraphRecorder) -> dict[str, Any]:
-    """Return the members of the stub of `omni.graph.core`, by name; their edits go to `recorder`."""
+    """Return the members of the stub of `omni.graph.core` by name; they record graph edits in `recorder`."""
     controller = Open("Controller", (Controller,), {"recorder": recorder})
     return {
         **dict.fromkeys(_CONTROLLERS, controller),

@@ -15,8 +15,8 @@ from graphengine.isaac.omniverse.usd import UsdPrim
 from graphengine.isaac.recorded_graph import VARIABLE, RecordedGraph
 
 MAX_LOST = 1000
-"""Maximum number of steps that are listed for a refused edit."""
-OPENED = "a USD file that the script opens may hold it; import that file too"
+"""Maximum number of commands that the error of a failed edit lists as not executed."""
+OPENED = "a USD file that the script opens may contain it; import that file too"
 
 
 class Keys:
@@ -36,25 +36,25 @@ class Keys:
 
 
 ORDER = tuple(value for name, value in vars(Keys).items() if name.isupper())
-"""The keys in the order of their execution, which does not depend on the order in the script."""
+"""The keys of edit commands in OmniGraph's order of execution, which does not depend on their order in the script."""
 
 
 def steps(commands: Any) -> Iterator[tuple[str, Any]]:
-    """Return the commands of an edit as pairs of key and item, in OmniGraph's order of execution."""
+    """Return the commands of an edit as pairs (key, item), in OmniGraph's order of execution."""
     if not isinstance(commands, Mapping):
-        raise OmniGraphError(f"an edit is a dictionary, got {shown(commands)}")
+        raise OmniGraphError(f"expected a dictionary of edit commands, got {shown(commands)}")
     return ((key, item) for key in ORDER if key in commands for item in items(commands[key]))
 
 
 def name_lost(error: OmniGraphError, commands: Any, done: int) -> None:
-    """Add a note to an error that lists the commands of the edit which were not executed, from number `done`."""
+    """Add a note to an error that lists the commands that were not executed: those after the first `done` commands."""
     lost = islice(steps(commands), done, done + MAX_LOST)
     names = [f"{key} {str(item[0] if isinstance(item, tuple) else item)[:MAX_NAME]}" for key, item in lost]
     error.add_note(", ".join(names) + " …" * (len(names) == MAX_LOST))
 
 
 class Edit:
-    """Executes the commands of one call of `og.Controller.edit`, or of a compound within this call."""
+    """Executes the commands of one call of `og.Controller.edit` and of the compounds in it."""
 
     def __init__(self, recorder: GraphRecorder, graph: RecordedGraph, names: dict[str, Any], exist_ok: bool) -> None:
         self.recorder, self.graph, self.names, self.exist_ok = recorder, graph, names, exist_ok
@@ -62,7 +62,7 @@ class Edit:
         self.prims: list[Any] = []
 
     def run(self, commands: Mapping[Any, Any], compound: str) -> None:
-        """Execute all commands in OmniGraph's order; `compound` is the compound to edit, empty for the graph itself."""
+        """Execute the commands in OmniGraph's order. `compound` names the compound to edit; if empty, the graph is edited."""
         done, pending = 0, steps(commands)
         try:
             for key in commands:
@@ -107,7 +107,9 @@ class Edit:
 
     def _create_variables(self, item: Any, compound: str) -> None:
         if compound:
-            self.recorder.leave_out(f"variables of the compound {compound!r} are those of its graph", str(item[0]))
+            self.recorder.leave_out(
+                f"variables of the compound {compound!r} become variables of its graph", str(item[0])
+            )
         self.recorder.create_variable(self.graph, *item)
 
     def _create_nodes(self, item: Any, compound: str) -> None:
@@ -130,7 +132,7 @@ class Edit:
     def _create_prims(self, item: Any, compound: str) -> None:
         path = item[0] if isinstance(item, tuple) else item
         full = str(path) if str(path).startswith("/") else f"{self.graph.path}/{path}"
-        self.recorder.leave_out(f"the prim {full!r} is not made", str(path), "a graph's file makes no prims")
+        self.recorder.leave_out(f"the prim {full!r} is not created", str(path), "a graph file cannot create prims")
         self.recorder.prims.add(full)
         self.prims.append(UsdPrim(full, self.recorder))
         self.names[str(path)] = self.prims[-1]
@@ -147,7 +149,7 @@ class Edit:
         ends: list[Place] = []
         for spec in (source, target):
             if isinstance(spec, str) and spec.startswith("/") and not self.recorder.graph_of(spec.partition(".")[0]):
-                self.recorder.leave_out(f"the wire {source} -> {target}: {spec} belongs to no graph", spec)
+                self.recorder.leave_out(f"the wire {source} -> {target} is left out: {spec} belongs to no graph", spec)
                 return
             ends.append(self._place(spec, compound))
         self.recorder.connect(*ends)

@@ -13,7 +13,7 @@ from graphengine.isaac.recorded_graph import RecordedGraph
 
 
 class GraphPipelineStage(enum.Enum):
-    """Stub of `og.GraphPipelineStage`."""
+    """Stub of `og.GraphPipelineStage`, with the values of OmniGraph."""
 
     GRAPH_PIPELINE_STAGE_SIMULATION = 10
     GRAPH_PIPELINE_STAGE_PRERENDER = 20
@@ -29,7 +29,7 @@ ExecutionAttributeState = enum.IntEnum(
 
 
 class OgHandle:
-    """Base of the handles; two handles are equal if their objects have the same path."""
+    """Base class of the handles; two handles of one class are equal if their objects have the same path."""
 
     recorder: GraphRecorder
     plain_data: Callable[[], str]
@@ -73,7 +73,7 @@ class OgGraph(OgHandle):
         return [OgNode(self.recorder, self.graph, name) for name in self.graph.nodes]
 
     def get_node(self, path: str) -> OgNode | None:
-        """Return a node by its path; None if there is none."""
+        """Return the node with a name or path; None if the graph has no such node."""
         try:
             return OgNode(self.recorder, *self.recorder.find_node(self.graph, path))
         except OmniGraphError:
@@ -94,7 +94,7 @@ class OgGraph(OgHandle):
         return OgVariable(self.recorder, self.graph, name)
 
     def find_variable(self, name: str) -> OgVariable | None:
-        """Return a variable by its name; None if there is none."""
+        """Return the variable with this name; None if the graph has no such variable."""
         return OgVariable(self.recorder, self.graph, name) if name in self.graph.variables else None
 
     def get_variables(self) -> list[OgVariable]:
@@ -110,13 +110,15 @@ class OgGraph(OgHandle):
         return GraphPipelineStage[f"GRAPH_PIPELINE_STAGE_{self.graph.pipeline_stage.replace('_', '').upper()}"]
 
     def evaluate(self, *_: Any) -> bool:
-        """Do nothing; scripts are recorded, not simulated."""
+        """Return True; the graph is recorded, not executed."""
         return True
 
     def set_disabled(self, disabled: bool) -> None:
-        """Warn, if `disabled`, that a graph file cannot disable its graph."""
+        """If `disabled` is true, warn that a graph file cannot disable its graph."""
         if disabled:
-            self.recorder.leave_out(f"the graph {self.graph.path} is disabled; its file is not", "set_disabled")
+            self.recorder.leave_out(
+                f"the graph {self.graph.path} is disabled; a file cannot express that", "set_disabled"
+            )
 
     plain_data = get_path_to_graph
 
@@ -136,7 +138,7 @@ class OgNode(OgHandle):
         return f"{self.graph.path}/{self.name}"
 
     def get_type_name(self) -> str:
-        """Return the node type."""
+        """Return the name of the node type."""
         known = self.graph.nodes.get(self.name)
         return known.type if known else "omni.graph.nodes.CompoundSubgraph"
 
@@ -145,11 +147,11 @@ class OgNode(OgHandle):
         return OgGraph(self.recorder, self.graph)
 
     def get_attribute(self, name: str) -> OgAttribute:
-        """Return an attribute by its full name, such as `inputs:x`."""
+        """Return the attribute with a full name, such as `inputs:x`; for a promoted attribute, return the inner attribute."""
         return OgAttribute(self.recorder, self.recorder.inner(Place(self.graph, self.name, str(name))))
 
     def get_attribute_exists(self, name: str) -> bool:
-        """Return whether the name has the form of an attribute; the ports of the node type are not known here."""
+        """Return whether the name begins with `inputs:`, `outputs:` or `state:`; the node type is not checked."""
         return str(name).startswith(SIDES)
 
     def create_attribute(self, name: str, type: Any, port_type: Any = None, *_: Any, **__: Any) -> bool:
@@ -167,7 +169,7 @@ class OgAttribute(OgHandle):
         self.recorder, self.place = recorder, place
 
     def get(self, *_: Any, **__: Any) -> Any:
-        """Return the value that the script set; without one, a stub, because only Omniverse knows default values."""
+        """Return the value that the script set; otherwise a stub, because only Omniverse knows the default value."""
         value = self.recorder.value(self.place)
         return StubObject(f"the default of {self.place.path}", self.recorder) if value is None else value
 
@@ -199,15 +201,15 @@ class OgAttribute(OgHandle):
         return True
 
     def get_upstream_connections(self) -> list[OgAttribute]:
-        """Return the attributes wired into this one."""
+        """Return the attributes from which a wire leads to this attribute."""
         return [OgAttribute(self.recorder, place) for place in self.recorder.upstream(self.place)]
 
     def get_upstream_connection_count(self) -> int:
-        """Return the number of attributes wired into this one."""
+        """Return the number of wires into this attribute."""
         return len(self.get_upstream_connections())
 
     def get_downstream_connection_count(self) -> int:
-        """Return the number of attributes to which this one is wired."""
+        """Return the number of wires from this attribute."""
         return len(self.get_downstream_connections())
 
     def is_connected(self, other: OgAttribute) -> bool:
@@ -215,11 +217,11 @@ class OgAttribute(OgHandle):
         return other.place in self.recorder.downstream(self.place)
 
     def get_downstream_connections(self) -> list[OgAttribute]:
-        """Return the attributes to which this one is wired."""
+        """Return the attributes to which a wire leads from this attribute."""
         return [OgAttribute(self.recorder, place) for place in self.recorder.downstream(self.place)]
 
     def set_resolved_type(self, *_: Any) -> None:
-        """Do nothing; types follow from wires and values."""
+        """Do nothing; graphengine derives the types of union ports from wires and values."""
 
     plain_data = get_path
 
@@ -244,4 +246,4 @@ class OgVariable(OgHandle):
 
 
 HANDLES = (OgGraph, OgNode, OgAttribute, GraphPipelineStage, ExecutionAttributeState)
-"""Classes that scripts can use by name."""
+"""Handle classes that become members of the stub of `omni.graph.core`."""

@@ -1,4 +1,4 @@
-"""Finds graphs, nodes and attributes by paths, names, handles, or combinations of these."""
+"""Finds the graphs, nodes and attributes that calls of OmniGraph specify by paths, names, handles, or tuples of these."""
 
 from __future__ import annotations
 
@@ -15,12 +15,18 @@ from graphengine.isaac.recorded_graph import RecordedGraph
 
 
 def edited_graph(recorder: GraphRecorder, graph_id: Any) -> RecordedGraph:
-    """Return the graph to edit; it is created if it does not exist."""
+    """Return the graph for a handle, a path, a prim, or a mapping with `graph_path`.
+
+    A mapping always creates a new graph, and a path creates the graph if it does not exist.
+
+    Raises:
+        OmniGraphError: the graph cannot be created, or `graph_id` has another type.
+    """
     if isinstance(graph_id, OgGraph):
         return graph_id.graph
     if isinstance(graph_id, Mapping):
         if "graph_path" not in graph_id:
-            raise OmniGraphError("the graph needs a graph_path")
+            raise OmniGraphError("the mapping that describes a graph needs a 'graph_path'")
         stage = graph_id.get("pipeline_stage", GraphPipelineStage.GRAPH_PIPELINE_STAGE_SIMULATION)
         evaluator = graph_id.get("evaluator_name", "push")
         return recorder.create_graph(str(graph_id["graph_path"]), evaluator, stage_of(stage))
@@ -31,7 +37,7 @@ def edited_graph(recorder: GraphRecorder, graph_id: Any) -> RecordedGraph:
 
 
 def graph_at(recorder: GraphRecorder, graph_id: Any) -> OgGraph | None:
-    """Return a graph by its path; None if there is none."""
+    """Return the graph for a path or handle; None if the path has no graph."""
     if isinstance(graph_id, OgGraph):
         return graph_id
     found = recorder.graph_at(str(graph_id))
@@ -39,10 +45,10 @@ def graph_at(recorder: GraphRecorder, graph_id: Any) -> OgGraph | None:
 
 
 def graph_above(recorder: GraphRecorder, path: str) -> RecordedGraph:
-    """Return the graph that contains a path.
+    """Return the graph at or above a prim path.
 
     Raises:
-        OmniGraphError: there is none.
+        OmniGraphError: no graph contains the path.
     """
     found = recorder.graph_of(path)
     if found is None:
@@ -51,10 +57,10 @@ def graph_above(recorder: GraphRecorder, path: str) -> RecordedGraph:
 
 
 def node_at(recorder: GraphRecorder, node_id: Any, graph_id: Any, known: Mapping[str, Any]) -> OgNode:
-    """Return a node by its path, by its name in a graph or among known nodes, or by `(name, graph)`.
+    """Return the node for a path, a name in `graph_id` or among the `known` nodes, a handle, a prim, or `(name, graph)`.
 
     Raises:
-        OmniGraphError: there is none.
+        OmniGraphError: the node does not exist, or `node_id` has another type.
     """
     if isinstance(node_id, tuple | list) and len(node_id) == 2:
         node_id, graph_id = node_id
@@ -71,12 +77,12 @@ def node_at(recorder: GraphRecorder, node_id: Any, graph_id: Any, known: Mapping
 
 
 def is_hidden(recorder: GraphRecorder, spec: Any) -> bool:
-    """Return whether a graph, node or attribute is given by a value that only Omniverse knows."""
+    """Return whether the path or object that specifies a graph, node or attribute is a value that only Omniverse knows."""
     return is_unknown(recorder.meant(spec) if isinstance(spec, str) else spec)
 
 
 def place_at(recorder: GraphRecorder, spec: Any, node_id: Any, graph_id: Any, known: Mapping[str, Any]) -> Place:
-    """Return the attribute given by a path, a handle, or a name with a node."""
+    """Return the attribute for a path, a handle, a name with a node, or a tuple `(name, node)` or `(name, node, graph)`."""
     if isinstance(spec, OgAttribute):
         return spec.place
     if isinstance(spec, Sequence) and not isinstance(spec, str) and len(spec) in (2, 3):

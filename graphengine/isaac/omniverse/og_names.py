@@ -1,4 +1,4 @@
-"""Parses paths, attributes, types and pipeline stages in calls of OmniGraph."""
+"""Parses the paths, attribute names, types and pipeline stages that scripts pass to OmniGraph."""
 
 from __future__ import annotations
 
@@ -15,18 +15,18 @@ SIDES = ("inputs:", "outputs:", "state:")
 
 
 class OmniGraphError(Exception):
-    """A call that OmniGraph would also refuse; the script may catch the error."""
+    """An error that OmniGraph would also raise for the call; the script may catch it."""
 
 
 class NotThereError(OmniGraphError):
-    """A call refers to a graph or node that the script did not create; a USD file that the script opens may contain it."""
+    """The script refers to a graph or node that it did not create; a USD file may contain this graph or node."""
 
 
 def checked(name: Any, what: str) -> str:
-    """Return a name, path or type from a script unchanged if it is valid.
+    """Return a name, path or type from a script as a string; `what` describes it in the error message.
 
     Raises:
-        OmniGraphError: it is not valid.
+        OmniGraphError: it is not a string, empty, longer than `MAX_NAME`, or has unprintable characters.
     """
     if not isinstance(name, str) or not name.strip("/") or len(name) > MAX_NAME or not name.isprintable():
         raise OmniGraphError(f"expected {what}, got {shown(name)}")
@@ -34,12 +34,12 @@ def checked(name: Any, what: str) -> str:
 
 
 def absolute(path: str) -> str:
-    """Return a prim path with a leading slash and without a trailing one."""
+    """Return a prim path with a leading slash and no trailing slash; raise OmniGraphError if it is not valid."""
     return "/" + checked(path, "the path of a prim").strip("/")
 
 
 def split_attribute(path: str) -> tuple[str, str]:
-    """Return node and name of `Node.inputs:x`, which old scripts write as `Node/inputs:x`."""
+    """Return the node and the attribute name in `Node.inputs:x`, or in the old spelling `Node/inputs:x`."""
     node, dot, name = path.rpartition(".")
     if not dot:
         node, _, name = path.rpartition("/")
@@ -50,15 +50,15 @@ def split_attribute(path: str) -> tuple[str, str]:
 
 
 def full_name(name: str) -> str:
-    """Return the full name of an attribute; the prim name of an output bundle, `outputs_x`, becomes `outputs:x`."""
+    """Return the full name of an attribute: `outputs:x` for `outputs_x`, the prim of an output bundle; others are unchanged."""
     return f"outputs:{name[8:]}" if name.startswith("outputs_") else name
 
 
 def type_name(type: Any) -> str:
-    """Return the OmniGraph name of a type, such as `double[3]`, or of a list of alternatives, such as `int|double`.
+    """Return the OmniGraph name of a type, such as `double[3]`; a list of types becomes a union such as `int|double`.
 
     Raises:
-        OmniGraphError: it is not a type.
+        OmniGraphError: the argument is not a type.
         UnknownError: only Omniverse knows the type.
     """
     if isinstance(type, str) or is_unknown(type):
@@ -74,10 +74,10 @@ def type_name(type: Any) -> str:
 
 
 def stage_of(value: Any) -> PipelineStage:
-    """Return the pipeline stage for an enumerator or a USD token.
+    """Return the pipeline stage for a member of `GraphPipelineStage` or a USD token.
 
     Raises:
-        OmniGraphError: there is no such stage.
+        OmniGraphError: the pipeline stage does not exist.
     """
     stage = pipeline_stage(str(getattr(value, "name", value)))
     if stage is None:
@@ -86,6 +86,6 @@ def stage_of(value: Any) -> PipelineStage:
 
 
 def items(commands: Any) -> Iterable[Any]:
-    """Return the items of one key of an edit as a list; a single item may be given without a list."""
+    """Return the items of one key of the edit commands as a list; scripts may write a single item without a list."""
     several = isinstance(commands, tuple) and commands and isinstance(commands[0], tuple | list)
     return list(commands) if several or isinstance(commands, list) else [commands]

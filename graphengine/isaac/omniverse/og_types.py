@@ -1,4 +1,4 @@
-"""Types of values (base type, count, array depth and role) and of nodes, as in `omni.graph.core`."""
+"""Stubs of the classes in `omni.graph.core` that describe attribute types and node types."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ BaseDataType = enum.IntEnum(
 
 
 class AttributeRole(enum.IntEnum):
-    """Stub of `og.AttributeRole`: the meaning of a value."""
+    """Stub of `og.AttributeRole`: the meaning of a value, such as a position or colour."""
 
     NONE = 0
     VECTOR = 1
@@ -37,7 +37,7 @@ class AttributeRole(enum.IntEnum):
 
 
 class AttributePortType(enum.IntEnum):
-    """Stub of `og.AttributePortType`: the side of a node on which an attribute is."""
+    """Stub of `og.AttributePortType`: whether an attribute is an input, an output or a state."""
 
     ATTRIBUTE_PORT_TYPE_INPUT = 0
     ATTRIBUTE_PORT_TYPE_OUTPUT = 1
@@ -46,16 +46,16 @@ class AttributePortType(enum.IntEnum):
 
 
 _OGN_NAMES = {"position": "point", "quaternion": "quat", "matrix": "matrixd", "text": "string", "object_id": "objectId"}
-"""Names of roles in `.ogn` files that differ from the names in `AttributeRole`."""
+"""Names of roles in `.ogn` files, by lower-case member name of `AttributeRole`, where both differ."""
 _OF_LETTERS = ("string", "path")
-"""Roles whose values are arrays of characters."""
+"""Roles of text: such a value has array depth 1, but its type name has no `[]`."""
 _BASES = ("timecode", "execution", "objectId", "bundle", "target", *_OF_LETTERS)
-"""Roles that are used as base types."""
+"""Roles whose names replace the base type in a type name."""
 
 
 @dataclass(unsafe_hash=True)
 class Type:
-    """Stub of `og.Type`."""
+    """Stub of `og.Type`: base type, number of components, array depth and role of a value."""
 
     base_type: BaseDataType
     tuple_count: int = 1
@@ -63,7 +63,7 @@ class Type:
     role: AttributeRole = AttributeRole.NONE
 
     def get_ogn_type_name(self) -> str:
-        """Return the type as in `.ogn` files, such as `double[3]`."""
+        """Return the name of the type in `.ogn` files, such as `double[3]`."""
         base = "target" if self.base_type == BaseDataType.RELATIONSHIP else BaseDataType(self.base_type).name.lower()
         role = AttributeRole(self.role).name.lower()
         role = _OGN_NAMES.get(role, role)
@@ -74,20 +74,20 @@ class Type:
 
 
 class AttributeType:
-    """Stub of `og.AttributeType`, of which scripts use one function."""
+    """Stub of `og.AttributeType`, with the only function that scripts use."""
 
     @staticmethod
     def type_from_ogn_type_name(name: str) -> str:
-        """Return `name` itself, which stands for the type here."""
+        """Return the name unchanged, because these stubs accept type names as types."""
         return name
 
 
 TYPES = (Type, BaseDataType, AttributeRole, AttributePortType, AttributeType)
-"""Classes that scripts can use by name."""
+"""Type classes that become members of the stub of `omni.graph.core`."""
 
 
 class NodeType(str):
-    """Stub of `og.NodeType`; the string is the name of the node type."""
+    """Stub of `og.NodeType`: a string that contains the name of the node type."""
 
     __slots__ = ()
 
@@ -96,5 +96,5 @@ class NodeType(str):
         return str(self)
 
     def is_valid(self) -> bool:
-        """Return True; the node type is assumed to exist."""
+        """Return True, because the node type is assumed to exist."""
         return True

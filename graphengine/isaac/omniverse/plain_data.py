@@ -1,4 +1,4 @@
-"""Converts a script's values from USD, numpy and Python to plain data."""
+"""Converts values in a script (USD, numpy or Python objects) to plain data: numbers, strings and lists."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ from graphengine.format.wording import shown
 from graphengine.isaac.recorded_graph import MAX_ITEMS
 
 MAX_TEXT = 1_000_000
-"""Maximum length of a text, characters."""
+"""Maximum length of a string, characters."""
 MAX_DEPTH = 6
-"""Maximum number of nested lists; OmniGraph's deepest value is an array of matrices by rows."""
+"""Maximum nesting depth of lists; OmniGraph's deepest value is an array of matrices, each a list of rows."""
 
 
 _UNKNOWN = "<unknown: "
-"""Beginning of the placeholder texts for values that only Omniverse knows."""
+"""Prefix of the placeholder texts for values that only Omniverse knows."""
 
 
 def unknown(what: str) -> str:
@@ -25,16 +25,16 @@ def unknown(what: str) -> str:
 
 
 def is_unknown(value: Any) -> bool:
-    """Return whether a value is a stub, or a text that contains the placeholder of an unknown value."""
+    """Return whether a value is a stub, or a string that contains the placeholder of an unknown value."""
     return _UNKNOWN in value if isinstance(value, str) else bool(getattr(type(value), "is_unknown", False))
 
 
 class UnknownError(Exception):
-    """A value cannot be recorded, because only Omniverse knows it or no attribute can hold it; the message says why."""
+    """A value cannot be recorded: only Omniverse knows it, or no attribute can hold it. The message is the reason."""
 
 
 def plain_data(value: Any) -> Any:
-    """Convert a value to None, bool, int, float, str, or lists of them.
+    """Return a value as None, bool, int, float, str, or nested lists of them.
 
     Raises:
         UnknownError: the value cannot be converted.
@@ -43,7 +43,7 @@ def plain_data(value: Any) -> Any:
 
 
 class _Reading:
-    """Converts one value, and counts its items against `MAX_ITEMS`."""
+    """Conversion of one value, which counts all its items and allows `MAX_ITEMS`."""
 
     def __init__(self) -> None:
         self.items = 0
@@ -80,15 +80,15 @@ class _Reading:
 
 def _whole(value: int) -> int:
     if not -(2**63) <= value < 2**64:
-        raise UnknownError("it is not a 64 bit number")
+        raise UnknownError("it does not fit into 64 bits")
     return value
 
 
 def _text(value: str) -> str:
     if is_unknown(value):
-        raise UnknownError(f"it contains {value[:100]!r}")
+        raise UnknownError(f"it contains {value[:100]!r}, which only Omniverse knows")
     if len(value) > MAX_TEXT:
         raise UnknownError(f"it has more than {MAX_TEXT} characters")
     if any("\ud800" <= character <= "\udfff" for character in value):
-        raise UnknownError("it is not text")
+        raise UnknownError("it contains characters that are not valid Unicode")
     return str(value)

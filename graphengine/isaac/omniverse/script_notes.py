@@ -1,4 +1,4 @@
-"""Notes on a script's actions other than building graphs, and on the unknown values that it uses."""
+"""Findings on a script's actions that do not build graphs, and on values that only Omniverse knows."""
 
 from __future__ import annotations
 
@@ -13,24 +13,24 @@ from graphengine.isaac.omniverse.frames import Frames, Stack, Where
 from graphengine.isaac.omniverse.plain_data import UnknownError
 
 MAX_CALLS = 20_000
-"""Maximum number of calls that build nothing; with more, the script is regarded as an endless simulation loop."""
+"""Maximum number of calls that build nothing before the script is regarded as an endless simulation loop."""
 MAX_FRAMES = 5_000
 """Maximum number of frames that a script renders before it is regarded as an endless loop."""
 MAX_PASSED_OVER = 1000
-"""Maximum number of actions other than building graphs that are reported individually."""
+"""Maximum number of reported actions that do not build graphs."""
 
 
 class EndlessError(BaseException):
-    """Ends a script that loops without end. Not an Exception, so that scripts do not catch it by mistake."""
+    """The script loops without end and is stopped. A BaseException, so that `except Exception` does not catch it."""
 
 
 class ScriptNotes:
-    """Notes on the run of a script.
+    """Base of the graph recorder that collects findings and queries during the run of a script.
 
     Args:
-        where: returns the current place in the script.
-        stack: returns the current call of the script.
-        assumed: whether to assume that objects exist which the script uses but did not create.
+        where: returns the span of the script's current call.
+        stack: returns the script's current call and the loops around it.
+        assumed: whether objects that the script uses but did not create are assumed to exist.
     """
 
     def __init__(self, where: Where, stack: Stack, *, assumed: bool) -> None:
@@ -38,76 +38,81 @@ class ScriptNotes:
         self.findings = Findings()
         self.frames = Frames(where, stack, self.findings)
         self.prims: set[str] = set()
-        """Paths of the prims other than graphs and nodes that the script created, and names that the user assumes to exist."""
+        """Paths of created prims other than graphs and nodes, and all names that the user passes with `--assume`."""
         self.missed: dict[tuple[str, int], dict[str, str]] = {}
-        """Names that the script queried and that do not exist, by file and line; each with the assumption that would help."""
+        """Names that the script queried without success, by file and line; each with the assumption in words, as in `holds`."""
         self.modules: dict[str, ModuleType] = {}
         """Stubs of the Omniverse modules that record calls, by name."""
         self.lacking: set[str] = set()
-        """Names of the modules that the script imports and that are missing."""
+        """Names of the modules that the script imports but the importer cannot find."""
         self.starred: list[str] = []
-        """Names of the missing modules in `from MODULE import *`."""
+        """Names of the stub modules from which the script imports `*`."""
         self.said: deque[str] = deque(maxlen=3)
-        """The last lines that the script printed."""
+        """The last three lines that the script printed or logged."""
         self.idle_calls = 0
         """Number of calls that built nothing."""
         self._told: set[str] = set()
         self._searches: list[tuple[str, Span]] = []
-        """Items over which the script iterated since it last built a part of a graph, with the positions in the script."""
+        """Unknown collections over which the script iterated since it last built a part of a graph, each with its span."""
         self._alike: dict[str, dict[Any, int]] = {}
-        """Numbers that distinguish calls of a stub with different arguments, by the name of the stub and by argument."""
+        """Numbers of the distinct arguments of each stub, by name of the stub; they distinguish the results of its calls."""
 
     def idle(self) -> None:
-        """Count a call that builds nothing, and end a script that repeats such calls without end."""
+        """Count a call that builds nothing; raise EndlessError if the script has made too many such calls or frames."""
         self.idle_calls += 1
         if self.idle_calls > MAX_CALLS or self.frames.number > MAX_FRAMES:
             raise EndlessError
 
     def draw(self) -> None:
-        """Render a frame, which builds nothing."""
+        """Record that the script renders a frame, and count the call as one that builds nothing."""
         self.idle()
         self.frames.draw()
 
     def leave_out(self, message: str, hint: str = "", *help: str) -> None:
-        """Warn that the graphs lack a part of what the script builds; `hint` is a text in the call, to locate the warning."""
+        """Warn that a part that the script builds is left out; the warning points to the string `hint` in the current call."""
         self.findings.add("W302", message, self.where(hint), *help)
 
     @contextmanager
     def leaving_out_unknown(self, what: str, hint: str, *help: str) -> Iterator[None]:
-        """Return a context manager that turns an UnknownError into a warning that `what` is left out."""
+        """Return a context manager that catches UnknownError and warns that `what` is left out."""
         try:
             yield
         except UnknownError as error:
             self.leave_out(f"{what} is left out: {error}", hint, *help)
 
     def pass_over(self, what: str, *help: str) -> None:
-        """Note, once per text, an action of the script that does not build graphs."""
+        """Add a note that an action of the script does not build graphs; equal notes are added once."""
         if what not in self._told and len(self._told) < MAX_PASSED_OVER:
             self._told.add(what)
             self.findings.add("N302", f"{what} does not belong to a graph and is left out", self.where(""), *help)
 
     def search(self, what: str) -> None:
-        """Record that the script iterates over items that only Omniverse knows, so that graphs built next may be incomplete."""
+        """Record that the script iterates over a collection that only Omniverse knows; `report_searches` may warn of it later."""
         place = self.where("")
         if place and (key := f"{place.source.path}:{place.line}") not in self._told:
             self._told.add(key)
             self._searches.append((what, place))
 
     def tell_apart(self, name: str, given: Any) -> str:
-        """Return a name for the result of a stub's call or index, such as `f(#2)`, that differs for different arguments."""
+        """Return the name of a stub that a call or index returns, such as `f(#2)`; each distinct argument gets its own number."""
         known = self._alike.setdefault(name, {})
         number = known.setdefault(given, len(known) + 1)
         return name if number == 1 else f"{name[:-1]}#{number}{name[-1]}"
 
     def report_searches(self) -> None:
-        """Warn of the recorded searches, because the part that the script builds now may depend on their results."""
+        """Warn of the recorded iterations, because the part that the script builds now may depend on their items."""
         for what, place in self._searches:
-            lost = f"the script looks through {what}, which is empty here: what it finds there is left out"
+            lost = f"the script iterates over {what}, which is empty in an import: its work on the items is left out"
             self.findings.add("W302", lost, place)
         self._searches.clear()
 
-    def holds(self, name: str, said: str = "it to be true") -> bool:
-        """Return whether the user assumes that a prim or file exists, or that a stub is true."""
+    def holds(self, name: str, said: str = "it is true") -> bool:
+        """Return whether `--assume` names a prim, file or condition; if not, record the query for a hint to `--assume`.
+
+        Args:
+            name: path, or name of a stub.
+            said: the assumption in words, such as `the prim exists`.
+        """
         if name not in self.prims and (place := self.where("")):
             self.missed.setdefault((place.source.path, place.line), {})[name] = said
         return name in self.prims

@@ -1,7 +1,7 @@
-"""Stubs for everything in Omniverse that does not build graphs: they can be called, read and set, and do nothing.
+"""Stubs for all objects of Omniverse that do not build graphs; calls, attributes and items of a stub are stubs too.
 
-A stub is false and empty, so that loops over it and loops that wait for it end; unpacking gives any number of stubs. Numbers
-computed from a stub, such as `max(0.0, …)`, are stubs too, so that no value is invented.
+A stub is false and empty, so that loops over a stub and loops that wait for it end. Unpacking a stub gives as many stubs as
+needed. Numbers that are computed from a stub, such as `max(0.0, stub)`, are stubs, so that no value is invented.
 """
 
 from __future__ import annotations
@@ -23,41 +23,41 @@ MAX_SAID = 200
 _ASKS = re.compile(
     r"(get|is|has|can|enable|disable|find|new|log|update|next|close|play|step|render|reset|__)", re.IGNORECASE
 )
-"""Beginnings of names of calls that change nothing a graph file could contain; these calls are not reported."""
+"""Matches the names of functions that change nothing in a graph; calls of these functions are not reported."""
 
-ELSEWHERE, OWN = "what a USD file holds", "a node of Omniverse's own"
-"""Names of stubs for values that other findings report."""
+ELSEWHERE, OWN = "an object of a USD file", "an attribute of an unknown node"
+"""Names of stubs for objects that another finding already reports as left out; calls of these stubs are not reported."""
 
 _DRAWS = frozenset(("update", "step", "render", "next_update_async"))
-"""Names of calls that render a frame."""
+"""Names of functions that render a frame."""
 
 _RUNS = {"is_running": True, "is_playing": True, "is_exiting": False}
-"""Return values of these calls while the application runs."""
+"""Names of functions that query whether the application runs, with the return value while it runs."""
 
 _OF_GRAPHS = re.compile(r"(^|\.)(omni\.graph\.core\.cmds|og|Controller)\.|(^|\.)(edit|\w*[gG]raphs?)$")
-"""Matches names of stubs whose calls may edit graphs, so that the calls are reported as warnings."""
+"""Matches the names of functions that may edit graphs; calls of these functions are reported as warnings."""
 
 _QUESTION = re.compile(r"(is|has|enable|set|add|load|open|create)(_|[A-Z])|exists")
-"""Beginnings of names of calls that return true if the prims that a script uses are assumed to exist."""
+"""Matches the names of functions whose result is true if the objects that a script uses are assumed to exist."""
 
 _CALLS = re.compile(r"\(\)|\(#\d+\)|#\d+")
-"""Matches the marks of calls, such as `()` or `#2`, in the name of a stub."""
+"""Matches the marks for calls and arguments, such as `()`, `(#2)` or `#2`, in the name of a stub."""
 
 _NUMBERS = frozenset(("complex", "divmod", "float", "int", "map", "max", "min", "pow", "range", "round"))
-"""Built-in functions that compute numbers."""
+"""Names of the built-in functions that compute numbers."""
 _NUMERIC = frozenset(("math", "numpy", "random", "statistics"))
-"""Modules of which all functions compute numbers."""
+"""Names of the modules whose functions compute numbers."""
 
 _UNPACK = dis.opmap["UNPACK_SEQUENCE"]
 
 
 class StubObject:
-    """A stub of an Omniverse object, named by the expression with which the script obtained the object."""
+    """Stub of an object of Omniverse; its name is the expression with which the script obtained the object."""
 
     is_unknown = True
 
     def __new__(cls, name: str, recorder: ScriptNotes) -> Any:
-        """Create an instance of a new class named `name`, so that Python's error messages show this name."""
+        """Create an instance of a subclass whose name contains `name`, so that Python's error messages show it."""
         made = super().__new__(_named(cls, _CALLS.sub("", name)))  # type: ignore[arg-type]
         made.__dict__.update(_name=name, _recorder=recorder)
         return made
@@ -76,7 +76,7 @@ class StubObject:
         last = self._name.rpartition(".")[2]
         if last in _RUNS and (last != "is_playing" or self._recorder.frames.loops):
             runs = self._recorder.frames.go_on()
-            self._recorder.idle_calls *= not runs  # the limit holds per frame
+            self._recorder.idle_calls *= not runs  # the limit counts the calls of one frame
             return runs == _RUNS[last]
         if self._name.startswith("carb.log_"):
             self._recorder.said.extend(text[:MAX_SAID] for text in arguments if isinstance(text, str))
@@ -85,7 +85,7 @@ class StubObject:
         given = tuple(map(_comparable, (*arguments, *named, *named.values())))
         name = self._name if self._name.endswith(")") else f"{self._name}()"
         made = StubObject(self._recorder.tell_apart(name, given), self._recorder)
-        if last[:1].isupper():  # an instance keeps its arguments
+        if last[:1].isupper():  # the call creates an instance, which keeps its arguments
             vars(made).update({**named, **vars(made)})
         return made
 
@@ -161,12 +161,15 @@ class StubObject:
     __contains__ = __instancecheck__ = _never
 
     def plain_data(self) -> Any:
-        """Raise an error: the value is unknown."""
-        raise UnknownError(f"it comes from {self._name}")
+        """Raise UnknownError, because only Omniverse knows the value."""
+        raise UnknownError(f"it comes from {self._name}, which only Omniverse knows")
 
 
 def of_unknown(function: Any) -> Any:
-    """Return a substitute for a numeric function that returns the first stub among its arguments; others are unchanged."""
+    """Return a wrapper of a numeric function that returns a stub if an argument is or contains one.
+
+    All other functions are returned unchanged.
+    """
     if not callable(function) or type(function).__module__ not in ("builtins", "numpy"):
         return function
     module = str(getattr(function, "__module__", None) or type(function).__module__).partition(".")[0]
@@ -197,20 +200,20 @@ def _named(cls: type[StubObject], name: str) -> type[StubObject]:
 
 
 def _unpacked(frame: FrameType) -> int:
-    """Return the number of targets if a frame is about to unpack, as in `a, b = …`; else 0."""
+    """Return the number of targets if the frame executes an unpacking such as `a, b = …`; otherwise 0."""
     code, at = frame.f_code.co_code, frame.f_lasti
     return code[at + 1] if code[at] == _UNPACK else 0
 
 
 def _comparable(value: Any) -> Any:
-    """Return a key for an argument of a stub's call: strings, numbers and stubs differ by value, all other types are None."""
+    """Return a key for an argument of a stub: a string or number itself, the name of a stub, None for all other types."""
     return value if isinstance(value, str | int | float) else str(value) if isinstance(value, StubObject) else None
 
 
 def member(owner: str, name: str, recorder: ScriptNotes) -> Any:
-    """Return a stub for an unknown member; special names such as `__len__` raise AttributeError.
+    """Return a stub for the member `name` of a stub; special names such as `__len__` raise AttributeError.
 
-    A member `og` is assumed to be `omni.graph.core`, and reported.
+    A member `og` is assumed to be the module `omni.graph.core`, and this assumption is reported.
     """
     if name.startswith("__"):
         raise AttributeError(name)
@@ -221,12 +224,12 @@ def member(owner: str, name: str, recorder: ScriptNotes) -> Any:
 
 
 class StubBase:
-    """Base of script classes that derive from an Omniverse class."""
+    """Base class that replaces an Omniverse class from which a class of the script is derived."""
 
     _recorder: ScriptNotes
 
     def __init_subclass__(cls) -> None:
-        """Add stubs for methods that are called through `super()`, which does not use `__getattr__`."""
+        """Add a stub for each method that the class calls through `super()`, which does not use `__getattr__`."""
         base = next(one for one in cls.__mro__ if "_recorder" in vars(one))
         codes = (getattr(member, "__code__", None) for member in vars(cls).values())
         names = {name for code in codes if code and "super" in code.co_names for name in code.co_names}
@@ -242,7 +245,7 @@ class StubBase:
 
 
 def told(recorder: ScriptNotes, name: str) -> None:
-    """Record a call of a stub: render a frame, or report what the call would change."""
+    """Record a call of the stub `name`: count a rendered frame, or report the change that the call would make."""
     recorder.idle()
     name = _CALLS.sub("", name)
     last = name.rpartition(".")[2]
@@ -251,13 +254,13 @@ def told(recorder: ScriptNotes, name: str) -> None:
     if _ASKS.match(last) or name.startswith((ELSEWHERE, OWN)):
         return
     if _OF_GRAPHS.search(name):
-        recorder.leave_out(f"what {name}() does to graphs is left out")
+        recorder.leave_out(f"the effect of {name}() on graphs is left out")
     elif "[…]" not in name:
         recorder.pass_over(f"{name}()")
 
 
 class Builtins(dict[str, Any]):
-    """The built-in names of a script; after `from MODULE import *` of a missing module, undefined names become stubs."""
+    """The built-in names of a script. After `from MODULE import *` with a stub module, undefined names become stubs."""
 
     recorder: ScriptNotes
 
@@ -268,7 +271,7 @@ class Builtins(dict[str, Any]):
 
 
 class StubModule(ModuleType):
-    """A module whose members are stubs, except for given members and known submodules."""
+    """A module whose members are stubs, except for `members` and for submodules in `known`."""
 
     def __init__(
         self, name: str, recorder: ScriptNotes, known: Mapping[str, ModuleType], members: Mapping[str, Any] = {}

@@ -1,4 +1,4 @@
-"""Stubs of a USD stage and its prims for `pxr` and `usdrt`; only prims of graphs and nodes are recorded."""
+"""Stubs of the USD stage and its prims; edits of graph prims and node prims are recorded, other edits are only noted."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from graphengine.isaac.recorded_graph import GRAPH, NAMESPACE, NODE, POSITION
 
 
 class Property:
-    """An attribute or relationship of a graph's or node's prim."""
+    """Stub of `Usd.Attribute` and `Usd.Relationship`."""
 
     def __init__(self, prim: UsdPrim, name: str) -> None:
         self.prim, self.name = prim, name
@@ -36,7 +36,7 @@ class Property:
         return self.Set([])
 
     def Get(self, *_: Any) -> Any:
-        """Return the value that the script set; None if it set none."""
+        """Return the value that the script set; None if the script has not set it."""
         if self.name == NAMESPACE:
             return self.prim.recorder.namespaces.get(self.prim.path)
         place = self.prim.place(self.name)
@@ -48,14 +48,14 @@ class Property:
         return [SdfPath(path) for path in (value if isinstance(value, list) else [])]
 
     def AddConnection(self, source: Any, *_: Any) -> bool:
-        """Add a wire from the attribute `source` to this one; return True."""
+        """Add a wire from the attribute at the path `source` to this attribute of a node; return True."""
         recorder, place = self.prim.recorder, self.prim.place(self.name)
         if place is not None:
             recorder.connect(recorder.attribute(None, str(source)), place)
         return True
 
     def IsValid(self) -> bool:
-        """Return whether the prim of the property exists."""
+        """Return whether the prim exists; the property itself is not checked."""
         return self.prim.IsValid()
 
     __bool__ = IsValid
@@ -65,11 +65,11 @@ class Property:
 
 
 class UsdPrim:
-    """A prim of the stage: a recorded graph or node, or any other prim, of which only the path is known.
+    """Stub of `Usd.Prim`: a recorded graph or node, or any other prim, of which only the path is known.
 
     Args:
         path: path of the prim.
-        recorder: recorder with the graphs and nodes.
+        recorder: recorder of the graphs and nodes.
     """
 
     def __init__(self, path: Any, recorder: GraphRecorder) -> None:
@@ -83,13 +83,13 @@ class UsdPrim:
     __bool__ = IsValid
 
     def GetPath(self) -> SdfPath:
-        """Return the path."""
+        """Return the path of the prim."""
         return self.path
 
     GetPrimPath = GetPath
 
     def GetPrim(self) -> UsdPrim:
-        """Return the prim itself; schemas have the same method."""
+        """Return the prim itself, like a USD schema object."""
         return self
 
     def GetName(self) -> str:
@@ -105,20 +105,20 @@ class UsdPrim:
         return UsdPrim(self.path.AppendChild(name), self.recorder)
 
     def GetAttribute(self, name: str, *_: Any, **__: Any) -> Property:
-        """Return the attribute with this name; arguments of `CreateAttribute`, such as the type, are ignored."""
+        """Return the property with this name. Arguments of `CreateAttribute`, such as the type, are ignored."""
         return Property(self, name)
 
     GetRelationship = GetProperty = CreateAttribute = CreateRelationship = GetAttribute
 
     def place(self, name: str) -> Place | None:
-        """Return the recorded attribute if this prim is a node, else None."""
+        """Return a reference to the attribute `name` if this prim is a recorded node; otherwise None."""
         found = self.recorder.graph_of(self.path)
         if found is None or found[1] not in found[0].nodes:
             return None
         return Place(found[0], found[1], name)
 
     def set_property(self, name: str, value: Any) -> None:
-        """Record a namespace, or a property of a node or graph; properties of other prims are only noted."""
+        """Record the value of a property of a graph or node, or a namespace; note that other prims are left out."""
         place, found = self.place(name), self.recorder.graph_of(self.path)
         if name == NAMESPACE:
             self._set_namespace(value)
@@ -141,7 +141,7 @@ class UsdPrim:
                 self.recorder.namespaces[path] = namespace
 
     def plain_data(self) -> str:
-        """Return the path."""
+        """Return the path of the prim as a string."""
         return str(self.path)
 
     def __getattr__(self, name: str) -> Any:
@@ -159,7 +159,7 @@ class UsdStage:
         return UsdPrim(path, self.recorder)
 
     def DefinePrim(self, path: Any, type: str = "") -> UsdPrim:
-        """Record a new graph, a node without a type yet, or the path of any other prim; return the prim."""
+        """Record a prim and return it: a new graph, a new node (its type follows later), or the path of any other prim."""
         found = self.recorder.graph_of(str(path))
         if type == GRAPH and not found:
             self.recorder.create_graph(str(path))
@@ -195,7 +195,7 @@ class UsdStage:
         return UsdPrim("/World", self.recorder)
 
     def Traverse(self) -> Iterator[UsdPrim]:
-        """Yield the prims of all recorded graphs and nodes."""
+        """Yield the prims of all recorded graphs and nodes; note that the other prims of the stage are unknown."""
         self.recorder.search("the stage")
         for graph in list(self.recorder.graphs.values()):
             for path in (graph.path, *(f"{graph.path}/{name}" for name in graph.nodes)):
@@ -206,7 +206,7 @@ class UsdStage:
 
 
 class Schema(StubObject):
-    """Stub of a class of `pxr.UsdGeom` such as `Xform`; instances are prims."""
+    """Stub of a schema class of `pxr.UsdGeom`, such as `Xform`; calling it with a prim returns the prim."""
 
     def __init__(self, name: str, stage: UsdStage) -> None:
         self.__dict__.update(_recorder=stage.recorder, _stage=stage)
@@ -216,7 +216,7 @@ class Schema(StubObject):
         return first if isinstance(first, UsdPrim) else super().__call__(*arguments, **named)
 
     def Define(self, _: Any, path: Any) -> UsdPrim:
-        """Define a prim at a path; its type is not recorded."""
+        """Record the path of a prim and return the prim; the prim type is not recorded."""
         return self._stage.DefinePrim(path)  # type: ignore[no-any-return]
 
     def Get(self, _: Any, path: Any) -> UsdPrim:

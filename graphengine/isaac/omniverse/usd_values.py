@@ -1,4 +1,4 @@
-"""Stubs of `pxr` and `usdrt` values that scripts compute with: paths, vectors, quaternions, matrices."""
+"""Stubs of the value classes of `pxr` and `usdrt` with which scripts compute: paths, vectors, quaternions and matrices."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ _SEVERAL = (Sequence, np.ndarray)
 
 
 class SdfPath(str):
-    """Stub of `Sdf.Path`; also a string."""
+    """Stub of `Sdf.Path`, as a subclass of str."""
 
     __slots__ = ()
 
@@ -35,7 +35,7 @@ class SdfPath(str):
 
     @staticmethod
     def IsValidPathString(path: str, *_: Any) -> bool:
-        """Return whether a path is not empty; other errors in paths are reported when the path is used."""
+        """Return whether a path is not empty; its syntax is checked only when the path is used."""
         return bool(path)
 
     def IsAbsolutePath(self) -> bool:
@@ -55,7 +55,7 @@ class SdfPath(str):
         return SdfPath(self.partition(".")[0])
 
     def AppendPath(self, other: str) -> SdfPath:
-        """Return this path followed by a relative path."""
+        """Return the path of the descendant at a relative path."""
         return SdfPath(posixpath.join(self, other))
 
     AppendChild = AppendPath
@@ -70,7 +70,7 @@ class SdfPath(str):
 
 
 class Vector(tuple[float, ...]):
-    """Stub of `Gf.Vec3d` and similar classes; also a tuple."""
+    """Stub of `Gf.Vec3d` and similar classes, as a tuple of the components."""
 
     __slots__ = ()
     size = 3
@@ -101,11 +101,11 @@ class Vector(tuple[float, ...]):
         return type(self)([-value for value in self])
 
     def GetDot(self, other: Sequence[float]) -> float:
-        """Return the dot product."""
+        """Return the dot product with another vector."""
         return sum(a * b for a, b in zip(self, other, strict=True))
 
     def GetLength(self) -> float:
-        """Return the Euclidean length."""
+        """Return the Euclidean length of the vector."""
         return float(self.GetDot(self) ** 0.5)
 
 
@@ -124,7 +124,7 @@ class Vector4(Vector):
 
 
 class Quaternion:
-    """Stub of `Gf.Quatd` and similar classes, scalar first."""
+    """Stub of `Gf.Quatd` and similar classes, created from w, x, y, z or from w and a vector."""
 
     def __init__(self, real: float = 1.0, *imaginary: Any) -> None:
         self.real = real
@@ -132,7 +132,7 @@ class Quaternion:
 
     @classmethod
     def GetIdentity(cls) -> Quaternion:
-        """Return the quaternion without rotation."""
+        """Return the identity quaternion, which represents no rotation."""
         return cls(1.0, 0.0, 0.0, 0.0)
 
     def GetReal(self) -> float:
@@ -163,7 +163,7 @@ class Matrix:
             self.rows = [list(numbers[i : i + self.size]) for i in range(0, len(numbers), self.size)]
 
     def SetIdentity(self) -> Matrix:
-        """Make this the identity matrix; return it."""
+        """Set this matrix to the identity matrix and return it."""
         self.rows = type(self)().rows
         return self
 

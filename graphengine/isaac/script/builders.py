@@ -1,4 +1,4 @@
-"""Finds the functions and methods of a script that build graphs, directly or by calls."""
+"""Finds the builders in a script: functions and methods that edit graphs themselves or call another builder."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from collections.abc import Collection, Iterator
 from typing import NamedTuple
 
 BUILDING = frozenset(("edit", "create_node", "create_graph"))
-"""Names of the methods of OmniGraph's controllers that build graphs."""
+"""Names of the methods of OmniGraph's controllers that create graphs or nodes."""
 
 Function = ast.FunctionDef | ast.AsyncFunctionDef
 
@@ -16,10 +16,10 @@ class Builder(NamedTuple):
     """A function or method that builds graphs.
 
     Attributes:
-        name: name by which it is called; for `__init__`, that of its class.
-        text: example call with its arguments, such as `Robot(path).build(rate=2)`.
-        calls: names that it calls.
-        node: its definition.
+        name: name of the function; for `__init__`, the name of the class.
+        text: example call with the parameters as arguments, such as `Robot(path).build(rate=2)`.
+        calls: names of the functions and methods that the function calls.
+        node: definition of the function.
     """
 
     name: str
@@ -29,7 +29,7 @@ class Builder(NamedTuple):
 
 
 def builders(*trees: ast.Module, foreign: Collection[str] = ()) -> list[Builder]:
-    """Return all builders in a script and the modules beside it; functions of foreign modules do not build graphs."""
+    """Return all builders in the syntax trees of a script and its modules; calls of `foreign` modules are ignored."""
     functions = [function for tree in trees for node in tree.body for function in _functions(node, foreign)]
     building: list[Builder] = []
     while True:
@@ -41,14 +41,14 @@ def builders(*trees: ast.Module, foreign: Collection[str] = ()) -> list[Builder]
 
 
 def entries(tree: ast.Module, foreign: Collection[str]) -> list[Builder]:
-    """Return the builders that no other builder calls; all builders if each is called by another one."""
+    """Return the builders that no other builder calls, or all builders if another builder calls each of them."""
     building = builders(tree, foreign=foreign)
     called = {name for builder in building for name in builder.calls - {builder.name}}
     return [builder for builder in building if builder.name not in called] or building
 
 
 def handed_over(tree: ast.Module) -> set[str]:
-    """Return names that a script uses without calling them directly, such as functions that it passes on as callbacks."""
+    """Return the names that a script uses without calling them directly, such as functions that it passes as callbacks."""
     nodes, later = list(ast.walk(tree)), _in_lambdas(tree)
     made = {id(node.func) for node in nodes if isinstance(node, ast.Call) and id(node) not in later}
     used = (node for node in nodes if isinstance(node, ast.Name | ast.Attribute) and id(node) not in made)
@@ -56,9 +56,9 @@ def handed_over(tree: ast.Module) -> set[str]:
 
 
 def called(call: ast.AST, foreign: Collection[str] = ()) -> str:
-    """Return the name of the function that a call expression calls, without its owner: `build` for `robot.build()`.
+    """Return the name of the function or method that a call expression calls: `build` for `robot.build()`.
 
-    Other expressions, and calls of `foreign` modules, return an empty string.
+    For all other expressions, and for calls of functions in `foreign` modules, return an empty string.
     """
     function = getattr(call, "func", None)
     owner = getattr(function, "value", function)
@@ -68,7 +68,14 @@ def called(call: ast.AST, foreign: Collection[str] = ()) -> str:
 
 
 def _functions(node: ast.stmt, foreign: Collection[str], owner: str = "", instance: str = "") -> Iterator[Builder]:
-    """Yield the functions and methods in a statement of a module or class; `instance` is the code that creates an instance."""
+    """Yield each function or method that a statement of a module or class defines.
+
+    Args:
+        node: statement.
+        foreign: modules whose functions do not build graphs.
+        owner: name of the class around the statement, if any.
+        instance: example code that creates an instance of this class.
+    """
     if isinstance(node, ast.ClassDef):
         start = next((part for part in node.body if isinstance(part, Function) and part.name == "__init__"), None)
         for part in node.body:
@@ -85,10 +92,10 @@ def _functions(node: ast.stmt, foreign: Collection[str], owner: str = "", instan
 
 
 def _in_lambdas(tree: ast.AST) -> set[int]:
-    """Return the ids of syntax nodes that run only when a lambda is called."""
+    """Return the `id()` of all syntax nodes in lambdas, which run only when the lambda is called."""
     return {id(part) for node in ast.walk(tree) if isinstance(node, ast.Lambda) for part in ast.walk(node)}
 
 
 def _arguments(function: Function, first: int) -> str:
-    """Return the source text of a function's parameters, from the positional one with index `first`."""
+    """Return the parameter list of a function as text, without the first `first` positional parameters."""
     return ast.unparse(ast.arguments(**{**vars(function.args), "args": function.args.args[first:]}))

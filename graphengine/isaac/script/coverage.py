@@ -10,11 +10,11 @@ from graphengine.isaac.script.builders import Function, called
 from graphengine.isaac.script.script_source import Position, Script
 
 MARK = "__ran__"
-"""Name of the function that a marked script calls before each statement, with file, line and column."""
+"""Name of the function that an instrumented script calls before each statement, with file, line and column."""
 NUMBER = "__number__"
-"""Name of the function that returns the function to call in place of the one that the script calls."""
+"""Name of a function that an instrumented script applies to each called function; it returns the function to be called."""
 FAILED = -1
-"""Value of the column for a statement that raised an error."""
+"""Column that an instrumented script passes to `MARK` after a statement raised an error."""
 Ran = Collection[tuple[str, int, int]]
 """Executed statements, as file, line and column."""
 
@@ -23,12 +23,12 @@ _BLOCKS = ("body", "orelse", "finalbody", "handlers", "cases")
 
 
 def marked(text: str | bytes, path: str, *, forgiving: type[ast.AST] | None = None) -> ast.Module:
-    """Return the syntax tree of a script, changed so that statements record their execution and numeric functions accept stubs.
+    """Return the instrumented syntax tree of a script: statements call `MARK`, and called functions go through `NUMBER`.
 
     Args:
         text: source code of the script.
         path: file of the script.
-        forgiving: kind of syntax node in whose body the script continues after a failed statement; None: it never does.
+        forgiving: class of syntax nodes in whose bodies the script continues after a failed statement; None: no such class.
     """
     tree = ast.parse(text, path)
     nodes = list(ast.walk(tree))
@@ -49,9 +49,10 @@ def marked(text: str | bytes, path: str, *, forgiving: type[ast.AST] | None = No
 
 
 def _with_mark(owner: ast.AST, statement: ast.stmt, path: str, forgiving: bool) -> tuple[ast.stmt, ...]:
-    """Return the call that marks a statement as executed, and the statement; in a loop, the call has the loop's position.
+    """Return a statement together with the call of `MARK` that records its execution.
 
-    The docstring and future imports of a module have no marks, because no statement may precede such an import.
+    In the body of a loop, the call has the position of the loop. A module's docstring and its imports from `__future__` get
+    no call, because no statement may precede such an import.
     """
     mark = _mark(path, statement.lineno, statement.col_offset)
     loops = isinstance(owner, ast.For | ast.AsyncFor | ast.While)
@@ -73,7 +74,13 @@ def _mark(*place: str | int) -> ast.Expr:
 
 
 class Why(NamedTuple):
-    """The reason why a call did not run: a text, the line of the condition that excludes it, and remedies for an error."""
+    """The reason why a call did not run.
+
+    Attributes:
+        text: the reason in words, such as `the condition at line 5`; empty if it is unknown.
+        condition: line of the condition that excluded the call; 0 without one.
+        advice: remedies for the error that prevented the call.
+    """
 
     text: str = ""
     condition: int = 0
@@ -85,13 +92,13 @@ def _condition(line: int) -> Why:
 
 
 class Failure(NamedTuple):
-    """An expression of a script in which an error was raised, directly or in a function that the expression calls.
+    """An expression of a script through which an error passed: it raised the error, or it called a function that did.
 
     Attributes:
         path: file of the expression.
         position: position in the file.
-        why: the error, as the reason why a call did not run.
-        entered: whether the expression is a call whose function was entered.
+        why: the error, in the form of a reason why a call did not run.
+        entered: whether the expression is a call whose function began to run.
         handler: line at which the script caught the error; 0 if the error ended the script.
     """
 
@@ -102,7 +109,7 @@ class Failure(NamedTuple):
     handler: int
 
     def keeps(self, call: ast.Call) -> bool:
-        """Return whether a call did not run because the error was raised in one of its operands."""
+        """Return whether this error prevented a call: it was raised in the call expression before the function began to run."""
         first, last = (call.lineno, call.col_offset), (call.end_lineno or 0, call.end_col_offset or 0)
         inside = first <= self.position[:2] and self.position[2:] <= last
         return inside and not (self.entered and self.position == (*first, *last))
@@ -112,11 +119,11 @@ class Unreached:
     """Finds the graph-building calls of a script that did not run.
 
     Args:
-        script: script that was run.
+        script: script or module that was run.
         ran: executed statements.
-        names: functions and methods that build graphs.
+        names: names of the functions and methods that build graphs.
         failures: errors of the run.
-        foreign: missing modules, which do not build graphs.
+        foreign: names of missing modules; their functions are not regarded as graph-building.
     """
 
     def __init__(
@@ -141,7 +148,10 @@ class Unreached:
         yield from self._in(self.script.tree.body, Why())
 
     def _in(self, block: list[ast.stmt], why: Why) -> Iterator[tuple[ast.Call, Why]]:
-        """Yield the calls in a block that did not run; `why` is the reason if the whole block did not run."""
+        """Yield the graph-building calls in a block that did not run, each with the reason.
+
+        `why` is the reason if the first statement of the block did not run.
+        """
         before: ast.stmt | None = None
         failed: Why | None = None
         for statement in block:
@@ -150,7 +160,7 @@ class Unreached:
             elif self.ran(statement):
                 before = statement
                 skipped = failed or self._asking(statement)
-                if skipped:  # at least in one turn of a loop
+                if skipped:  # a call did not run in at least one turn of a loop
                     yield from ((call, skipped) for call in self._building(statement))
                 left = (f.why for f in self._inside(statement) if f.handler and not holds(statement, f.handler))
                 failed = next(left, failed)
@@ -165,7 +175,7 @@ class Unreached:
                     yield from ((call, why) for call in self._building(statement))
 
     def _left(self, statement: ast.stmt) -> Why:
-        """Return the reason why execution did not go on after a statement: a condition, an error, or an unknown one."""
+        """Return why execution did not continue after a statement: a condition in it, an error in it, or an unknown reason."""
         exits = _EXITS[:2] if isinstance(statement, ast.For | ast.AsyncFor | ast.While) else _EXITS
         for node in ast.walk(statement):
             if isinstance(node, ast.If) and any(self._leaves(part, exits) for part in ast.walk(node)):
@@ -176,17 +186,17 @@ class Unreached:
         return Why() if left else Why(f"an error at line {statement.lineno}")
 
     def _inside(self, statement: ast.stmt) -> list[Failure]:
-        """Return the errors raised within a statement."""
+        """Return the errors that passed through the lines of a statement."""
         return [failure for failure in self._failures if holds(statement, failure.position[0])]
 
     def _asking(self, statement: ast.stmt) -> Why | None:
-        """Return the error that the script caught in the header of a statement, such as its condition; None without one."""
+        """Return the caught error in the condition of an `if` statement; None if there is no such error."""
         first = statement.body[0] if isinstance(statement, ast.If) else statement
         start = first.lineno, first.col_offset
         return next((f.why for f in self._inside(statement) if f.handler and f.position[:2] < start), None)
 
     def _leaves(self, node: ast.AST, exits: tuple[type[ast.stmt], ...]) -> bool:
-        """Return whether a node is an executed statement that leaves its block, such as `return` or `exit()`."""
+        """Return whether a syntax node is an executed statement that leaves its block, such as `return` or `exit()`."""
         ends = isinstance(node, ast.Expr) and called(node.value) in ("exit", "quit")
         return isinstance(node, ast.stmt) and (ends or isinstance(node, exits)) and self.ran(node)
 
@@ -198,17 +208,17 @@ class Unreached:
 
 
 def holds(statement: ast.stmt, line: int) -> bool:
-    """Return whether a statement contains a line of its file."""
+    """Return whether a line is within a statement."""
     return statement.lineno <= line <= (statement.end_lineno or 0)
 
 
 def asking(tree: ast.Module, line: int) -> list[int]:
-    """Return the lines that determine the condition at a line: its own, and those that define the names it uses."""
+    """Return the lines on which the condition at a line depends: its own lines, and those that define names in it."""
     nodes = [node for node in ast.walk(tree) if isinstance(node, ast.stmt)]
     asked = next((node for node in nodes if node.lineno == line and _asks(node)), None)
     parts: list[ast.AST] = [getattr(asked, name) for name in ("test", "iter", "subject") if hasattr(asked, name)]
     lines = [line]
-    for part in parts:  # the loop extends it
+    for part in parts:  # grows while the loop runs
         lines += range(part.lineno, (part.end_lineno or 0) + 1)  # type: ignore[attr-defined]
         names = {getattr(inner, "id", getattr(inner, "attr", "")) for inner in ast.walk(part)} - {""}
         made = [node for node in nodes if node not in parts and _makes(node) & names]
@@ -218,7 +228,7 @@ def asking(tree: ast.Module, line: int) -> list[int]:
 
 
 def _makes(statement: ast.stmt) -> set[str]:
-    """Return the names that a statement assigns or, for a function, defines."""
+    """Return the names that an assignment or loop binds, or the name of a defined function."""
     if isinstance(statement, Function):
         return {statement.name}
     targets = getattr(statement, "targets", [getattr(statement, "target", None)])
@@ -226,14 +236,14 @@ def _makes(statement: ast.stmt) -> set[str]:
 
 
 def _asks(statement: ast.stmt) -> bool:
-    """Return whether a statement runs its body conditionally; `if __name__ == …` does not count."""
+    """Return whether a statement runs its body only under a condition; `if __name__ == …` does not count."""
     if isinstance(statement, ast.If):
         return "__name__" not in ast.unparse(statement.test)
     return isinstance(statement, ast.For | ast.AsyncFor | ast.While | ast.Match)
 
 
 def _inner(statement: ast.stmt, name: str) -> Iterator[list[ast.stmt]]:
-    """Yield the blocks of statements in a field of a statement; the `else` block of a `try` is appended to its body."""
+    """Yield the blocks in the field `name` of a statement. The `else` block of a `try` is yielded as the end of its body."""
     part = getattr(statement, name, None)
     if isinstance(statement, ast.Try) and name in ("body", "orelse"):
         yield from [statement.body + statement.orelse] * (name == "body")

@@ -1,4 +1,4 @@
-"""Import hook for scripts: finds Python's modules and modules in the script's folder, and makes stubs for all others."""
+"""Import hook for scripts: finds modules in readable folders, and creates stubs for all modules that are not loaded."""
 
 from __future__ import annotations
 
@@ -22,13 +22,13 @@ OFFERED = (
     "struct sys tempfile textwrap threading time traceback types typing typing_extensions uuid warnings weakref "
     "yaml"
 )
-"""Python modules that a script can import; modules beside the script can be imported too, all others are stubs."""
+"""Python modules that are loaded before the script runs, so that the script can import them."""
 
 _ABOVE = "above"
 PACKAGE = f"{_ABOVE}.{_ABOVE}.{_ABOVE}.{_ABOVE}.beside"
-"""Package name of the script, for its relative imports; parent packages are stubs if their folders may not be read."""
+"""Package name that is given to the script; its four parent packages let relative imports reach folders above the script."""
 MAX_ABOVE = 5
-"""Number of folders above a script that are searched for a missing module, to suggest `--allow`."""
+"""Number of folders above the script that are searched for a missing module, so that a finding can suggest `--allow`."""
 
 
 class ImportFinder(importlib.abc.MetaPathFinder, importlib.abc.Loader):
@@ -36,7 +36,7 @@ class ImportFinder(importlib.abc.MetaPathFinder, importlib.abc.Loader):
 
     Args:
         recorder: receives notes on modules that are not imported.
-        modules: known modules by name.
+        modules: stubs that record calls, by module name.
         folders: readable folders; the first one contains the script.
     """
 
@@ -46,7 +46,7 @@ class ImportFinder(importlib.abc.MetaPathFinder, importlib.abc.Loader):
     def find_spec(
         self, name: str, path: Sequence[str] | None, target: types.ModuleType | None = None
     ) -> ModuleSpec | None:
-        """Return the spec of a known module, of a file in the folders, or of a stub."""
+        """Return the spec of a stub module, of a module in the readable folders, or of a part of the script's package."""
         if f"{PACKAGE}.".startswith(f"{name}."):
             return self._package(name)
         if name not in self.modules and name.partition(".")[0] not in ROOTS:
@@ -61,13 +61,13 @@ class ImportFinder(importlib.abc.MetaPathFinder, importlib.abc.Loader):
         return self._stub(name)
 
     def _stub(self, name: str, places: Sequence[str] = ()) -> ModuleSpec:
-        """Return the spec of a stub package; `places` are folders with real submodules."""
+        """Return the spec of a stub package; `places` are folders in which its submodules are found."""
         spec = ModuleSpec(name, self, is_package=True)
         spec.submodule_search_locations = list(places)
         return spec
 
     def _package(self, name: str) -> ModuleSpec:
-        """Return the spec of the script's package or one above it; a stub without a readable `__init__.py`."""
+        """Return the spec of the script's package or a parent package: its `__init__.py`, if that may be read, or a stub."""
         up = PACKAGE.count(".") - name.count(".")
         folder = os.path.normpath(os.path.join(self.folders[0], *[os.pardir] * up))
         if not any(os.path.commonpath((folder, root)) == root for root in self.folders):
@@ -80,20 +80,20 @@ class ImportFinder(importlib.abc.MetaPathFinder, importlib.abc.Loader):
         return self._stub(name, [folder])
 
     def _remedy(self, name: str) -> Iterator[str]:
-        """Yield the option that makes a module in a folder above the script readable, if there is such a module."""
+        """Yield advice to add `--allow FOLDER`, if a folder above the script contains the module."""
         for folder in Path(self.folders[0]).parents[:MAX_ABOVE]:
             if (folder / name).is_dir() or (folder / f"{name}.py").is_file():
-                yield f"--allow {folder} lets it be imported"
+                yield f"to import it, add --allow {folder}"
                 return
 
     def create_module(self, spec: ModuleSpec) -> types.ModuleType:
-        """Return the known module, or a stub."""
+        """Return the stub module that records calls, or a new stub module."""
         return self.modules.get(spec.name) or StubModule(_known(spec.name), self.recorder, self.modules)
 
     def exec_module(self, module: types.ModuleType) -> None:
-        """Do nothing, because the module is complete."""
+        """Do nothing, because `create_module` returns a complete module."""
 
 
 def _known(name: str) -> str:
-    """Return a module's name as in the script, without the internal package prefix of relative imports."""
+    """Return a module name as in the script, without the prefix from `PACKAGE` that relative imports add."""
     return name.rpartition(f"{_ABOVE}.")[2]

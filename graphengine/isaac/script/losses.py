@@ -1,4 +1,4 @@
-"""Reports errors, refused calls and unreached calls of a script that leave its graphs incomplete, each with a remedy."""
+"""Reports what may be missing from the graphs of a script: errors, refused calls and calls that were not reached."""
 
 from __future__ import annotations
 
@@ -20,13 +20,13 @@ from graphengine.isaac.script.script_source import Script, Scripts
 from graphengine.sandbox.confinement import MAX_MEMORY_BYTES, AccessDeniedError
 
 MOST_ASKED = 5
-"""Maximum number of remedies in one finding."""
+"""Maximum number of `--assume` remedies, or of functions, in one finding."""
 MOST_CALLABLE = 50
-"""Maximum number of functions that are listed if a script builds nothing."""
+"""Maximum number of functions or conditions that one finding lists."""
 NESTED = 8
-"""Maximum number of errors that a script is expected to handle at the same time, in nested handlers."""
+"""Number of recent caught errors with which an error is compared, so that nested handlers do not keep it twice."""
 MAX_CAUGHT = 2_000
-"""Maximum number of caught errors that are examined."""
+"""Maximum number of caught errors that are kept."""
 _LOOKS = frozenset(("get", "node", "node_type"))
 """Methods of OmniGraph's controllers that change nothing."""
 
@@ -36,19 +36,19 @@ class TimeIsUpError(BaseException):
 
 
 UNFORGIVEN = (OmniGraphError, AccessDeniedError, RecursionError, MemoryError, StopIteration, StopAsyncIteration)
-"""Errors that also occur with Omniverse, or that end loops; the script does not continue after them."""
-_LATER = "what it would have built later is not in the graphs"
-_ARGUMENTS = "give it arguments behind `--`: graphrun import FILE.py -- ARGUMENT …"
+"""Errors after which a script never continues: they would also occur in Omniverse, or they end iterations."""
+_LATER = "the graphs lack the parts that it would have built later"
+_ARGUMENTS = "pass arguments to the script after `--`: graphrun import FILE.py -- ARGUMENT …"
 _ENDS = {EndlessError: "stop", TimeIsUpError: "stop", SystemExit: "exit"}
-"""Names in messages for exceptions that end a script without being errors."""
+"""Words for exceptions that are not errors but end a script, for messages such as `the exit at line 5`."""
 
 
 class Losses:
-    """Collects the errors of a run, and adds findings about the parts that the graphs lack because of them.
+    """Collects the errors and executed statements of a run, and reports the parts that the graphs lack.
 
     Args:
-        recorder: recorder with the graphs and findings.
-        scripts: scripts of the run.
+        recorder: recorder of the graphs; its findings receive the reports.
+        scripts: the script and the modules that run with it.
     """
 
     def __init__(self, recorder: GraphRecorder, scripts: Scripts) -> None:
@@ -56,17 +56,17 @@ class Losses:
         self.ran: set[tuple[str, int, int]] = set()
         """Executed statements, as file, line and column."""
         self.may_differ = True
-        """Whether the script may build more on a stage with other prims."""
+        """Whether the script might build other graphs if more prims existed on the stage."""
         self.stopped = False
-        """Whether the script failed after it had built graphs."""
+        """Whether a statement of the script failed, but the graphs that the script built are kept."""
         self._caught: list[tuple[BaseException, int]] = []
-        """Errors with the line at which the script caught them; line 0 for the error that ended the script."""
+        """Pairs of an error and the line where the script caught it; line 0 for the error that ended the script."""
         self._skipped = set[tuple[type[BaseException], str]]()
-        """Types and positions of the errors after which the script continued."""
+        """Type and position of each reported error after which the script continued."""
 
     def note(self, error: BaseException | None, line: int) -> None:
-        """Keep an error that the script caught at a line."""
-        known = (caught for caught, _ in self._caught[-NESTED:])  # `id` is audited, and the hook may run the script
+        """Keep an error that the script caught at a line, unless it is already kept."""
+        known = (caught for caught, _ in self._caught[-NESTED:])  # `is`, because `id()` raises an audit event
         if error is not None and len(self._caught) < MAX_CAUGHT and not any(caught is error for caught in known):
             self._caught.append((error, line))
 
@@ -75,13 +75,14 @@ class Losses:
         self.stopped, place = True, self.scripts.place(error)
         if (type(error), str(place)) not in self._skipped:
             self._skipped.add((type(error), str(place)))
-            what = f"{_text(error)}; the script continues without that"
+            what = f"{_text(error)}; the script continues after the failed statement"
             self.recorder.findings.add("W302", what, place, *_advice(error), *self._around(error))
 
     def report_end(self, error: BaseException) -> None:
         """Report the error or exit that ended the script.
 
-        Its graphs are kept if it rendered frames before, or if the error may be due to the missing Omniverse (`keep`).
+        The graphs that were built before are kept if the script had rendered frames, or if the error may occur only because
+        Omniverse is missing (`keep`).
         """
         self._caught = [(caught, line) for caught, line in self._caught if caught is not error] + [(error, 0)]
         findings, place = self.recorder.findings, self.scripts.place(error)
@@ -91,14 +92,14 @@ class Losses:
             case SystemExit(code=None | 0):
                 return
             case EndlessError():
-                what = "the script runs without end, such as a simulation loop; it was stopped here"
+                what = "the script runs in an endless loop, such as a simulation loop, and was stopped here"
                 findings.add("N302", what, place, _LATER)
                 return
             case SystemExit():
                 what, keep = f"the script ended with exit({error.code!r})", True
                 advice = _advice(error)
             case TimeIsUpError():
-                what, self.may_differ = "the script takes too long", False
+                what, self.may_differ = "the script takes longer than its time limit", False
             case MemoryError():
                 what, self.may_differ = f"the script takes more than {MAX_MEMORY_BYTES >> 20} MiB", False
             case RecursionError():
@@ -106,7 +107,7 @@ class Losses:
             case AccessDeniedError():
                 what, *advice = f"not allowed for scripts: {error}".splitlines()
             case OmniGraphError():
-                self.may_differ = self.recorder.parts <= MAX_PARTS  # no other stage changes the number
+                self.may_differ = self.recorder.parts <= MAX_PARTS  # other prims do not lower the number
                 what, advice = f"{OmniGraphError.__name__}: {error}", [OPENED] * isinstance(error, NotThereError)
             case _:
                 what, advice, keep = _text(error), _advice(error), True
@@ -117,17 +118,17 @@ class Losses:
             findings.add("G401", what, place, *advice, *self._around(error), *self.hints())
 
     def report_refused(self) -> None:
-        """Report calls that OmniGraph would also refuse, and after which the script continued."""
+        """Report the calls that OmniGraph would also refuse, if the script caught the error and continued."""
         for error, handler in self._caught:
             if isinstance(error, OmniGraphError) and handler:
                 codes = [frame.f_code for frame, _ in traceback.walk_tb(error.__traceback__)]
                 looks = any(code.co_filename == og.__file__ and code.co_name in _LOOKS for code in codes)
-                lost = ", ".join(getattr(error, "__notes__", ["it"]))
-                what = f"{error}; the script continues without {lost}"
+                lost = ", ".join(getattr(error, "__notes__", ["the failed call"]))
+                what = f"{error}; the script continues, but did not execute: {lost}"
                 self.recorder.findings.add("N302" if looks else "W302", what, self.scripts.place(error))
 
     def report_unreached(self) -> None:
-        """Report graph-building functions and calls that were not reached."""
+        """Report graph-building calls that were not reached, and graph-building functions that were not called."""
         scripts = list(self.scripts)
         foreign = self.recorder.lacking
         names = BUILDING | {one.name for one in builders(*(script.tree for script in scripts), foreign=foreign)}
@@ -146,31 +147,33 @@ class Losses:
             more = f" and {len(never) - MOST_ASKED} more" if len(never) > MOST_ASKED else ""
             what = f"functions that build graphs are not called: {texts}{more}"
             lost = handed_over(main.tree) & {builder.node.name for builder in never}
-            self.recorder.findings.add("W302" if lost else "N302", what, None, "--call calls one of them instead")
+            self.recorder.findings.add(
+                "W302" if lost else "N302", what, None, "to import what one of them builds, add --call"
+            )
 
     def report_conditions(self) -> None:
-        """Report conditions whose value only Omniverse knows, if they may affect the graphs."""
+        """Report the conditions that were assumed to be false because only Omniverse knows their values."""
         missed = ((name, *place) for place, names in self.recorder.missed.items() for name in names)
         made = self.recorder.graph_of
         asked = [f"{name} (line {line} of {Path(path).name})" for name, path, line in missed if not made(name)]
         if asked and self.recorder.graphs:
-            what = f"assumed to be false or absent, because only Omniverse knows: {', '.join(asked[:MOST_CALLABLE])}"
+            what = f"assumed to be false or absent, because only Omniverse knows their values: {', '.join(asked[:MOST_CALLABLE])}"
             what += f" and {len(asked) - MOST_CALLABLE} more" if len(asked) > MOST_CALLABLE else ""
-            self.recorder.findings.add("N302", what, None, "--assume NAME assumes that it is true or exists")
+            self.recorder.findings.add("N302", what, None, "--assume NAME assumes that NAME is true or exists")
 
     def hints(self) -> Iterator[str]:
-        """Yield the last lines that the script printed, often about a caught error, and functions to call for building graphs."""
-        yield from (f"it printed: {line}" for line in self.recorder.said)
+        """Yield the last lines that the script printed, and functions in it that build graphs and can be called with `--call`."""
+        yield from (f"the script printed: {line}" for line in self.recorder.said)
         main = self.scripts.main
         found, reach = entries(main.tree, self.recorder.lacking), Unreached(main, self.ran)
         if any(reach.ran(part) for builder in found for part in builder.node.body):
             found = builders(main.tree, foreign=self.recorder.lacking)  # the functions that ran would fail again
         if found:
-            yield "it defines functions that build graphs; call one, for example --call \"build('/World/robot', rate=2)\":"
+            yield "the script defines functions that build graphs; call one: --call \"build('/World/robot', rate=2)\":"
             yield from (f"  {builder.text}, line {builder.node.lineno}" for builder in found[:MOST_CALLABLE])
 
     def _around(self, error: BaseException) -> Iterator[str]:
-        """Yield `--assume` options that make the conditions around the position of an error true."""
+        """Yield `--assume` options that make the `if` conditions around an error true."""
         for script, (line, *_) in list(self.scripts.trace(error))[-1:]:
             for node in ast.walk(script.tree):
                 if isinstance(node, ast.If) and holds(node, line):
@@ -181,10 +184,10 @@ class Losses:
         missed, path = self.recorder.missed, script.source.path
         asked = {name: said for at in asking(script.tree, line) for name, said in missed.get((path, at), {}).items()}
         for name, said in list(asked.items())[:MOST_ASKED]:
-            yield f"--assume {shlex.quote(name)} takes {said}"
+            yield f"--assume {shlex.quote(name)} assumes that {said}"
 
     def _failures(self, error: BaseException, handler: int) -> Iterator[Failure]:
-        """Yield the expressions of the script that an error passed through."""
+        """Yield the expressions of the script and its modules through which an error passed, outermost first."""
         found = list(self.scripts.trace(error))
         for script, position in found:
             inner, (line, *_) = found[-1]
@@ -205,11 +208,11 @@ def _text(error: BaseException) -> str:
 
 
 def _advice(error: BaseException) -> tuple[str, ...]:
-    """Return the remedies that are known for an error: options of the command line."""
+    """Return remedies for an error, such as a command line option; empty if none is known."""
     if isinstance(error, AccessDeniedError):
         return tuple(str(error).splitlines()[1:])
     if isinstance(error, SystemExit):
         return (_ARGUMENTS,) * (error.code == 2)
     trace = list(traceback.walk_tb(error.__traceback__))
     asked = trace and trace[-1][0].f_code is type(os.environ).__getitem__.__code__
-    return (f"give it the variable: --env {error.args[0]}=VALUE",) if asked else ()
+    return (f"set the environment variable: --env {error.args[0]}=VALUE",) if asked else ()

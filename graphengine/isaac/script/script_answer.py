@@ -1,4 +1,4 @@
-"""The output of the script process: the graphs that the script builds, and the findings."""
+"""The result that the script process returns: the graphs of a script, and findings."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ class ScriptAnswer:
         graphs: graphs that the script built.
         namespaces: `isaac:namespace` by prim path.
         findings: findings of the run.
-        prims: paths of other prims that the script created.
-        stages: paths of USD files that the script opened and whose graphs were not available.
-        granted: paths of prims that the script queried and that were assumed to exist.
-        may_differ: whether the script may build more on a stage with other prims.
-        stopped: whether the script failed after it had built graphs.
-        executed: whether the script must be run as Python; a script of literals is only evaluated.
+        prims: paths of other prims that the script created, and names that the user passes with `--assume`.
+        stages: paths of the USD files that the script opened but whose graphs the request did not contain.
+        granted: paths of the prims that were assumed to exist when the script queried them.
+        may_differ: whether the script might build other graphs if more prims existed on the stage.
+        stopped: whether a statement of the script failed, but the graphs that the script built are kept.
+        executed: whether the script must be run as Python code; a script of literals is evaluated without running it.
     """
 
     graphs: list[RecordedGraph] = field(default_factory=list)
@@ -40,15 +40,15 @@ class ScriptAnswer:
 
     @property
     def failed(self) -> bool:
-        """Whether the script cannot be imported."""
+        """Whether the findings contain an error, so that the script cannot be imported."""
         return any(finding.severity == "error" for finding in self.findings)
 
     @property
     def nodes(self) -> set[str]:
-        """Paths of the graphs' nodes."""
+        """Prim paths of all nodes."""
         return {f"{graph.path}/{name}" for graph in self.graphs for name in graph.nodes}
 
     @property
     def made(self) -> set[str]:
-        """Paths that the script created: graphs, nodes and other prims."""
+        """Prim paths of everything that the script created: graphs, nodes and other prims."""
         return {*self.prims, *self.nodes, *(graph.path for graph in self.graphs)}

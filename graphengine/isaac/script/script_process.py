@@ -1,7 +1,7 @@
-"""The confined process that runs a script: one request on stdin, one response on stdout.
+"""The confined process that runs one script: it reads a request from stdin and writes the result to stdout.
 
-The script gets stubs of Omniverse, the Python modules that are loaded already, and modules beside it. It can read its own
-folder, but cannot write files, use the network or start processes, and it has a time limit.
+The script can import stubs of Omniverse's modules, Python modules that are already loaded, and modules in its own folder. It can
+read this folder, but cannot write files, use the network or start processes, and its time is limited.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from importlib.machinery import SourceFileLoader
 from pathlib import Path
 from typing import Any
 
-import numpy.random  # scripts use it, and numpy reads it only then
+import numpy.random  # scripts use it, but numpy would load it only when it is used
 
 from graphengine.format.files import Files
 from graphengine.isaac.omniverse.graph_recorder import GraphRecorder
@@ -39,24 +39,24 @@ from graphengine.sandbox.untrusted import answer, reply
 HARMLESS = frozenset(
     ("object.__setattr__", "object.__delattr__", "os.putenv", "os.unsetenv", "pathlib.Path.glob", "pathlib.Path.rglob")
 )
-"""Audit events that are always allowed: they change this process only, or find files whose access is checked separately."""
+"""Additional audit events that are allowed: they affect only this process, or list files whose access is checked later."""
 
 ENVIRONMENT = {"ISAAC_PATH": "/isaac-sim", "EXP_PATH": "/isaac-sim/apps", "CARB_APP_PATH": "/isaac-sim/kit"}
 ENVIRONMENT |= {"ROS_DISTRO": "jazzy", "ROS_DOMAIN_ID": "0", "HOME": "/root"}
-"""Environment variables of scripts, as in Isaac Sim and ROS; the user's variables are not passed on."""
+"""Environment variables that a script sees, with values as in Isaac Sim and ROS; the user's variables are not passed on."""
 
 OURS, PYTHON = str(Path(__file__).parents[2]), os.path.dirname(os.__file__)
-"""Folder of graphengine, whose own file queries are not those of a script, and folder of Python's library."""
+"""Folders of graphengine and of Python's library, to find out whether a file query comes from the script."""
 
 MAX_LINE = 200
 """Maximum number of characters of a printed line that a finding quotes."""
 
 ENDING_SECONDS = 3.0
-"""CPU time that a script gets to end after its time limit, before the process is killed, s."""
+"""CPU time after the time limit, s, in which a script can still end before the kernel kills the process."""
 
 
 def main() -> None:
-    """Read a request from stdin, run its script in the confined process, and write a `ScriptAnswer` to stdout."""
+    """Read a request from stdin, confine this process, run the script, and write a `ScriptAnswer` to stdout."""
     request = json.load(sys.stdin)
     for name in OFFERED.split():
         with contextlib.suppress(ImportError):
@@ -68,7 +68,7 @@ def main() -> None:
     stream = reply()
     sys.dont_write_bytecode = True
     vars(sys.implementation)["cache_tag"] = None  # no untrusted .pyc files are loaded
-    linecache.updatecache = lambda *_: []  # tracebacks would show unreadable files
+    linecache.updatecache = lambda *_: []  # otherwise tracebacks would read source files that may not be read
     sys.meta_path[:] = [ImportFinder(run.recorder, run.modules, run.folders)]
     compiled = SourceFileLoader.source_to_code
 
@@ -113,7 +113,7 @@ def main() -> None:
 
 
 def _without_writing(recorder: GraphRecorder) -> Any:
-    """Return a replacement of `open` for scripts: files opened for writing are reported, and their content is discarded."""
+    """Return a replacement for `open` that reports files opened for writing and discards what is written to them."""
     real = builtins.open
 
     def opened(file: Any, mode: str = "r", *arguments: Any, **named: Any) -> Any:
@@ -126,7 +126,7 @@ def _without_writing(recorder: GraphRecorder) -> Any:
 
 
 def _with_stages(run: ScriptRun) -> Any:
-    """Return a replacement of `os.stat` for scripts, for which files and folders exist that are assumed to exist."""
+    """Return a replacement for `os.stat` that also finds the files and folders that are assumed to exist."""
     real = os.stat
 
     def stat(path: Any, *arguments: Any, **named: Any) -> os.stat_result:
@@ -147,7 +147,7 @@ def _with_stages(run: ScriptRun) -> Any:
 
 
 class _Printed(io.TextIOBase):
-    """A stream for the script's output, which keeps the last lines."""
+    """Replacement for the script's stdout and stderr that keeps the last lines in the recorder."""
 
     def __init__(self, recorder: GraphRecorder) -> None:
         self.recorder, self.begun = recorder, ""

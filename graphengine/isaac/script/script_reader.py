@@ -1,4 +1,4 @@
-"""Reads Isaac Sim scripts as recorded graphs, in a confined process."""
+"""Imports the graphs of an Isaac Sim script by running it in a confined process."""
 
 from __future__ import annotations
 
@@ -25,19 +25,19 @@ from graphengine.sandbox.untrusted import Sources, encoded, read, take_findings
 MAX_BYTES = 2_000_000
 """Maximum size of a script, bytes."""
 CODECS = ("utf-8", "utf-8-sig", "ascii", "iso8859-1", "iso8859-15", "cp1252", "gb18030", "gbk", "shift_jis", "euc_kr")
-"""Allowed encodings of scripts, by Python's names; each is decoded in linear time."""
+"""Allowed encodings of scripts, as named by Python; only encodings that are decoded in linear time."""
 MAX_ANSWER = 64_000_000
-"""Maximum size of the script process's response, bytes."""
+"""Maximum size of the result of the script process, bytes."""
 MAX_STAGES = 10
-"""Maximum number of USD files that are read for a script that opens them."""
+"""Maximum number of USD files that are read because a script opens them."""
 SECONDS = 10.0
 """Default time limit of a script, s."""
 STARTING_SECONDS = 20.0
-"""Additional time limit of the script process for its start and response, s."""
+"""Time for the start and the result of the script process, in addition to the time limit of the script, s."""
 MAX_RUNS = 4
-"""Maximum number of runs on a stage with all requested prims; each run shows which of them the script creates itself."""
+"""Maximum number of runs in which queried prims are assumed to exist; each run shows which prims the script creates itself."""
 ReadStage = Callable[[Path], Iterable[RecordedGraph]]
-"""Returns the graphs of a USD file."""
+"""Function that returns the graphs of a USD file."""
 _PROCESS = "graphengine.isaac.script.script_process"
 
 
@@ -46,10 +46,11 @@ class ScriptOptions:
     """The user's options for the import of a script.
 
     Attributes:
-        calls: calls to make after loading the script, such as `build("/World/robot")`; empty: run it as the main program.
+        calls: calls to make after the script is loaded, such as `build("/World/robot")`; if empty, it runs as the main program.
         assume: paths of prims and files that are assumed to exist, and names of stubs that are assumed to be true.
         environment: environment variables of the script.
-        impulse_every: period in ticks of nodes to which a loop of the script sends impulses; 0: they do not fire.
+        impulse_every: period, in ticks, of the OnTick nodes that replace nodes to which a loop of the script sends impulses;
+            0: these nodes are not replaced.
     """
 
     calls: tuple[str, ...] = ()
@@ -71,19 +72,19 @@ def read_script(
     *,
     trusted: bool = False,
 ) -> list[RecordedGraph]:
-    """Run a script and return the graphs that it builds; its other actions and errors are reported in `findings`.
+    """Run a script and return the graphs that it builds; report its errors and its other actions in `findings`.
 
     Args:
         path: script to run.
-        findings: receives findings; G401 if it cannot be imported.
-        arguments: command line arguments in `sys.argv`.
-        allowed: additional folders that it may read.
-        seconds: time limit, s.
-        namespaces: receives `isaac:namespace` by prim path.
-        types: names of the available node types, for scripts that look them up.
-        options: options of the user.
-        read_stage: reads the graphs of a USD file that the script opens, if the script may read it.
-        trusted: whether to run it even if the kernel cannot confine it.
+        findings: receives the findings of the run; G401 if the script cannot be imported.
+        arguments: command line arguments that the script sees in `sys.argv`.
+        allowed: folders that the script may read in addition to its own.
+        seconds: time limit of the script, s.
+        namespaces: receives the values of `isaac:namespace` by prim path.
+        types: names of the available node types, which scripts can query.
+        options: the user's options.
+        read_stage: returns the graphs of a USD file that the script opens; called only for files that the script may read.
+        trusted: whether to run the script even if the kernel cannot confine its process.
     """
     start = Span(Source(str(path), ()), 1, 1)
     with path.open("rb") as file:
@@ -123,28 +124,28 @@ def read_script(
 
 
 def decoded(raw: bytes) -> str:
-    """Return the text of a Python file.
+    """Return the text of a Python file, decoded with its declared encoding.
 
     Raises:
-        SyntaxError, ValueError: its declared encoding is wrong, or not one of `CODECS`.
+        SyntaxError, ValueError: the file does not have the declared encoding, or the encoding is not one of `CODECS`.
     """
     encoding, _ = tokenize.detect_encoding(io.BytesIO(raw).readline)
     if codecs.lookup(encoding).name not in CODECS:
-        raise SyntaxError(f"the encoding {encoding!r} is not supported; {listing(CODECS)}; save it as UTF-8")
+        raise SyntaxError(f"the encoding {encoding!r} is not supported; {listing(CODECS)}; save the file as UTF-8")
     return io.IncrementalNewlineDecoder(None, translate=True).decode(raw.decode(encoding))
 
 
 def _run(path: Path, request: dict[str, Any], findings: Findings, read_stage: ReadStage) -> ScriptAnswer:
-    """Run a script on an empty stage; if it fails or builds nothing, run it on a stage with all prims that it requests.
+    """Run a script on an empty stage, and again with assumed prims if it fails or builds nothing; return the better result.
 
-    That stage lacks the prims that the script creates itself, which are known from an earlier run.
+    If the script opens USD files that may be read, it first runs again with the graphs of these files.
     """
     start = Span(Source(str(path), ()), 1, 1)
     first = _run_once(path, request)
     stages = list(dict.fromkeys(first.stages))
     graphs_of = cache(read_stage)  # several names may refer to one file
     if len(stages) > MAX_STAGES:
-        findings.add("W302", f"{len(stages) - MAX_STAGES} of the stages that the script opens are left out", start)
+        findings.add("W302", f"{len(stages) - MAX_STAGES} of the USD files that the script opens are left out", start)
     for name in stages[:MAX_STAGES]:
         file = path.parent / name
         readable = file.suffix in SUFFIXES and os.path.isfile(file) and _readable(path, request).may_read(file)
@@ -167,7 +168,7 @@ def _run(path: Path, request: dict[str, Any], findings: Findings, read_stage: Re
 
 
 def _run_on_a_full_stage(path: Path, request: dict[str, Any], first: ScriptAnswer) -> ScriptAnswer:
-    """Run a script on a stage with everything that it requests, except what it creates itself."""
+    """Run a script on a stage on which each prim exists that it queries, except prims that it creates itself."""
     absent: set[str] = set()
     for _ in range(MAX_RUNS):
         other = _run_once(path, {**request, "assumed": True, "absent": sorted(absent)})
@@ -179,7 +180,7 @@ def _run_on_a_full_stage(path: Path, request: dict[str, Any], first: ScriptAnswe
 
 
 def _with_nodes(graphs: Iterable[RecordedGraph], findings: Findings) -> list[RecordedGraph]:
-    """Return the graphs that have nodes; each empty graph is reported."""
+    """Return the graphs that have nodes; report each graph without nodes."""
     for graph in graphs:
         if not graph.nodes:
             findings.add("N302", f"the graph {graph.path} has no nodes and is left out", graph.span)
@@ -187,16 +188,16 @@ def _with_nodes(graphs: Iterable[RecordedGraph], findings: Findings) -> list[Rec
 
 
 def _readable(path: Path, request: dict[str, Any]) -> Files:
-    """Return the access to files for a script: its own folder and those that the user allows."""
+    """Return the file access policy of a script, which may read its own folder and the folders that the user allows."""
     return Files((path.absolute().parent.resolve(), *map(Path, request["allowed"])))
 
 
 def _run_once(path: Path, request: dict[str, Any]) -> ScriptAnswer:
-    """Run a script once in a confined process and return the result; a failed process gives a result with G401."""
+    """Run a script once in a confined process and return the result; if the process fails, return a result with G401."""
     sources = Sources(_readable(path, request), Source(str(path), tuple(request["text"].split("\n"))))
     try:
         answer = ask(_PROCESS, encoded(request).encode(), request["seconds"] + STARTING_SECONDS)
         return read(answer, ScriptAnswer, MAX_ANSWER, sources.span)
     except ProcessError as error:
-        finding = Finding("G401", f"the script cannot be run: {error}", Span(Source(str(path), ()), 1, 1))
+        finding = Finding("G401", f"the script cannot be run: its process {error}", Span(Source(str(path), ()), 1, 1))
         return ScriptAnswer(findings=[finding])

@@ -1,4 +1,4 @@
-"""Runs a script once, and records its graphs and errors."""
+"""Runs a script once with stubs of Omniverse's modules, and records its graphs and errors."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ ON_TICK = "omni.graph.action.OnTick"
 
 
 class ScriptRun:
-    """One run of a script."""
+    """One run of a script in the confined process; `run` executes it, and `answer` returns the result."""
 
     def __init__(self, request: dict[str, Any]) -> None:
         self.path: str = request["path"]
@@ -39,13 +39,13 @@ class ScriptRun:
         self.request = request
         self.text: str = request["text"]
         self.allowed: bool = request["run"]
-        """Whether the script may be executed as Python, not only evaluated statically."""
+        """Whether the script may run as Python code; otherwise it is only evaluated statically."""
         self.forgiving = ast.AST if request["forgiving"] else ast.Module if self.calls else None
-        """Kind of syntax node in whose body the script continues after a failed statement; None: it never continues."""
+        """Class of syntax nodes in whose bodies the script continues after a failed statement; None: it never continues."""
         self.executed = False
         self.time_is_up = False
         self.running = False
-        """Whether the script is running, so that the time limit applies."""
+        """Whether the script is running now, so that `end` may interrupt it."""
         vars(builtins).update({MARK: self._mark, NUMBER: of_unknown})
         self.folders: list[str] = [str(Path(self.path).absolute().parent), *request["allowed"]]
         self.scripts = Scripts(self.folders)
@@ -58,13 +58,13 @@ class ScriptRun:
         self.losses = Losses(self.recorder, self.scripts)
 
     def end(self, *_: Any) -> None:
-        """Raise TimeIsUpError in the script. The script may catch the error, so each further statement raises it again."""
+        """Handle the signal of the timer: raise TimeIsUpError in the script, and again at each further statement."""
         self.time_is_up = True
         if self.running:
             raise TimeIsUpError
 
     def _mark(self, path: str, line: int, column: int) -> None:
-        """Record that a statement is executed, and the exception that the script handles there, if any."""
+        """Record that a statement is executed, and the exception that is being handled there, if any; called as `MARK`."""
         self.losses.ran.add((path, line, column))
         if self.time_is_up and self.running:
             raise TimeIsUpError
@@ -77,7 +77,7 @@ class ScriptRun:
                 self.losses.report_skipped(error)
 
     def run(self) -> None:
-        """Run the script to its end; errors and skipped calls are reported as findings."""
+        """Run the script to its end, and report errors and skipped calls as findings."""
         try:
             self.scripts.load(self.path, self.text)
         except (SyntaxError, ValueError, RecursionError, MemoryError) as error:
@@ -89,7 +89,7 @@ class ScriptRun:
         name = f"{PACKAGE}.{Path(self.path).stem}"
         module = types.ModuleType(name if self.calls else "__main__")
         names: dict[str, Any] = vars(builtins)
-        if re.search(r"\bimport\s*\*", self.text):  # slower look-up of a script's names
+        if re.search(r"\bimport\s*\*", self.text):  # only then: `Builtins` slows down the look-up of names
             names = Builtins(names)
             names.recorder = self.recorder
         vars(module).update(__file__=self.path, __package__=PACKAGE, __builtins__=names)
@@ -104,7 +104,7 @@ class ScriptRun:
         self.losses.report_conditions()
         hints = list(self.losses.hints())
         if self.allowed and hints and not self.recorder.graphs and not self.recorder.findings.errors:
-            self.recorder.findings.add("W302", "the script builds nothing", None, *hints)
+            self.recorder.findings.add("W302", "the script builds no graph", None, *hints)
 
     def _run(self, namespace: dict[str, Any]) -> None:
         try:
@@ -130,16 +130,16 @@ class ScriptRun:
             self.losses.report_end(error)
 
     def _call(self, namespace: dict[str, Any]) -> None:
-        """Evaluate the user's `--call` options; without any, call `on_startup` of extensions if nothing was built."""
+        """Make the calls of `--call` options; without such options, if no graph was built, call `on_startup` of extensions."""
         if self.calls and self.recorder.graphs:
-            what = f"left out, as --call decides what is built: {', '.join(self.recorder.graphs)}"
+            what = f"graphs that the script builds without --call are left out: {', '.join(self.recorder.graphs)}"
             self.recorder.findings.add("N302", what)
             self.recorder.graphs, self.recorder.removed = {}, {}
         for call in self.calls:
             names = {node.id for node in ast.walk(ast.parse(call)) if isinstance(node, ast.Name)}
             absent = sorted(names - {*namespace, *vars(builtins), re.split(r"\W", call)[0]})
             if absent:
-                what = f"{', '.join(absent)} in the call: assumed to be objects of Omniverse"
+                what = f"{', '.join(absent)} in --call: undefined names, assumed to be objects of Omniverse"
                 self.recorder.findings.add("N302", what)
             result = eval(call, {name: StubObject(name, self.recorder) for name in absent} | namespace)
             if inspect.iscoroutine(result):
@@ -151,20 +151,20 @@ class ScriptRun:
                     thing().on_startup(thing.__module__)
 
     def assumed(self, file: str, *, folder: bool) -> str:
-        """Return an existing path in place of a missing file or folder that is assumed to exist; empty if it is not assumed."""
+        """Return an existing path to replace a missing file or folder that is assumed to exist, otherwise an empty string."""
         file, suffix = file.rstrip("/"), os.path.splitext(file)[1]
         known = f"{file}/" in self.recorder.prims
-        if not known and not self.recorder.assumed and not self.recorder.holds(file, "it to be there"):
+        if not known and not self.recorder.assumed and not self.recorder.holds(file, "it exists"):
             return ""
         return self.folders[0] if folder or known or not suffix else self.path
 
     def compiled(self, text: bytes, path: str) -> types.CodeType | None:
-        """Compile the source of a module in a readable folder, with marked statements; return None for all other modules."""
+        """Return the instrumented code of a module in a readable folder; None for all other modules."""
         own = self.scripts.at(path)
         return compile(marked(text, path, forgiving=self.forgiving), path, "exec", dont_inherit=True) if own else None
 
     def answer(self) -> ScriptAnswer:
-        """Return the results of the run."""
+        """Return the result of the run."""
         recorder = self.recorder
         graphs = [graph for graph in recorder.graphs.values() if graph.nodes or graph.path not in recorder.opened]
         return ScriptAnswer(
@@ -180,7 +180,7 @@ class ScriptRun:
         )
 
     def _settle_impulses(self) -> None:
-        """Replace nodes to which a loop sends impulses by OnTick nodes, if `--impulse-every` is given; report them otherwise."""
+        """Report nodes to which a loop of the script sends impulses; with `--impulse-every`, replace them by OnTick nodes."""
         findings, every = self.recorder.findings, self.request["impulse_every"]
         for (path, name), place in self.recorder.frames.impulses.items():
             graph = self.recorder.graphs.get(path)
@@ -188,7 +188,7 @@ class ScriptRun:
                 continue
             if not every:
                 what = f"the impulses that a loop of the script sends to {path}/{name} are left out"
-                control = f"or while it runs: graphrun ctl impulse {name}"
+                control = f"or at run time: graphrun ctl impulse {name}"
                 findings.add("W302", what, place, "--impulse-every 1 lets the node fire every tick", control)
                 continue
             node = graph.nodes[name]
@@ -198,10 +198,10 @@ class ScriptRun:
             for number, wire in enumerate(graph.wires):
                 if wire.ends[0] == fired:
                     graph.wires[number] = replace(wire, source_port="outputs:tick")
-            what = f"{path}/{name}, to which a loop of the script sends impulses, is an OnTick"
+            what = f"{path}/{name}, to which a loop of the script sends impulses, is replaced by an OnTick node"
             findings.add("N301", what, place)
 
 
 def _foreign(path: str, *numbers: int) -> Span:
-    """Return a span with line and column in a file whose content is not needed."""
+    """Return a span with the given numbers (line, column, length) in a file whose text is not loaded."""
     return Span(Source(path, ()), *numbers)

@@ -1,4 +1,4 @@
-"""Parsed scripts, with the spans of calls and strings, and the position of the call that is running."""
+"""Parsed scripts: spans of calls and strings in them, and the position of the call that is running."""
 
 from __future__ import annotations
 
@@ -17,19 +17,19 @@ from graphengine.format.diagnostics import Source, Span
 from graphengine.isaac.omniverse.frames import Call, Loop
 
 Position = tuple[int, int, int, int]
-"""Position of an expression: line and column of its beginning, line and column of its end."""
+"""Position of an expression: first line and column, last line and column; columns are byte offsets from 0."""
 
 _COUNTING = frozenset(("range", "count", "repeat"))
-"""Names of functions whose results only count the turns of a loop."""
+"""Names of functions that count the turns of a loop, such as `range`."""
 
 
 class Script:
-    """A parsed script.
+    """A parsed script or module.
 
     Raises:
-        SyntaxError: it is not valid Python.
-        ValueError: it contains characters that are illegal in Python source.
-        RecursionError: it is nested too deeply.
+        SyntaxError: the text is not valid Python.
+        ValueError: the text contains characters that are illegal in Python source.
+        RecursionError: the code is nested too deeply.
     """
 
     def __init__(self, path: str, text: str) -> None:
@@ -37,7 +37,7 @@ class Script:
         self.tree = ast.parse(text, path)
         self.texts: dict[str, list[ast.Constant]] = {}
         self.loops: list[tuple[int, int]] = []
-        """First and last lines of the loops that may render frames: `while` loops and counting loops; outer ones first."""
+        """First and last line of each `while` loop and counting `for` loop, which may render frames; outer loops first."""
         for node in ast.walk(self.tree):
             if isinstance(node, ast.While | ast.For) and (isinstance(node, ast.While) or _counts(node.iter)):
                 self.loops.append((node.lineno, node.end_lineno or node.lineno))
@@ -45,27 +45,27 @@ class Script:
                 self.texts.setdefault(node.value, []).append(node)
 
     def span(self, line: int, end_line: int | None, column: int, text: str = "") -> Span:
-        """Return the span of the string `text` within the lines of a call; without such a string, the start of the call."""
+        """Return the span of the string literal `text` in a call, or the start of the call if it lacks this literal."""
         for node in self.texts.get(text, ()):
             if line <= node.lineno <= (end_line or line):
                 return Span(self.source, node.lineno, self._column(node.lineno, node.col_offset) + 1, len(text) + 2)
         return Span(self.source, line, self._column(line, column) + 1)
 
     def _column(self, line: int, offset: int) -> int:
-        """Convert a byte offset in a line, as Python's syntax trees have it, to characters."""
+        """Return the column in characters, from 0, for a byte offset from a syntax tree."""
         text = self.source.lines[line - 1] if line <= len(self.source.lines) else ""
         return offset if text.isascii() else len(text[:offset].encode()[:offset].decode("utf-8", "ignore"))
 
 
 class Scripts:
-    """A script and the modules beside it that run with it.
+    """A script and the modules in readable folders that run with it.
 
     Args:
         folders: folders that may be read.
     """
 
     main: Script
-    """The script itself; it is parsed only after the process is confined."""
+    """The script itself. `load` sets it after the process is confined."""
 
     def __init__(self, folders: Sequence[str]) -> None:
         self.folders = folders
@@ -79,7 +79,7 @@ class Scripts:
         return filter(None, self._known.values())
 
     def at(self, path: str) -> Script | None:
-        """Return the parsed script or module at a path; None for files outside the readable folders."""
+        """Return the parsed script or module at a path; None if it is outside the readable folders or cannot be parsed."""
         if path not in self._known:
             self._known[path] = None
             if path.startswith(tuple(folder + os.sep for folder in self.folders)) and path.endswith(".py"):
@@ -88,14 +88,14 @@ class Scripts:
         return self._known[path]
 
     def where(self, text: str) -> Span | None:
-        """Return the span of the script's current call, or of the string `text` in it; None if no script is running."""
+        """Return the span of the script's current call, or of the string literal `text` in it; None if no script is running."""
         for script, frame in self._frames():
             line, column, end, _ = _position(frame.f_code, frame.f_lasti, frame.f_lineno)
             return script.span(line, end, column, text)
         return None
 
     def stack(self) -> tuple[Call, list[Loop]]:
-        """Return the script's current call, and the loops around it, innermost first."""
+        """Return the script's current call and the loops around this call, innermost first."""
         call, loops = ("", 0, 0), list[Loop]()
         for script, frame in self._frames():
             call = call if call[0] else (script.source.path, frame.f_code.co_firstlineno, frame.f_lasti)
@@ -106,14 +106,14 @@ class Scripts:
         return call, loops
 
     def place(self, error: BaseException) -> Span | None:
-        """Return the span of the innermost script line in an error's traceback; None if it has none."""
+        """Return the span of the innermost expression of the script in an error's traceback; None if the script is not in it."""
         place = None
         for script, (line, column, end, _) in self.trace(error):
             place = script.span(line, end, column)
         return place
 
     def trace(self, error: BaseException) -> Iterator[tuple[Script, Position]]:
-        """Yield the script and position of each traceback entry of an error that is in a script, outermost first."""
+        """Yield the entries of an error's traceback that are in the script or its modules, outermost first."""
         trace = error.__traceback__
         while trace is not None:
             if script := self.at(trace.tb_frame.f_code.co_filename):
@@ -130,13 +130,13 @@ class Scripts:
 
 
 def _counts(node: ast.expr) -> bool:
-    """Return whether the iterable of a loop is a counter such as `range(100)`."""
+    """Return whether the iterable of a `for` loop calls a counting function, as in `range(100)`."""
     return any(getattr(part, "id", getattr(part, "attr", "")) in _COUNTING for part in ast.walk(node))
 
 
-@functools.lru_cache(maxsize=1000)  # loops repeat their calls
+@functools.lru_cache(maxsize=1000)  # loops query the same positions again
 def _position(code: types.CodeType, instruction: int, near: int) -> Position:
-    """Return the position of a bytecode instruction; line `near` if the code object has no positions."""
+    """Return the position of a bytecode instruction at a byte offset; line `near` if the code object has no positions."""
     found = next(itertools.islice(code.co_positions(), instruction // 2, None), (near, near, 0, 0))
     line, end, column, last = (number or 0 for number in found)
     return line or near, column, end or near, last

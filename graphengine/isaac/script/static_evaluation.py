@@ -1,6 +1,6 @@
-"""Evaluates scripts that consist of literals, names and calls of `og`, without running them.
+"""Evaluates scripts that consist of literals, names and calls of `og` without running them as Python code.
 
-Only stubs are called, no Python functions; a script that does anything else must be run.
+The evaluation calls only stubs and no Python functions except `float`; a script that does anything else must be run.
 """
 
 from __future__ import annotations
@@ -28,11 +28,11 @@ class NotStaticError(Exception):
 
 
 def evaluate(script: Script) -> GraphRecorder | None:
-    """Return a recorder with the graphs that a script builds; None if the script must be run as Python."""
+    """Return a recorder with the graphs that a script builds; None if the script must be run as Python code."""
     evaluator = _Evaluator(script)
     try:
         evaluator.block(script.tree.body)
-    except Exception:  # a run reports each failure with its position
+    except Exception:  # the script is then run, which reports each failure with its position
         return None
     return evaluator.recorder
 
@@ -106,14 +106,15 @@ class _Evaluator(Guard):
         branches = statement.body, statement.orelse
         taken, other = branches if self.value(statement.test) else branches[::-1]
         if any(called(node) in BUILDING for part in other for node in ast.walk(part)):
-            raise NotStaticError  # a run reports what is not built
+            raise NotStaticError  # the script is then run, which reports calls that are not reached
         self.block(taken)
 
     def value(self, node: ast.expr) -> Any:
         """Return the value of an expression.
 
         Raises:
-            NotStaticError: it compares something else than two strings for equality.
+            NotStaticError: the expression is a comparison other than `==` of two strings, or accesses something else than stubs.
+            ForbiddenError: the expression contains other syntax, or exceeds the limits.
         """
         if isinstance(node, ast.Compare):
             left, right = (self.value(side) for side in (node.left, *node.comparators))
@@ -152,10 +153,10 @@ class _Evaluator(Guard):
 
 
 def _ours(thing: Any) -> bool:
-    """Return whether an object belongs to the stubs: a stub, a stub class, or one of their methods."""
+    """Return whether an object is a stub, a class of stubs, or a method or instance of such a class."""
     if isinstance(thing, StubModule | StubObject):
         return True
-    function = getattr(thing, "func", thing)  # of a method that is one of class and instance
+    function = getattr(thing, "func", thing)  # `func` of the partial object that `either` returns
     made_by = function.__module__ if callable(function) and not isinstance(thing, type) else None
     owner = thing if isinstance(thing, type) else type(thing)
     return (made_by or "").startswith(_OURS) or owner.__module__.startswith(_OURS) or owner.__name__ == "Controller"

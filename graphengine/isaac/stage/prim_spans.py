@@ -1,4 +1,4 @@
-"""Spans of prims in a USDA file; binary stages have none."""
+"""Finds the positions of prims in USDA files for findings; binary files have no positions."""
 
 from __future__ import annotations
 
@@ -8,9 +8,9 @@ from pathlib import Path
 from graphengine.format.diagnostics import Source, Span
 
 MAX_BYTES = 16_000_000
-"""Maximum size of a file that is searched for prims, bytes."""
+"""Maximum size of a USDA file that is searched for prims, bytes."""
 MAX_PATHS = 50_000_000
-"""Maximum length of all prim paths together, characters; prims beyond it have no spans."""
+"""Maximum length of all prim paths together, characters; the search for prims stops when it is exceeded."""
 
 _TOKEN = re.compile(
     r'''#[^\n]*|"""(?:\\.|[^\\])*?(?:"""|\Z)|@[^@\n]*@?|<[^>\n]*>?|[(){}]'''
@@ -18,17 +18,17 @@ _TOKEN = re.compile(
     r"""|'''(?:\\.|[^\\])*?(?:'''|\Z)|'(?:\\[^\n]|[^'\\\n])*'?""",
     re.DOTALL,
 )
-"""Matches comments, strings, file names and paths, which may contain brackets; brackets; and beginnings of prims.
+"""Matches the beginnings of prims, brackets, and all tokens that may contain brackets: comments, strings, file names, paths.
 
-An unterminated token extends as far as possible, so that a search takes linear time.
+An unterminated token extends as far as possible, so that the search takes linear time.
 """
 
 
 class PrimSpans:
-    """Spans of prims in a file.
+    """The spans of the prims in a USD file; binary and too large files have none.
 
     Args:
-        path: USDA file.
+        path: USD file.
     """
 
     def __init__(self, path: Path) -> None:
@@ -41,11 +41,11 @@ class PrimSpans:
         self._read(text)
 
     def of(self, prim: str) -> Span:
-        """Return the span of a prim's name; the beginning of the file for a prim that was not found."""
+        """Return the span of a prim's name, or the beginning of the file if the prim was not found."""
         return self._spans.get(prim, self.start)
 
     def of_file(self, name: str) -> Span | None:
-        """Return the span of the first reference `@NAME@` to another file; None if there is none."""
+        """Return the span of the first reference `@NAME@` to the file `name`; None if the file has no such reference."""
         named = f"@{name}@"
         for number, line in enumerate(self.source.lines, 1):
             if (column := line.find(named)) >= 0:
@@ -53,7 +53,7 @@ class PrimSpans:
         return None
 
     def _read(self, text: str) -> None:
-        """Find all prims by the nesting of brackets; brackets in parenthesized metadata do not count."""
+        """Find the prims and their paths from the nesting of `{}`, except in metadata, which is in parentheses."""
         above, begun, parentheses = [""], "", 0
         line, line_start, before, left = 1, 0, 0, MAX_PATHS
         for token in _TOKEN.finditer(text):

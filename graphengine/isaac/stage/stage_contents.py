@@ -1,4 +1,4 @@
-"""Contents of a stage as plain data: graphs, nodes, and other prims that graphs refer to."""
+"""The plain data that the stage process returns: graphs, nodes, and other prims on which graphs depend."""
 
 from __future__ import annotations
 
@@ -8,19 +8,19 @@ from typing import Any
 
 SUFFIXES = (".usd", ".usda", ".usdc")
 INSTANCES = "omniGraphs"
-"""Relationship of a prim to the graphs that are evaluated for it."""
+"""Name of the relationship that links a prim to the graphs that are evaluated for this prim."""
 COMPOUND = "omni:graph:compoundGraph"
-"""Relationship of a compound to its graph, which lies below it."""
+"""Name of the relationship that links a compound node to its inner graph, which is below the compound."""
 PLACE = re.compile(r"/.*?:(?P<line>\d{1,9}):(?P<column>\d{1,9}): (?P<what>.*)", re.DOTALL)
-"""Matches the beginning of USD's messages about syntax errors: path, line and column."""
+"""Matches USD's messages about syntax errors: path, line, column and message."""
 
 
 @dataclass(slots=True)
 class StageAttribute:
-    """An attribute of a graph or node.
+    """An attribute of a graph, a node, or another prim to which a node is connected.
 
     Attributes:
-        type: OmniGraph's type name; for an extended type the resolved one, or empty.
+        type: OmniGraph's type name; for a union or `any` port, the resolved type, or empty if it is not resolved.
         value: the value, in the form of `RecordedValue.data`; None if the stage has no value.
         sources: absolute paths of the connected attributes.
         execution: whether the attribute is an execution port.
@@ -34,13 +34,13 @@ class StageAttribute:
 
 @dataclass(slots=True)
 class StagePrim:
-    """A graph, a node, or another prim that graphs refer to.
+    """A graph, a node, or another prim with a namespace or graph instances.
 
     Attributes:
         path: path of the prim.
-        type: type of its schema, such as `OmniGraphNode`.
-        attributes: attributes by full name, sorted.
-        targets: absolute paths of the targets of relationships, by full name.
+        type: name of the USD type, such as `OmniGraphNode`.
+        attributes: attributes by full name, in order of their names.
+        targets: absolute target paths of each relationship, by full name.
     """
 
     path: str
@@ -54,22 +54,22 @@ class StagePrim:
         return self.path.rpartition("/")[2]
 
     def text(self, name: str) -> str:
-        """Return the value of an attribute if it is a string, else an empty string."""
+        """Return the value of an attribute if it is a string, otherwise an empty string."""
         value = self.attributes[name].value if name in self.attributes else None
         return value if isinstance(value, str) else ""
 
 
 @dataclass(slots=True)
 class StageContents:
-    """The graphs of a stage and the prims that they refer to.
+    """The parts of a stage that concern graphs.
 
     Attributes:
-        prims: prims by path, in stage order.
-        plain: attributes of other prims to which nodes are connected, by path.
-        left_out: parts that could not be read, each with the reason.
+        prims: graphs, nodes, and prims with namespaces or graph instances, by path, in stage order.
+        plain: attributes outside of nodes to which nodes are connected, by path of the attribute.
+        left_out: pairs (path, reason) of the parts that could not be read.
         failure: reason why nothing was read; empty if the stage was read.
-        used: files that were read.
-        choices: variant selections of prims, such as `/World: ros = none, of none, ros2`.
+        used: paths of the files that were read.
+        choices: variant selections as text with the available variants, such as `/World: ros = none, of none, ros2`.
     """
 
     prims: dict[str, StagePrim] = field(default_factory=dict)

@@ -1,7 +1,7 @@
-"""The confined process in which USD reads a stage: one request on stdin, one response on stdout.
+"""The confined process in which USD reads one stage: it reads a request from stdin and writes the result to stdout.
 
-USD's readers are native code and read an untrusted file: so the process is limited and confined, and a crash ends only this
-process.
+USD's readers are native code that reads an untrusted file. Therefore the process is limited and confined, and a crash of the
+reader ends only this process.
 """
 
 from __future__ import annotations
@@ -31,11 +31,11 @@ MOST_CHOICES = 20
 _GRAPH_SETTINGS = ("evaluator:type", "evaluationMode", "pipelineStage")
 _NODE_SETTINGS = ("node:type", "node:typeVersion", POSITION, COMPOUND)
 _EXTENDED = ("Union", "Any")
-"""Beginnings of `attrType` of an extended port, as in `Union-->double,float`."""
+"""Prefixes of the custom data `attrType` of union and `any` ports, as in `Union-->double,float`."""
 
 
 class StageReading:
-    """Reads the prims of one stage that concern graphs.
+    """Reader of the parts of one stage that concern graphs.
 
     Args:
         files: decides which files may be read.
@@ -46,14 +46,14 @@ class StageReading:
         self.contents = StageContents(left_out=self.layers.left_out)
 
     def run(self, path: Path) -> StageContents:
-        """Open a stage and return its contents that concern graphs; an error is returned as `failure`."""
+        """Open a stage and return the parts that concern graphs; if it cannot be read, return the reason as `failure`."""
         try:
             stage = Usd.Stage.Open(self.layers.open_all(path))
             strangers = [used.identifier for used in stage.GetUsedLayers() if not self._known(used)]
             if strangers:
                 raise UnreadableError(f"it refers to {strangers[0]!r} in an unsupported way")
             for prim in stage.Traverse(Usd.TraverseInstanceProxies(Usd.PrimIsActive & ~Usd.PrimIsAbstract)):
-                self._read(prim)  # also below prims whose asset is missing, such as one on NVIDIA's server
+                self._read(prim)  # prims below a missing asset too, such as one on NVIDIA's server
             self._read_sources(stage)
         except UnreadableError as error:
             self.contents.failure = str(error)
@@ -66,7 +66,7 @@ class StageReading:
         return layer.anonymous or self.layers.holds(layer)
 
     def _read(self, prim: Usd.Prim) -> None:
-        """Store a prim if it concerns graphs; store the variant selections of any prim."""
+        """Store the variant selections of a prim, and the prim itself if it concerns graphs."""
         for name in prim.GetVariantSets().GetNames() if len(self.contents.choices) < MOST_CHOICES else ():
             variants = prim.GetVariantSet(name)
             known = ", ".join(variants.GetVariantNames())
@@ -109,7 +109,7 @@ class StageReading:
             return None
 
     def _read_sources(self, stage: Usd.Stage) -> None:
-        """Read the attributes of other prims to which nodes are connected."""
+        """Store the attributes outside of nodes to which nodes are connected."""
         prims = self.contents.prims.values()
         for source in sorted({path for prim in prims for item in prim.attributes.values() for path in item.sources}):
             owner = source.partition(".")[0]
@@ -119,7 +119,7 @@ class StageReading:
 
 
 def _matters(kind: str, name: str) -> bool:
-    """Return whether a property of a prim of type `kind` is needed for graphs: settings, ports, variables, namespaces."""
+    """Return whether an import needs the property `name` of a prim of type `kind`: settings, ports, variables, namespaces."""
     if name in (NAMESPACE, INSTANCES) or name.startswith(VARIABLE):
         return True
     if kind == GRAPH:
@@ -128,11 +128,11 @@ def _matters(kind: str, name: str) -> bool:
 
 
 def main() -> None:
-    """Read a request from stdin, read its stage in the confined process, and write the `StageContents` to stdout."""
+    """Read a request from stdin, confine this process, read the stage, and write its `StageContents` to stdout."""
     request = json.load(sys.stdin)
     files = Files(tuple(map(Path, request["roots"])))
     stream = reply()
-    Work.SetConcurrencyLimit(1)  # every thread needs memory
+    Work.SetConcurrencyLimit(1)  # each thread needs part of the limited memory
     plugins = Path(pxr.__file__).parent
     confine(files, TIERS["stage"], memory=MAX_MEMORY_BYTES, libraries=(plugins,))
     answer(stream, lambda: StageReading(files).run(Path(request["path"])))

@@ -1,6 +1,6 @@
-"""Reads the graphs of a USD stage and the namespaces of its prims.
+"""Imports the graphs of a USD stage and the namespaces of its prims.
 
-`stage_process` reads the file with USD's own library (`usd-core`) in a confined process; `graphs` converts its output to graphs.
+`stage_process` reads the file with USD's own library (`usd-core`) in a confined process; `graphs` converts the result.
 """
 
 from __future__ import annotations
@@ -25,23 +25,23 @@ from graphengine.sandbox.untrusted import encoded, note_used, read
 
 MAX_SECONDS = 60.0
 MAX_ANSWER = 32_000_000
-"""Maximum size of the stage process's response, bytes."""
+"""Maximum size of the result of the stage process, bytes."""
 MOST_TOLD = 100
-"""Maximum number of left-out parts that are reported individually."""
+"""Maximum number of parts that are individually reported as left out."""
 LONGEST = 300
-"""Maximum number of characters of USD's messages in findings."""
+"""Maximum number of characters of a USD message that a finding quotes."""
 _PROCESS = "graphengine.isaac.stage.stage_process"
-_REMEDY = "it may be damaged, or too large for a text: open it and save it as .usdc with USD's own tools"
+_REMEDY = "the file may be damaged, or too large for the text format: save it as .usdc with USD's own tools"
 
 
 @dataclass(slots=True)
 class ImportedStage:
-    """The parts of a stage that can be imported.
+    """The imported parts of a stage.
 
     Attributes:
         graphs: graphs in stage order.
-        namespaces: `isaac:namespace` by prim path.
-        choices: variant selections on which graphs may depend, one text each.
+        namespaces: values of `isaac:namespace` by prim path.
+        choices: variant selections on which the graphs may depend, such as `/World: ros = none, of none, ros2`.
     """
 
     graphs: list[RecordedGraph] = field(default_factory=list)
@@ -49,24 +49,24 @@ class ImportedStage:
     choices: list[str] = field(default_factory=list)
 
     def scene_lines(self) -> str:
-        """Return the namespaces as lines for a scene file, because graphs get their namespaces from the scene."""
+        """Return the namespaces as YAML text for a scene file, because the scene defines the namespaces of graphs."""
         return yaml.safe_dump({"namespaces": self.namespaces}, sort_keys=False, allow_unicode=True)
 
 
 def read_stage(
     path: Path, files: Files, registry: Registry, findings: Findings, *, trusted: bool = False
 ) -> ImportedStage | None:
-    """Return the graphs of a stage; None if it cannot be read.
+    """Return the graphs and namespaces of a stage, or None, with an error in `findings`, if the stage cannot be read.
 
     Args:
         path: `.usd`, `.usda` or `.usdc` file.
         files: decides which layers may be read.
         registry: registry with the current names of node types.
-        findings: receives errors, and what is left out or changed.
-        trusted: whether to read it even if the kernel cannot confine USD's readers.
+        findings: receives errors, and a finding for each part that is left out or changed.
+        trusted: whether to read the stage even if the kernel cannot confine USD's readers.
 
     Raises:
-        UsageError: usd-core is not installed, or the file has another type.
+        UsageError: usd-core is not installed, or the file has another suffix.
     """
     _check_usage(path)
     request = {"path": str(path), "roots": [str(root) for root in files.roots]}
@@ -91,7 +91,7 @@ def read_stage(
     try:
         graphs = carried(graphs_of(contents, registry, spans, findings), RecordedGraph.names, "graphs", findings)
     except TooManyError as error:
-        findings.add("G401", str(error), spans.start, "compounds and instances multiply the parts of a stage")
+        findings.add("G401", str(error), spans.start, "each use of a compound or instanced graph counts")
         return None
     namespaces = {prim.path: text for prim in contents.prims.values() if (text := prim.text(NAMESPACE))}
     return ImportedStage(graphs, dict(carried(namespaces.items(), tuple, "namespaces", findings)), contents.choices)
@@ -107,10 +107,10 @@ def _check_usage(path: Path) -> None:
 
 
 def _tell_failure(failure: str, spans: PrimSpans, findings: Findings) -> None:
-    """Report USD's reason for refusing a file, at the line and column that USD's message gives, if any."""
+    """Report why USD cannot read a file; if USD's message begins with a line and column, the finding has this position."""
     found = PLACE.match(failure)
     if found is None or not spans.source.lines:
-        findings.add("G401", f"USD cannot read it: {failure[:LONGEST]}", spans.start, _REMEDY)
+        findings.add("G401", f"USD cannot read the stage: {failure[:LONGEST]}", spans.start, _REMEDY)
     else:
         place = Span(spans.source, int(found["line"]), int(found["column"]))
-        findings.add("G401", f"USD syntax: {found['what'][:LONGEST]}", place)
+        findings.add("G401", f"USD syntax error: {found['what'][:LONGEST]}", place)

@@ -1,4 +1,4 @@
-"""Converts USD's types and values to OmniGraph's names and component order."""
+"""Converts USD types to OmniGraph's type names, and USD values to plain data in OmniGraph's component order."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ _TYPES = (
 
 
 def type_name(name: str) -> str:
-    """Return OmniGraph's name of a USD type: `vectord[3][]` for `vector3d[]`."""
+    """Return OmniGraph's name for a USD type name, such as `vectord[3][]` for `vector3d[]`."""
     element = name.removesuffix("[]").lower()
     for pattern, replacement in _TYPES:
         if pattern.fullmatch(element):
@@ -40,20 +40,22 @@ def type_name(name: str) -> str:
 
 
 def plain_value(value: Any, type: str) -> Any:
-    """Convert a value to None, bool, int, float, str, or lists of them; a quaternion is [x, y, z, w], a matrix its rows.
+    """Return a USD value as None, bool, int, float, str, or nested lists of them.
+
+    A quaternion becomes [x, y, z, w], a matrix a list of rows. A float or half becomes the shortest decimal number that is equal
+    in its precision: 0.1, not 0.10000000149011612.
 
     Args:
         value: value from USD's Python API.
-        type: OmniGraph's type name. A float or half becomes the shortest number with the same value in this precision: 0.1,
-            not 0.10000000149011612.
+        type: OmniGraph's type name of the value.
 
     Raises:
-        ValueError: the value cannot be converted, or is too long.
+        ValueError: the value has another type, or more than `MAX_ITEMS` items.
     """
     data = _plain(value)
     try:
         port_type = types.parse(type)
-    except ValueError:  # reported where the value is used
+    except ValueError:  # the unknown type is reported where the value is used
         return data
     if isinstance(port_type, PortType) and port_type.base in ("float", "half"):
         return _shortened(data, port_type.dtype)

@@ -1,4 +1,4 @@
-"""Missing packages of a xacro file: reports what they would contribute, and leaves them out on request."""
+"""Reports the packages that a xacro file needs but that are missing, and leaves packages out on request (`--without`)."""
 
 from __future__ import annotations
 
@@ -11,20 +11,23 @@ from graphengine.physics.files.packages import Packages, package_of
 from graphengine.physics.files.xml import Element
 
 SCHEME = "package://"
-"""Begins what `$(find NAME)` stands for if the package is absent, so that text which only mentions it stays readable."""
+"""Prefix of the text `package://NAME`, to which `$(find NAME)` expands if the package NAME is missing.
+
+A file that only mentions the package, without including a file of it, can thus still be expanded.
+"""
 MAX_NAMED = 100
-"""Packages, and as many files and macros of each, that an expansion remembers."""
+"""Maximum number of missing packages, of included files for each of them, and of unknown macros that are reported."""
 
 
 @dataclass(slots=True)
 class AbsentPackage:
-    """A package that is not found, or that the user leaves out.
+    """A package that is not found, or that the user leaves out with `--without`.
 
     Attributes:
         name: name of the package.
         span: location of its first use in the description.
-        lacks: the reason why it is not found: a sentence, then lines of help.
-        includes: its files that the description includes, each as `$(find NAME)/FILE`.
+        lacks: lines of a message: first the reason why the package is not found, then remedies.
+        includes: files of the package that the description includes, each as `$(find NAME)/FILE`.
     """
 
     name: str
@@ -35,7 +38,7 @@ class AbsentPackage:
 
 @dataclass(slots=True)
 class UnknownCall:
-    """A call of a macro that no file defines, after an include was left out."""
+    """A call of a macro whose definition is not found, probably because an include was left out."""
 
     macro: str
     span: Span | None
@@ -53,29 +56,29 @@ def report(
 
     Args:
         absent: missing packages.
-        calls: calls of macros that these packages may define.
-        without: names of packages to leave out.
+        calls: calls of undefined macros, which these packages may define.
+        without: names of the packages to leave out.
         findings: receives the errors and notes.
-        failed: whether the file could not be expanded, so that all of them are needed.
+        failed: whether the expansion failed; then every missing package counts as needed.
     """
     macros = list(dict.fromkeys(printable(call.macro) for call in calls[:MAX_NAMED]))
     for package in absent[:MAX_NAMED]:
         if not package.includes and not failed:
-            text = f"no package {package.name!r}: {SCHEME}{package.name} stays in the text that names it"
+            text = f"no package {package.name!r}: $(find {package.name}) expands to {SCHEME}{package.name}"
             findings.add("N103", text, package.span)
             continue
         brings = [listing(map(printable, package.includes), "includes")] if package.includes else []
-        brings += [listing(macros, "macros that would be called")] if macros else []
+        brings += [listing(macros, "macros that are called but not defined")] if macros else []
         if package.name in without:
-            findings.add("N103", f"left out, as asked for: package {package.name!r}", package.span, *brings)
+            findings.add("N103", f"left out on request: package {package.name!r}", package.span, *brings)
             continue
         text, *remedies = map(printable, package.lacks or [f"no package {package.name!r}"])
-        alternative = f"or leave all of it out: --without {package.name}"
+        alternative = f"or leave the package out: --without {package.name}"
         findings.add("S103", f"xacro: {text}", package.span, *brings, *remedies, alternative)
 
 
 def report_mesh_packages(root: Element, packages: Packages, findings: Findings) -> None:
-    """Add an error for each missing package with meshes, instead of one for each mesh."""
+    """Add one error for each missing package to which meshes refer, instead of one error for each mesh."""
     missing: dict[str, dict[str, Element]] = {}
     for mesh in root.walk():
         name = package_of(mesh.get("filename")) if mesh.tag == "mesh" else None
@@ -86,7 +89,7 @@ def report_mesh_packages(root: Element, packages: Packages, findings: Findings) 
             missing.setdefault(name, {}).setdefault(mesh.get("filename"), mesh)
     for name, meshes in missing.items():
         text, *remedies = packages.lacks(name)
-        alternative = f"or leave them out: --without {name}"
+        alternative = f"or leave these meshes out: --without {name}"
         names = listing((printable(reference) for reference in meshes), "meshes")
         findings.add("S101", text, next(iter(meshes.values())).place("filename"), names, *remedies, alternative)
 
@@ -97,7 +100,7 @@ def drop_meshes(root: Element, packages: Collection[str], findings: Findings) ->
     for link in root.all("link"):
         for part in [part for part in link.children if _names_one(part, prefixes)]:
             link.children.remove(part)
-            text = f"left out, as asked for: a {part.tag} of link {printable(link.get('name'))!r}"
+            text = f"left out on request: a {part.tag} of link {printable(link.get('name'))!r}"
             findings.add("N103", text, part.span)
 
 

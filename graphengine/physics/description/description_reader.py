@@ -1,4 +1,4 @@
-"""Reads robot descriptions (URDF, xacro, SDF): those that robot files name, and others, for which a robot file is made."""
+"""Reads robot descriptions (URDF, xacro, SDF, MJCF), with the robot file that names them or with a generated one."""
 
 from __future__ import annotations
 
@@ -29,14 +29,17 @@ SUFFIXES = (".urdf", xacro.SUFFIX, MJCF_SUFFIX, *SDF_SUFFIXES)
 
 
 def read_description(file: RobotFile, library: Library) -> Urdf | None:
-    """Read the description that a robot file names. Errors are added to the findings of the library, which reads files."""
+    """Read the description that a robot file names by `urdf` or `mjcf`, and return its links and joints.
+
+    Return None after an error; errors are added to the findings of the library.
+    """
     files, findings = library.files, library.findings
     if file.spec.mjcf:
         return _read_model(file, library)
     if not file.spec.urdf:
         span = file.chain[0].document.span().part(0, 1)
         findings.add(
-            "G107", "missing key 'urdf'", span, "the file of the description; or `mjcf`, that of a MuJoCo model"
+            "G107", "missing key 'urdf'", span, "name a robot description by `urdf`, or a MuJoCo model by `mjcf`"
         )
         return None
     path = files.look_up(file.spec.urdf, file.folder("urdf"), findings, file.span("urdf"))
@@ -58,17 +61,19 @@ def read_description(file: RobotFile, library: Library) -> Urdf | None:
 
 
 def _converted(path: Path, root: Element | None, packages: Packages, findings: Findings) -> Urdf | None:
-    """Return the links and joints of URDF or SDF; None after an error."""
+    """Return the links and joints of a parsed URDF or SDF file; None after an error."""
     if root is not None and is_sdf(root):
         root = read_sdf(path, root, packages, findings)
     return read_urdf(root, packages, findings) if root is not None else None
 
 
 def _read_model(file: RobotFile, library: Library) -> Urdf | None:
-    """Read the MuJoCo model that a robot file names."""
+    """Return the MuJoCo model that a robot file names by `mjcf`; None after an error."""
     for key in ("urdf", "xacro_arguments", "package_paths"):
         if getattr(file.spec, key):
-            library.findings.add("G109", f"{key}: the robot file names a MuJoCo model by `mjcf`", file.key_span(key))
+            library.findings.add(
+                "G109", f"{key}: not allowed beside `mjcf`, which names a MuJoCo model", file.key_span(key)
+            )
             return None
     path = library.files.look_up(file.spec.mjcf, file.folder("mjcf"), library.findings, file.span("mjcf"))
     return read_mjcf(path, library) if path is not None else None
@@ -83,22 +88,22 @@ def _packages(path: Path, file: RobotFile, files: Files, findings: Findings) -> 
             remedy = f"allow it with --allow {folder.resolve()}"
             findings.add("S103", f"{reference!r} lies outside the folder of the file you gave", span, remedy)
         elif not folder.is_dir():
-            findings.add("S101", f"no folder {reference!r}", span, f"looked in {folder.parent}")
+            findings.add("S101", f"no folder {reference!r}", span, f"searched in {folder.parent}")
     return Packages(path.parent, paths, files) if len(findings.errors) == before else None
 
 
 def _as_text(value: str | float | bool) -> str:
-    """Return a value of a robot file as text for xacro."""
+    """Return the value of a xacro argument as text; booleans become `true` and `false`."""
     return str(value).lower() if isinstance(value, bool) else str(value)
 
 
 def is_text(use: str) -> bool:
-    """Return whether a scene has the text of a description instead of a file name."""
+    """Return whether the `use` of a scene contains the text of a description (XML) instead of a file name."""
     return use.lstrip()[:1] == "<"
 
 
 def is_mjcf(use: str) -> bool:
-    """Return whether a scene's `use` is a MuJoCo model: a file or a text."""
+    """Return whether the `use` of a scene names an MJCF file, or contains the text of a MuJoCo model."""
     if is_text(use):
         robot, model = (use.find(f"<{tag}") for tag in ("robot", "mujoco"))
         return model >= 0 and not 0 <= robot < model
@@ -106,12 +111,12 @@ def is_mjcf(use: str) -> bool:
 
 
 def read_bare(use: str, path: Path, library: Library) -> tuple[RobotFile, Urdf] | None:
-    """Read a description and make a robot file for it. Errors are added to the library's findings.
+    """Read a description without a robot file; return it with a generated one, or None after an error.
 
     Args:
-        use: text of the description, or its file name.
-        path: path of its file; for a text, its name in messages and the folder of its references.
-        library: reads files.
+        use: text of the description, or name of its file.
+        path: path of the file. For a text, its name appears in messages, and relative references start from its folder.
+        library: reads referenced files; its findings receive the errors.
     """
     files, findings = library.files, library.findings
     if is_mjcf(use):
@@ -125,9 +130,10 @@ def read_bare(use: str, path: Path, library: Library) -> tuple[RobotFile, Urdf] 
 
 
 def with_robot_file(urdf: Urdf | None, path: Path, findings: Findings) -> tuple[RobotFile, Urdf] | None:
-    """Return a description with a minimal robot file, which adds only velocity drives for wheels.
+    """Return a description together with a minimal generated robot file; None if there is no description.
 
-    A MuJoCo model also defines the drives of its wheels; its cameras and inertial units become sensors.
+    The robot file adds velocity drives for wheels to a URDF or SDF description. A MuJoCo model defines its drives itself; its
+    cameras and IMUs become sensors of the robot file.
     """
     if urdf is None:
         return None
@@ -142,7 +148,7 @@ def with_robot_file(urdf: Urdf | None, path: Path, findings: Findings) -> tuple[
 
 
 def robot_file(text: str, path: Path, findings: Findings) -> RobotFile | None:
-    """Parse the text of a robot file."""
+    """Parse the text of a robot file that extends no other; return None after an error."""
     parsed = document.parse(text, str(path), findings)
     spec = validate(RobotSpec, parsed, parsed.data, findings) if parsed is not None else None
     return RobotFile(spec, (Loaded(spec, parsed),)) if parsed is not None and spec is not None else None

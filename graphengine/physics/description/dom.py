@@ -1,4 +1,4 @@
-"""DOM elements for xacro that keep their source location, also in copies."""
+"""DOM elements for xacro that keep their source locations, even when they are copied."""
 
 from __future__ import annotations
 
@@ -11,16 +11,16 @@ from graphengine.format.diagnostics import Span
 from graphengine.physics.files.xml import MAX_DEPTH, Element
 
 _KEY = "place"
-"""Of a node's user data."""
+"""Key under which the user data of a DOM node holds the source location."""
 
 
 _NAME = re.compile(r"[^\W\d][\w.:-]*")
 _TEXT = re.compile("[\t\n\r -\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]*")
-"""What XML can hold."""
+"""Matches text that consists only of characters that XML allows."""
 
 
 class UnwritableError(Exception):
-    """Content that a description must not have, and the node that contains it."""
+    """The expanded document contains something that XML cannot represent, or is nested too deeply; `node` is the place."""
 
     def __init__(self, message: str, node: minidom.Element) -> None:
         super().__init__(message)
@@ -28,7 +28,7 @@ class UnwritableError(Exception):
 
 
 def node_of(element: Element, document: minidom.Document) -> minidom.Element:
-    """Convert an element to a DOM node with its source location."""
+    """Convert an element and its children to DOM nodes with their source locations."""
     made = document.createElement(element.tag)
     made.setUserData(_KEY, element.span, _CARRIER)
     for name, value in element.attributes.items():
@@ -41,7 +41,7 @@ def node_of(element: Element, document: minidom.Document) -> minidom.Element:
 
 
 class _Carrier:
-    """Handler that DOM calls when it copies an element; it gives the copy the source location of the original."""
+    """User-data handler of a DOM node. When the node is copied, the copy receives the source location of the original."""
 
     def handle(self, operation: int, key: str, place: Span, source: minidom.Node, copy: minidom.Node | None) -> None:
         if copy is not None:
@@ -52,22 +52,29 @@ _CARRIER = _Carrier()
 
 
 def place_of(node: minidom.Element | None) -> Span | None:
-    """Return the source location of a node."""
+    """Return the source location of a DOM node; None if it has none."""
     place = node.getUserData(_KEY) if node is not None else None
     return place if isinstance(place, Span) else None
 
 
 def elements(node: minidom.Element, above: Span, depth: int = 1) -> Iterator[tuple[int, Element]]:
-    """Yield a node and all nodes below it, each with its depth and without its children.
+    """Yield the depth and the element of a node and of every node below it, in document order.
+
+    The elements have no children; their depths describe the tree. The first depth is 1.
+
+    Args:
+        node: DOM node.
+        above: source location for nodes that have none of their own.
+        depth: depth of the node.
 
     Raises:
-        UnwritableError: a node is nested too deeply, or contains characters that XML forbids.
+        UnwritableError: a node is nested too deeply, or contains names or characters that XML forbids.
     """
     found = [child for child in node.childNodes if child.nodeType == NodeType.ELEMENT_NODE]
     text = "".join(child.data for child in node.childNodes if child.nodeType == NodeType.TEXT_NODE).strip()
     element = Element(node.tagName, dict(node.attributes.items()), place_of(node) or above, [], text)
     if depth > MAX_DEPTH:
-        raise UnwritableError(f"it expands to elements more than {MAX_DEPTH} levels deep", node)
+        raise UnwritableError(f"the file expands to elements more than {MAX_DEPTH} levels deep", node)
     if why := unwritable(element):
         raise UnwritableError(why, node)
     yield depth, element
@@ -76,11 +83,14 @@ def elements(node: minidom.Element, above: Span, depth: int = 1) -> Iterator[tup
 
 
 def unwritable(element: Element) -> str:
-    """Return the part of an element that XML forbids, or an empty string; when written, it could become other elements."""
+    """Return why an element cannot be written as XML: an illegal name or character; empty if it can.
+
+    If an element with an illegal name were written, it could be read back as other elements.
+    """
     for name in (element.tag, *element.attributes):
         if not _NAME.fullmatch(name):
-            return f"{name!r} is no name of XML"
+            return f"{name!r} is not a valid XML name"
     for value in (element.text, *element.attributes.values()):
         if not _TEXT.fullmatch(value):
-            return f"XML cannot hold {value!r}"
+            return f"{value!r} contains characters that XML forbids"
     return ""

@@ -1,4 +1,4 @@
-"""Converts a description for MuJoCo: meshes that it can decode, valid colours, and inertias that it accepts."""
+"""Converts a URDF description so that MuJoCo accepts it: meshes it can decode, valid colours, possible inertias."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ from graphengine.physics.files.references import Library, MeshFile
 from graphengine.physics.files.xml import Element, numbers
 
 _COMPILER = {"fusestatic": "false", "discardvisual": "false", "strippath": "true"}
-"""Against MuJoCo's defaults for URDF, by which fixed links and visuals vanish."""
+"""Compiler settings that replace MuJoCo's defaults for URDF, which merge links at fixed joints and discard visuals."""
 _PASSED_ON = ("balanceinertia", "boundmass", "boundinertia", "inertiafromgeom")
-"""Settings of a description's own <mujoco><compiler> that MuJoCo is told of."""
+"""Settings of the <mujoco><compiler> element of a description that are passed on to MuJoCo; others are ignored."""
 _JOINT_PARTS = ("origin", "parent", "child", "axis", "limit", "dynamics")
 
 
@@ -26,15 +26,15 @@ def for_mujoco(
     free: bool,
     colours: Mapping[str, tuple[float, float, float]],
 ) -> Element:
-    """Return the description in MuJoCo's dialect of URDF.
+    """Return a copy of a description in the dialect of URDF that MuJoCo reads.
 
     Args:
-        urdf: robot description, which is not changed.
+        urdf: robot description; it is not changed.
         name: name of the robot.
-        free: whether its root link moves.
-        colours: colours of visuals without a material, by link.
-        library: reads the meshes and keeps them.
-        findings: receives errors of missing or unreadable meshes, and notes on changes.
+        free: whether the root link can move.
+        colours: colour (red, green, blue from 0 to 1) of visuals without a material, by link name.
+        library: reads the meshes and keeps their data.
+        findings: receives errors of masses and inertias, and notes on changed values.
     """
     compiler = Element("compiler", dict(_COMPILER), urdf.element.span)
     for settings in urdf.element.all("mujoco"):
@@ -57,20 +57,20 @@ def for_mujoco(
 
 
 def _copy(element: Element, parts: tuple[str, ...] = ()) -> Element:
-    """Return a copy; if `parts` is not empty, only with children of these tags."""
+    """Return a deep copy of an element. If `parts` is not empty, only children with these tags are copied."""
     children = [_copy(child) for child in element.children if not parts or child.tag in parts]
     return Element(element.tag, dict(element.attributes), element.span, children)
 
 
 def _parts(link: UrdfLink) -> Iterator[tuple[int, Element, Element | None]]:
-    """Yield the colliders and visuals of a link, each with its number and its shape."""
+    """Yield index, element and shape of each collider and visual of a link; the index counts all children of the link."""
     for index, part in enumerate(link.element.children):
         if part.tag in ("collision", "visual"):
             yield index, part, shape_of(part)
 
 
 def _meshes(urdf: Urdf) -> Iterator[tuple[Element, bool]]:
-    """Yield the meshes of a robot, and whether each is a visual."""
+    """Yield each `mesh` element of a robot, and whether it belongs to a visual."""
     for link in urdf.links.values():
         for _, part, shape in _parts(link):
             if shape is not None and shape.tag == "mesh":
@@ -84,13 +84,13 @@ def _geoms(
     otherwise: str,
     findings: Findings,
 ) -> Iterator[Element]:
-    """Yield the colliders and visuals of a link for MuJoCo; a mesh of several colours gives one for each colour."""
+    """Yield the colliders and visuals of a link for MuJoCo. A mesh with several colours is split into one part per colour."""
     for index, part, shape in _parts(link):
         meant: Sequence[MeshFile | None] = (None,)
         if shape is not None and shape.tag == "mesh":
             meant = files.get(shape, ())
         elif shape is not None and _is_nothing(shape):
-            findings.add("N103", "a shape without size is left out", shape.span)
+            findings.add("N103", "a shape with a size of 0 is left out", shape.span)
             continue
         for number, file in enumerate(meant):
             geom = _geom(part, shape, file, colours, otherwise if part.tag == "visual" else "")
@@ -99,7 +99,7 @@ def _geoms(
 
 
 def _is_nothing(shape: Element) -> bool:
-    """Return whether a size of a primitive is 0, as in placeholders of some descriptions."""
+    """Return whether a dimension of a shape is 0; some descriptions use such shapes as placeholders."""
     sizes = " ".join(shape.get(key, "1") for key in ("size", "radius", "length"))
     return 0.0 in (numbers(sizes, len(sizes.split())) or ())
 
@@ -132,7 +132,7 @@ def _own_colour(material: Element) -> str:
 
 
 def _colours(urdf: Urdf) -> dict[str, str]:
-    """Return all colours by name of material; materials of the robot take precedence over those of visuals."""
+    """Return colours (four numbers as text) by material name. Materials of the robot element precede those of visuals."""
     root = urdf.element
     materials = [*root.all("material"), *(element for element in root.walk() if element.tag == "material")]
     found: dict[str, str] = {}

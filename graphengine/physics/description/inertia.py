@@ -1,6 +1,6 @@
-"""Corrects masses and inertias for MuJoCo: impossible values, and moving links without mass.
+"""Corrects masses and inertias for MuJoCo, which refuses impossible inertias and moving links without mass.
 
-PhysX accepts such descriptions and makes up values. This module does so too, and reports it.
+PhysX accepts such descriptions and substitutes values. This module substitutes values too, and reports each substitution.
 """
 
 from __future__ import annotations
@@ -17,25 +17,25 @@ from graphengine.physics.description.urdf import Urdf, UrdfLink
 from graphengine.physics.files.xml import Element, numbers
 
 WATER = 1000.0
-"""Density that colliders and made-up bodies have, kg/m3."""
+"""Density of colliders of links without a mass, and of the balls that replace missing inertias, kg/m3."""
 LEAST_MASS = 0.001
-"""Of a moving link without mass and colliders, kg: next to nothing, and enough for arithmetic."""
+"""Mass that a moving link without mass and colliders receives, kg; negligible, but large enough for the solver."""
 LEAST_MOMENT = 1e-14
-"""Below this MuJoCo takes a moment of inertia for zero, kg m2."""
+"""MuJoCo treats moments of inertia up to this value as zero, kg m2."""
 _ROUNDING = 1e-9
 
 _TERMS = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
 
 
 def inertials(urdf: Urdf, *, free: bool, findings: Findings) -> dict[str, Element]:
-    """Return the `inertial` of each link that has one; MuJoCo computes the mass of other links from their colliders, as water.
+    """Return an `inertial` element by link name; for a link not in the result, MuJoCo derives the mass from its colliders.
 
-    A link without mass that is fixed to one with mass needs none, as URDF specifies.
+    Colliders have the density of water. A link without mass that is fixed to a link with mass stays without mass.
 
     Args:
         urdf: robot description.
-        free: whether its root link moves.
-        findings: receives notes on made-up values, and values that are not numbers.
+        free: whether the root link can move.
+        findings: receives notes on substituted values, and errors for inertias that are not numbers.
     """
     links = urdf.links.values()
     found = {link.name: link.element.first("inertial") or _sphere(link.element, 0.0, 0.0) for link in links}
@@ -47,9 +47,9 @@ def inertials(urdf: Urdf, *, free: bool, findings: Findings) -> dict[str, Elemen
     for link in bare:
         found[link.name] = _sphere(link.element, LEAST_MASS, _ball_moment(LEAST_MASS))
     replaced = [urdf.links[name] for name in found if _mend(found, urdf.links[name], findings)]
-    _tell("links that move and state no mass weigh what their colliders do at 1000 kg/m3", solid, findings)
-    _tell(f"links that move and have neither mass nor colliders weigh {LEAST_MASS * 1000:g} g", bare, findings)
-    text = "a moment of inertia that is zero, or more than the other two together, belongs to no body; a possible one counts"
+    _tell("moving links without a mass get the mass of their colliders at 1000 kg/m3", solid, findings)
+    _tell(f"moving links without mass and colliders get a mass of {LEAST_MASS * 1000:g} g", bare, findings)
+    text = "a moment of inertia that is zero, or exceeds the sum of the other two, is impossible; a possible value replaces it"
     _tell(text, replaced, findings)
     return found
 
@@ -60,7 +60,7 @@ def _tell(text: str, links: list[UrdfLink], findings: Findings) -> None:
 
 
 def _weightless(urdf: Urdf, *, free: bool) -> Iterator[list[UrdfLink]]:
-    """Yield groups of rigidly connected links without mass; the link at the movable joint is the first of its group."""
+    """Yield each group of rigidly connected links that can move but have no mass; the first link carries the others."""
     for top in urdf.depth_first():
         if not (top.carrier.moves if top.carrier is not None else free):
             continue
@@ -72,7 +72,7 @@ def _weightless(urdf: Urdf, *, free: bool) -> Iterator[list[UrdfLink]]:
 
 
 def _mend(found: dict[str, Element], link: UrdfLink, findings: Findings) -> bool:
-    """Replace the inertia of a link if it is physically impossible; return whether it was replaced."""
+    """Replace the inertia of a link in `found` if it is physically impossible; return whether it was replaced."""
     inertial = found[link.name]
     inertia = inertial.first("inertia")
     if inertia is None or link.mass == 0:
@@ -94,13 +94,19 @@ def _mend(found: dict[str, Element], link: UrdfLink, findings: Findings) -> bool
 
 
 def possible(inertia: NDArray[np.float64]) -> bool:
-    """Return whether MuJoCo accepts an inertia: its principal moments are positive, and none exceeds the sum of the others."""
+    """Return whether MuJoCo accepts a 3x3 inertia tensor (kg m2).
+
+    Its principal moments must be positive, and none may exceed the sum of the other two.
+    """
     smallest, middle, largest = np.linalg.eigvalsh(inertia)
     return bool(smallest > LEAST_MOMENT and (smallest + middle) * (1 - _ROUNDING) >= largest)
 
 
 def mended(inertia: NDArray[np.float64], mass: float) -> NDArray[np.float64]:
-    """Return the inertia itself if it is possible, else a similar one, kg m2."""
+    """Return the given 3x3 inertia tensor (kg m2) if MuJoCo accepts it, else a similar tensor that it accepts.
+
+    If no similar tensor exists, the result is a sphere: with the mean moment, or that of a ball of water with this mass (kg).
+    """
     if possible(inertia):
         return inertia
     for candidate in (inertia, np.diag(np.diag(inertia))):  # products that are too large are mostly made up
@@ -118,13 +124,13 @@ def mended(inertia: NDArray[np.float64], mass: float) -> NDArray[np.float64]:
 
 
 def _ball_moment(mass: float) -> float:
-    """Return the moment of inertia of a ball of water, 2/5 m r^2, kg m2."""
+    """Return the moment of inertia (2/5 m r^2, kg m2) of a ball of water with the given mass, kg."""
     radius = math.cbrt(3 * mass / (4 * math.pi * WATER))
     return max(0.4 * mass * radius * radius, 2 * LEAST_MOMENT)
 
 
 def _sphere(element: Element, mass: float, moment: float) -> Element:
-    """Return an `inertial` element with the same moment about all axes."""
+    """Return an `inertial` element with a mass, kg, and the same moment of inertia about all axes, kg m2."""
     moments = dict(zip(_TERMS, map(repr, (moment, moment, moment, 0.0, 0.0, 0.0)), strict=True))
     children = [Element("mass", {"value": repr(mass)}, element.span), Element("inertia", moments, element.span)]
     return Element("inertial", {}, element.span, children)

@@ -1,7 +1,7 @@
-"""Reads MuJoCo models as robots.
+"""Reads a MuJoCo model (MJCF) as the description of a robot.
 
-Physics attaches the model unchanged. Its links and joints are read from the compiled model into a `Urdf`, as for any other
-description, so that stage, messages and mounts of sensors do not depend on the format of the description.
+Physics attaches the model unchanged. In addition, the links and joints of the compiled model are converted to a `Urdf`, like
+those of any other description, so that code outside physics does not depend on the format of the description.
 """
 
 from __future__ import annotations
@@ -27,12 +27,13 @@ _ENDLESS = (mujoco.mjtGeom.mjGEOM_PLANE, mujoco.mjtGeom.mjGEOM_HFIELD)
 
 
 def read_mjcf(path: Path, library: Library, text: str | None = None) -> Urdf | None:
-    """Return the links and joints of a robot's MuJoCo model, with the model; errors are added to the library's findings.
+    """Return the links and joints of a robot's MuJoCo model, with the model itself in `Urdf.mjcf`; None after an error.
 
     Args:
-        path: path of its file; for a text, its name in messages and the folder of its references.
-        library: reads the files to which it refers.
-        text: of the model, if it has no file.
+        path: path of the model's file. If `text` is given, its name appears in messages, and relative references start from
+            its folder.
+        library: reads the files to which the model refers; its findings receive the errors.
+        text: text of the model, if it is not in a file.
     """
     findings = library.findings
     root = library.world(path, text)
@@ -67,11 +68,13 @@ def read_mjcf(path: Path, library: Library, text: str | None = None) -> Urdf | N
 
 
 def parse(root: Element, library: Library, code: str = "S102") -> tuple[mujoco.MjSpec | None, list[Span]]:
-    """Return MuJoCo's model of MJCF or URDF with names for all bodies, and the origin of each line of the parsed text.
+    """Parse MJCF or URDF with MuJoCo; return its model specification, or None if MuJoCo refuses the text.
+
+    All bodies of the specification have names. The second value is the source location of each line of the parsed text.
 
     Args:
         root: root element from the library or from `for_mujoco`.
-        library: library with the referenced files; its findings receive an error if MuJoCo refuses the model.
+        library: library with the referenced files; its findings receive an error if MuJoCo refuses the text.
         code: code of that error.
     """
     text, lines = write(root)
@@ -95,25 +98,28 @@ def _compiled(spec: mujoco.MjSpec, lines: list[Span], findings: Findings) -> muj
 
 
 def _is_robot(spec: mujoco.MjSpec, span: Span, findings: Findings) -> bool:
-    """Return whether a model can be a robot; what belongs to a scene's world is deleted: lights, and cameras beside bodies."""
+    """Return whether a model has a body and no floor, and thus can be a robot; otherwise add an error.
+
+    Lights and cameras attached to the world are deleted from the model, because the world of the scene has its own.
+    """
     world = spec.worldbody
     for alone in (*list(world.lights), *list(world.cameras)):
         spec.delete(alone)
     if not list(world.bodies):
-        names = [geom.name or "a geom that belongs to no body" for geom in world.geoms]
+        names = [geom.name or "a geom outside of any body" for geom in world.geoms]
         findings.add("S102", "the model of a robot or object must contain a body", span, listing(names, "it contains"))
         return False
     floors = [geom.name or "one without a name" for geom in world.geoms if geom.type in _ENDLESS]
     if floors:
-        advice = "name the file of the robot alone, which this one may include; `world:` takes a model with a floor"
-        text = "the model of a robot or object has a floor, which belongs to the scene's world"
+        advice = "name a file that contains only the robot; a model with a floor can be the `world:` of a scene"
+        text = "the model of a robot or object contains a floor (plane or height field); floors belong to the scene's world"
         findings.add("S102", text, span, listing(floors, "it contains"), advice)
         return False
     return True
 
 
 def _meshes(spec: mujoco.MjSpec, library: Library) -> Iterator[tuple[str, tuple[str, tuple[float, float, float]]]]:
-    """Yield name, and reference to the file and scale, of each mesh that has a file."""
+    """Yield (name, (URI of the file, scale)) of each mesh that was read from a file."""
     for mesh in spec.meshes:
         source = library.source(mesh.file)
         if source is not None:
@@ -122,7 +128,7 @@ def _meshes(spec: mujoco.MjSpec, library: Library) -> Iterator[tuple[str, tuple[
 
 
 def _places(root: Element) -> dict[str, Span]:
-    """Return the location of the first use of each name of a body, joint, site or camera in the file."""
+    """Return the source location of the first body, joint, site or camera with each name, by name."""
     found: dict[str, Span] = {WORLD: root.span}
     for element in root.walk():
         if element.tag in ("body", "joint", "freejoint", "site", "camera") and "name" in element.attributes:

@@ -1,7 +1,7 @@
-"""The actuators of a MuJoCo model as drives: the kind of command of each, and the conversion to its control signal.
+"""Converts the actuators of a MuJoCo model to drives: the kind of command that each takes, and its gains and limits.
 
-An actuator of MuJoCo exerts the force gain * control + bias. Its bias determines its kind, whatever its tag in MJCF: a bias that
-pulls towards a position makes a position servo, one that resists a velocity a velocity servo; without bias it is a motor.
+An actuator of MuJoCo exerts the force gain * control + bias. The bias determines its kind, regardless of its tag in MJCF: with
+a bias against position, it is a position servo; with a bias against velocity only, a velocity servo; without a bias, a motor.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ _TYPE, _GAIN, _BIAS, _DYNAMICS = mujoco.mjtTrn, mujoco.mjtGain, mujoco.mjtBias, 
 _ON_JOINTS = (_TYPE.mjTRN_JOINT.value, _TYPE.mjTRN_JOINTINPARENT.value)
 _SCALAR = (mujoco.mjtJoint.mjJNT_HINGE.value, mujoco.mjtJoint.mjJNT_SLIDE.value)
 _LINEAR = [_DYNAMICS.mjDYN_NONE, _DYNAMICS.mjDYN_FILTER, _DYNAMICS.mjDYN_FILTEREXACT, _DYNAMICS.mjDYN_INTEGRATOR]
-"""Dynamics in which the control signal, or its integral, finally acts unchanged."""
+"""Actuator dynamics after which the steady-state activation equals the control signal or its integral."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,8 +26,9 @@ class Actuator:
 
     Attributes:
         name: name of the actuator.
-        joint: the only joint that it moves; empty if it moves a tendon, a site or a body, or a joint of several coordinates.
-        drive: the equivalent drive, with gains at the joint in rad or m, N m or N.
+        joint: name of the hinge or slide joint that it drives; empty for an actuator with another target (ball or free joint,
+            tendon, site or body).
+        drive: the equivalent drive; its gains include the gear, in units of the joint (rad and N m, or m and N).
     """
 
     name: str
@@ -36,18 +37,21 @@ class Actuator:
 
     @property
     def kind(self) -> Kind:
-        """Kind of the commands that it takes."""
+        """Kind of command that the actuator takes: position, velocity or effort."""
         assert self.drive.servos is not None
         return self.drive.servos[0].kind
 
 
 def read_actuators(model: mujoco.MjModel) -> list[Actuator]:
-    """Return the actuators of a compiled model of one robot, in order; all must have names."""
+    """Return the actuators of a compiled model of one robot, in order of the model; each must have a name."""
     return [_actuator(model, index) for index in range(model.nu)]
 
 
 def drives_by_joint(actuators: Sequence[Actuator]) -> dict[str, Drive]:
-    """Return the drive of each joint with actuators; of actuators for the same kind of command, the first is used."""
+    """Return the drive of each joint that has actuators, by joint name.
+
+    A joint with several actuators has one servo per kind of command; of two actuators of the same kind, the first is used.
+    """
     found: dict[str, Drive] = {}
     for actuator in actuators:
         if not actuator.joint:
@@ -71,7 +75,7 @@ def _actuator(model: mujoco.MjModel, index: int) -> Actuator:
 
 
 def _drive(model: mujoco.MjModel, index: int, gear: float) -> Drive:
-    """Return an actuator's drive; the control signal of one that is neither servo nor motor is taken as an effort."""
+    """Return the drive of an actuator. If it is neither servo nor motor, its control signal is treated as an effort."""
     name, gain, (constant, position, velocity) = model.actuator(index).name, *_law(model, index)
     if not gain or not gear:
         return Drive(servos=(_ranged(Servo("effort", name), model, index),))
@@ -94,7 +98,7 @@ def _drive(model: mujoco.MjModel, index: int, gear: float) -> Drive:
 
 
 def _law(model: mujoco.MjModel, index: int) -> tuple[float, tuple[float, float, float]]:
-    """Return gain and bias (constant, per position, per velocity) of an actuator; zeros for other force laws."""
+    """Return gain and bias (constant, per position, per velocity) of an actuator; all 0 if its force law is not affine."""
     gains, biases = model.actuator_gainprm[index].tolist(), model.actuator_biasprm[index].tolist()
     plain = model.actuator_gaintype[index] == _GAIN.mjGAIN_FIXED or (
         model.actuator_gaintype[index] == _GAIN.mjGAIN_AFFINE and not any(gains[1:3])
@@ -108,7 +112,7 @@ def _law(model: mujoco.MjModel, index: int) -> tuple[float, tuple[float, float, 
 
 
 def _ranged(servo: Servo, model: mujoco.MjModel, index: int) -> Servo:
-    """Return a servo whose commands are limited to its control range."""
+    """Return the servo with its commands limited to the actuator's `ctrlrange`, if it has one."""
     if not model.actuator_ctrllimited[index]:
         return servo
     ends = [(float(end) - servo.offset) / servo.scale for end in model.actuator_ctrlrange[index]]
@@ -116,7 +120,10 @@ def _ranged(servo: Servo, model: mujoco.MjModel, index: int) -> Servo:
 
 
 def strongest(model: mujoco.MjModel) -> dict[str, float]:
-    """Return the effort limit (N m or N) of each joint that has one, by name: of its actuators or of the joint itself."""
+    """Return effort limits (N m or N) by joint name; a joint without a limit is absent.
+
+    The limit is the largest limit of the joint's actuators, but at most the joint's own limit (`actuatorfrcrange`).
+    """
     found: dict[str, float] = {}
     for index, actuator in enumerate(read_actuators(model)):
         limits = [force for force in _forces(model, index, actuator) if math.isfinite(force)]

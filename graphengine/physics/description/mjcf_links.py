@@ -1,8 +1,7 @@
-"""Describes a compiled MuJoCo model as URDF, for modules that read a robot's description: links, joints, shapes and frames.
+"""Describes the links, joints, shapes and frames of a compiled MuJoCo model as URDF; physics uses the model itself.
 
-Physics uses the model itself. A body with several joints, or with a joint away from its origin, becomes a chain of links. Sites
-and cameras become links without a body, on which robot files can mount sensors. Joints of several coordinates, which URDF does
-not have, become floating joints.
+A body with several joints, or with a joint away from its origin, becomes a chain of links. Sites and cameras become links
+without mass and shapes, on which robot files can mount sensors. Ball and free joints below the root become floating joints.
 """
 
 from __future__ import annotations
@@ -30,17 +29,17 @@ from graphengine.physics.files.xml import Element
 _JOINT, _GEOM = mujoco.mjtJoint, mujoco.mjtGeom
 FLOATING = (_JOINT.mjJNT_FREE.value, _JOINT.mjJNT_BALL.value)
 VISIBLE = 2
-"""Last group of geoms that MuJoCo's viewers show."""
+"""Highest group of geoms that MuJoCo's viewers show by default."""
 
 
 class MjcfLinks:
-    """Builds the description of one robot.
+    """Converts the compiled MuJoCo model of one robot to a URDF description.
 
     Args:
-        model: compiled model of the robot alone, whose bodies and joints have names.
-        meshes: references to the files of meshes and their scales, by name of the mesh.
-        places: where the model's file names bodies and joints, by name.
-        span: of the model.
+        model: compiled model that contains only the robot; all its bodies and joints have names.
+        meshes: URI of the file, and scale, by mesh name.
+        places: source locations of bodies, joints, sites and cameras, by name.
+        span: source location of the model, for everything that is not in `places`.
     """
 
     def __init__(
@@ -55,14 +54,14 @@ class MjcfLinks:
         self.places = places
         self.span = span
         self.poses: dict[str, Pose] = {}
-        """Exact pose of each joint, by name."""
+        """Pose of each joint in its parent link's frame by name, without the rounding of the angles in URDF."""
         self.floating: list[str] = []
-        """Joints of several coordinates, which are fixed in the description."""
+        """Names of the ball and free joints below the root; the description writes them as fixed joints."""
         tops = [body for body in range(1, model.nbody) if model.body_parentid[body] == 0]
         alone = len(tops) == 1 and not (model.geom_bodyid == 0).any() and self._moves_freely_or_not_at_all(tops[0])
         self.root = model.body(tops[0]).name if alone else WORLD
         self.free = alone and model.body_jntnum[tops[0]] == 1
-        """Whether the root link moves freely."""
+        """Whether the root link has a free joint."""
         self._links = {model.body(index).name for index in range(model.nbody)}
         self._joints = {model.joint(index).name for index in range(model.njnt)}
         self._strongest = strongest(model)
@@ -74,7 +73,7 @@ class MjcfLinks:
         return bool(count == 0 or (count == 1 and self.model.jnt_type[first] == _JOINT.mjJNT_FREE))
 
     def element(self, name: str) -> Element:
-        """Return the description; `name` is that of the robot."""
+        """Return the `robot` element of the description; call this once. `name` is the name of the robot."""
         model = self.model
         root = Element("robot", {"name": name}, self.span)
         for body in range(model.nbody):
@@ -120,7 +119,10 @@ class MjcfLinks:
         return Element("inertial", {}, span, [origin, mass, Element("inertia", terms, span)])
 
     def _shape(self, geom: int, span: Span) -> tuple[Element, Pose]:
-        """Return the shape of a geom for URDF, a cylinder or box in place of shapes that it does not have, and its pose."""
+        """Return the URDF shape of a geom and its pose in the link's frame.
+
+        URDF has no ellipsoids, planes or height fields: a cylinder or a bounding box replaces them.
+        """
         model = self.model
         kind, size = model.geom_type[geom], model.geom_size[geom].tolist()
         pose = pose_of(model.geom_pos[geom], model.geom_quat[geom])
@@ -145,7 +147,7 @@ class MjcfLinks:
         )
 
     def _frame(self, name: str, kind: str, body: int, pose: Pose) -> None:
-        """Add a link without a body for a site or camera that has a name."""
+        """Add a link without mass and shapes, and a fixed joint, for a site or camera that has a name."""
         if not name or (body == 0 and self.root != WORLD):
             return
         link = self._unused(name if name not in self._links else f"{name}_{kind}", self._links)
@@ -155,7 +157,7 @@ class MjcfLinks:
     # Joints
 
     def _fasten(self, body: int) -> None:
-        """Add the joints of a body: one fixed joint, or one for each of its own, with links between them."""
+        """Connect the link of a body to its parent: by a chain of its joints with empty links between, or by a fixed joint."""
         model, name = self.model, self.model.body(body).name
         above = model.body(int(model.body_parentid[body])).name
         pose = pose_of(model.body_pos[body], model.body_quat[body])
@@ -182,7 +184,7 @@ class MjcfLinks:
         return "revolute" if self.model.jnt_limited[joint] else "continuous"
 
     def _reference(self, joint: int) -> Pose:
-        """Return the motion that brings a joint from its reference position in the model's file to zero."""
+        """Return the transform that moves a joint from its reference position (`qpos0`) to position zero."""
         model, axis = self.model, self.model.jnt_axis[joint].tolist()
         back = -float(model.qpos0[model.jnt_qposadr[joint]])
         if model.jnt_type[joint] == _JOINT.mjJNT_SLIDE:
@@ -191,7 +193,7 @@ class MjcfLinks:
         return ORIGIN, (axis[0] * sine, axis[1] * sine, axis[2] * sine, cosine)
 
     def _join(self, name: str, kind: str, parent: str, child: str, pose: Pose, joint: int = -1) -> None:
-        """Add a joint; `joint` is its number in the model, -1 for one that the model does not have."""
+        """Add a joint element; `joint` is the joint's index in the model, -1 for a joint that exists only in the description."""
         model, span = self.model, self.places.get(name, self.span)
         ends = [Element("parent", {"link": parent}, span), Element("child", {"link": child}, span)]
         element = Element("joint", {"name": name, "type": kind}, span, [_origin(pose, span), *ends])
@@ -213,7 +215,10 @@ class MjcfLinks:
         self._children.append(element)
 
     def _mimic(self, equality: int, followers: dict[str, str]) -> None:
-        """Describe an equality of two joints that is linear as a mimic joint."""
+        """Write an equality constraint between two joints as a mimic joint, if it is active and linear.
+
+        `followers` maps each mimic joint so far to its leader; a constraint that would close a cycle is ignored.
+        """
         model = self.model
         if model.eq_type[equality] != mujoco.mjtEq.mjEQ_JOINT or not model.eq_active0[equality]:
             return
@@ -250,7 +255,7 @@ def _numbers(values: Iterable[float]) -> str:
 
 
 def _rpy(orientation: Quaternion) -> Vector3:
-    """Return a rotation as URDF's angles about the fixed x, y and z axes, rad."""
+    """Return the roll, pitch and yaw angles of URDF (about the fixed x, y and z axes, rad) of a quaternion."""
     x, y, z, w = orientation
     sine = max(-1.0, min(1.0, 2.0 * (w * y - z * x)))
     if abs(sine) > 1.0 - 1e-12:  # looking straight up or down: roll and yaw turn about the same axis

@@ -1,4 +1,4 @@
-"""A robot's MuJoCo model: its actuators and keyframes, which links and joints of a description do not contain."""
+"""The MuJoCo model of a robot, with the actuators and keyframes that a URDF description cannot contain."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ class Keyframe:
     """A state in which a robot can start.
 
     Attributes:
-        coordinates: of each joint, by name: rad or m, a quaternion (w, x, y, z), or a position (m) and a quaternion in the
-            model's frame.
-        controls: control signals by actuator; empty if the keyframe has none.
+        coordinates: coordinates of each joint, by joint name: one value (rad or m); for a ball joint, a quaternion
+            (w, x, y, z); for a free joint, position (x, y, z in m) and quaternion in the model's frame.
+        controls: control signals by actuator name; empty if the keyframe has none.
     """
 
     coordinates: Mapping[str, tuple[float, ...]]
@@ -27,15 +27,15 @@ class Keyframe:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class MjcfModel:
-    """A MuJoCo model that is a robot's description.
+    """The MuJoCo model of a robot that MJCF describes.
 
     Attributes:
-        spec: the model, in which all bodies, joints and actuators have names; a world attaches copies of it.
-        element: root of its XML, with includes inserted.
-        free: whether its root link moves freely.
-        floating: joints of several coordinates, which graphs cannot read or command.
-        actuators: in order of the model.
-        keyframes: by name.
+        spec: the model; all its bodies, joints and actuators have names. A world attaches copies of it.
+        element: root element of the model's XML, with includes inserted.
+        free: whether the root link moves freely.
+        floating: names of ball and free joints below the root; graphs can neither read nor command them.
+        actuators: actuators in order of the model.
+        keyframes: keyframes by name.
     """
 
     spec: mujoco.MjSpec
@@ -47,7 +47,12 @@ class MjcfModel:
 
 
 def read_keyframes(spec: mujoco.MjSpec, model: mujoco.MjModel) -> dict[str, Keyframe]:
-    """Return the keyframes of a model by name, as it was compiled."""
+    """Return the keyframes of a model by name; a keyframe without a name is called `key_INDEX`.
+
+    Args:
+        spec: model that contains the keyframes.
+        model: the same model, compiled.
+    """
     found: dict[str, Keyframe] = {}
     for index, key in enumerate(spec.keys):
         ends = [*model.jnt_qposadr.tolist(), model.nq]

@@ -8,10 +8,10 @@ from graphengine.physics.engine import mujoco
 
 
 def prepare(spec: mujoco.MjSpec) -> None:
-    """Prepare a model for compilation as a robot: all bodies, joints and actuators get names, and no body is merged.
+    """Prepare a model for compilation as a robot: name all bodies, joints and actuators, and keep MuJoCo from merging bodies.
 
-    A joint is named after the body that it moves, an actuator after its joint, tendon, site or body. Options are those of a
-    scene with the default rates, because the compiler simulates muscles with them.
+    A joint is named after the body that it moves, an actuator after its joint, tendon, site or body. The options become those
+    of a scene with the default rates, because the compiler uses them to simulate muscles.
     """
     name_bodies(spec)
     _name(spec.joints, [f"{joint.parent.name}_joint" for joint in spec.joints])
@@ -23,7 +23,7 @@ def prepare(spec: mujoco.MjSpec) -> None:
 
 
 def name_bodies(spec: mujoco.MjSpec) -> None:
-    """Name bodies that have no name by their numbers."""
+    """Name each body without a name `body_INDEX`."""
     for index, body in enumerate(spec.bodies):
         if not body.name:
             body.name = f"body_{index}"

@@ -1,7 +1,7 @@
-"""Tries to compile a robot's MuJoCo model in a confined process, before this one does.
+"""Compiles a robot's MuJoCo model in a confined process, to find out whether the main process can compile it safely.
 
-MuJoCo's compiler is native code without limits: some models make it run endlessly, which nothing in this process could stop, or
-crash the process. A request is a line of JSON, followed by the files.
+MuJoCo's compiler is native code without limits: some models make it run endlessly or crash. Only a separate process can be
+stopped. A request to that process is a line of JSON with lengths in bytes, followed by the contents of the files.
 """
 
 from __future__ import annotations
@@ -25,16 +25,18 @@ _MODULE = "graphengine.physics.description.mjcf_trial"  # which is called __main
 _STEPS = 2
 
 _passed: set[str] = set()
-"""Fingerprints of the requests that ended normally."""
+"""SHA-256 digests of the requests that the confined process completed; they are not sent again."""
 
 
 def reason_against(text: str, models: Mapping[str, bytes], assets: Mapping[str, bytes]) -> str:
-    """Return why this process must not compile a model; empty if it may, also if MuJoCo refuses the model.
+    """Return the reason why this process must not compile a model, e.g. `takes more than 60 s`; empty if it may.
+
+    A model that MuJoCo refuses is safe to compile: MuJoCo reports its error again in this process.
 
     Args:
         text: text of the model.
-        models: MuJoCo models to which it refers, by name.
-        assets: other files to which it refers, by name.
+        models: contents of the MuJoCo models to which the text refers, by name.
+        assets: contents of other files to which the text refers, by name.
     """
     used = {name: data for name, data in assets.items() if f'"{name}"' in text or models}
     head = {"text": len(text.encode())} | {
@@ -52,7 +54,7 @@ def reason_against(text: str, models: Mapping[str, bytes], assets: Mapping[str, 
 
 
 def main() -> None:
-    """Compile and step the model of one request."""
+    """Read one request from stdin, then compile the model and simulate a few steps."""
     stream = sys.stdin.buffer
     head = json.loads(stream.readline())
     text = stream.read(head["text"]).decode()
@@ -62,7 +64,10 @@ def main() -> None:
 
 
 def rehearse(text: str, models: Mapping[str, bytes], assets: Mapping[str, bytes]) -> None:
-    """Compile a model and step it as a scene would; what MuJoCo refuses is reported where the model is compiled again."""
+    """Compile a model as a scene would, and simulate a few steps.
+
+    If MuJoCo refuses the model, nothing is reported here; the main process compiles it again and reports the error.
+    """
     with contextlib.suppress(*REFUSALS):
         spec = mujoco.MjSpec.from_string(text, include=dict(models), assets=dict(assets))
         prepare(spec)

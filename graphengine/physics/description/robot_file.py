@@ -1,4 +1,4 @@
-"""Merges a robot file with those that it extends to one spec, and keeps the file of each value."""
+"""Merges a robot file and the robot files that it extends into one spec, and keeps track of the file of each value."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from graphengine.format.spec_reader import Loaded, read, validate
 
 MAX_CHAIN = 10
 _ALTERNATIVES = (("drive", "usd_drive"), ("rpy_deg", "quaternion_xyzw"))
-"""Keys that stand for the same thing: writing one replaces the other of an extended file."""
+"""Pairs of keys with the same meaning: a key of one file replaces the other key of the file that it extends."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -22,7 +22,7 @@ class RobotFile:
     """A robot file, merged with the files that it extends.
 
     Attributes:
-        spec: merged content.
+        spec: merged contents of all files.
         chain: the file itself, the file that it extends, and so on.
     """
 
@@ -30,25 +30,25 @@ class RobotFile:
     chain: tuple[Loaded[RobotSpec], ...]
 
     def document(self, *location: str | int) -> Document:
-        """Return the document that contains the value at a location; the file itself if none does."""
+        """Return the first document of the chain that has a value at a location (keys and indices); else the file itself."""
         holders = (loaded.document for loaded in self.chain if loaded.document.find(*location) is not None)
         return next(holders, self.chain[0].document)
 
     def span(self, *location: str | int) -> Span:
-        """Return the position of a value."""
+        """Return the source location of the value at a location (keys and indices)."""
         return self.document(*location).span(*location)
 
     def key_span(self, *location: str | int) -> Span:
-        """Return the position of a value's key."""
+        """Return the source location of the key of the value at a location (keys and indices)."""
         return self.document(*location).key_span(*location)
 
     def folder(self, *location: str | int) -> Path:
-        """Return the folder to which a relative path at a location is relative."""
+        """Return the folder of the file that contains the value at a location; relative paths there start from it."""
         return self.document(*location).path.parent
 
 
 def read_robot(path: Path, files: Files, findings: Findings) -> RobotFile | None:
-    """Read a robot file and those that it extends; errors are added to `findings`."""
+    """Read a robot file and the files that it extends; return None after an error, which is added to `findings`."""
     chain: list[Loaded[RobotSpec]] = []
     paths = [path]
     while True:
@@ -83,7 +83,7 @@ def read_robot(path: Path, files: Files, findings: Findings) -> RobotFile | None
 
 
 def _merge(base: dict[str, Any], changes: dict[str, Any]) -> dict[str, Any]:
-    """Merge mappings key by key; a value of any other kind replaces the one below it."""
+    """Return `base` with `changes`: nested mappings are merged key by key, any other value replaces the value of `base`."""
     replaced = {a for one, other in _ALTERNATIVES for a, b in ((one, other), (other, one)) if b in changes}
     merged = {key: value for key, value in base.items() if key not in replaced}
     for key, value in changes.items():

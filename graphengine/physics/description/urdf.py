@@ -1,4 +1,4 @@
-"""URDF as plain data: links, joints and the tree they form."""
+"""Robot descriptions as plain data: links, joints and the tree that they form."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 TURNING = ("revolute", "continuous")
 MOVING = (*TURNING, "prismatic")
 WORLD = "world"
-"""Name of a root link that stands for the world: what hangs on it is bolted down."""
+"""Name of a root link that represents the world; a robot with this root link cannot move freely."""
 
 
 @dataclass(slots=True, eq=False)
@@ -28,24 +28,24 @@ class UrdfLink:
     element: Element
     mass: float
     carrier: UrdfJoint | None = None
-    """The joint that fastens it to its parent; None for the root."""
+    """The joint that connects this link to its parent; None for the root."""
     below: list[UrdfJoint] = field(default_factory=list)
-    """The joints that fasten its children, in order of the file."""
+    """The joints that connect the children of this link, in order of the file."""
 
     @property
     def colliders(self) -> list[Element]:
-        """Its `collision` elements."""
+        """The `collision` elements of the link."""
         return self.element.all("collision")
 
     @property
     def empty(self) -> bool:
-        """Whether the link is a frame without mass and shapes."""
+        """Whether the link is only a frame: it has neither `inertial`, `collision` nor `visual` elements."""
         return not any(self.element.first(part) for part in ("inertial", "collision", "visual"))
 
 
 @dataclass(frozen=True, slots=True)
 class Mimic:
-    """The law of a mimic joint: its position is `multiplier * leader + offset`, rad or m."""
+    """The law of a mimic joint: its position is `multiplier` times the position of joint `leader`, plus `offset` (rad or m)."""
 
     leader: str
     multiplier: float
@@ -55,7 +55,7 @@ class Mimic:
 
 @dataclass(slots=True, eq=False)
 class UrdfJoint:
-    """A joint. Its pose is that of the child link in the parent link's frame at joint position zero."""
+    """A joint. `pose` is the pose of the child link in the parent link's frame at joint position zero."""
 
     name: str
     type: str
@@ -68,12 +68,12 @@ class UrdfJoint:
 
     @property
     def moves(self) -> bool:
-        """Whether the joint has a degree of freedom."""
+        """Whether the joint is revolute, continuous or prismatic."""
         return self.type in MOVING
 
     @property
     def limits(self) -> tuple[float, float] | None:
-        """Lowest and highest position, rad or m; None without limits, or if they are not a range, as in MuJoCo."""
+        """Lower and upper position limit, rad or m; None without limits, or if the lower limit is not below the upper."""
         limit = self.element.first("limit")
         if limit is None or self.type == "continuous":
             return None
@@ -82,17 +82,17 @@ class UrdfJoint:
 
     @property
     def effort(self) -> float | None:
-        """Effort limit, N m or N; a limit of zero or less is ignored, as in MuJoCo."""
+        """Effort limit, N m or N; None if the description has no limit above zero."""
         return self._positive("effort")
 
     @property
     def velocity(self) -> float | None:
-        """Velocity limit, rad/s or m/s; a limit of zero or less is ignored."""
+        """Velocity limit, rad/s or m/s; None if the description has no limit above zero."""
         return self._positive("velocity")
 
     @property
     def losses(self) -> tuple[float, float]:
-        """Damping, N m s/rad or N s/m, and friction, N m or N."""
+        """Damping (N m s/rad or N s/m) and friction (N m or N) of the joint, each 0 by default."""
         dynamics = self.element.first("dynamics")
         if dynamics is None:
             return 0.0, 0.0
@@ -104,7 +104,7 @@ class UrdfJoint:
         return value if value and value > 0 else None
 
     def limit(self, lowest: float, highest: float) -> None:
-        """Set the joint's limits, rad or m, also in its XML element."""
+        """Set lower and upper position limit, rad or m, in the joint's XML element."""
         limit = self.element.first("limit")
         if limit is None:
             limit = Element("limit", {}, self.element.span)
@@ -112,7 +112,7 @@ class UrdfJoint:
         limit.attributes |= {"lower": repr(lowest), "upper": repr(highest)}
 
     def put(self, position: Vector3) -> None:
-        """Set the joint's origin, m, also in its XML element."""
+        """Set the position of the joint in the parent link's frame, m, in `pose` and in the XML element."""
         self.pose = (position, self.pose[1])
         origin = self.element.first("origin")
         if origin is None:
@@ -123,7 +123,7 @@ class UrdfJoint:
 
 @dataclass(frozen=True, slots=True)
 class Wheel:
-    """Radius of a wheel, m, and position of its centre along the axle, m."""
+    """A wheel on a joint: its radius, m, and the position of its centre along the axle, m."""
 
     joint: str
     radius: float
@@ -136,11 +136,11 @@ class Urdf:
 
     Attributes:
         element: root element, with xacro expanded.
-        packages: packages of its meshes.
+        packages: finds the packages to which mesh references refer.
         links: links by name, in order of the file.
         joints: joints by name, in order of the file.
         root: link without a parent joint.
-        mjcf: MuJoCo's model of the robot, if that is its description; `element` then describes it.
+        mjcf: MuJoCo model of the robot if MJCF describes it; `element` is then a conversion of that model. Otherwise None.
     """
 
     element: Element
@@ -161,7 +161,7 @@ class Urdf:
         return sum(link.mass for link in self.links.values())
 
     def depth_first(self, start: str = "") -> Iterator[UrdfLink]:
-        """Yield a link, by default the root, and all links below it, parents first."""
+        """Yield a link (by default the root) and all links below it, depth first; parents come before their children."""
         pending = [self.links[start or self.root]]
         while pending:
             link = pending.pop()
@@ -169,14 +169,17 @@ class Urdf:
             pending.extend(self.links[joint.child] for joint in reversed(link.below))
 
     def moving(self) -> list[UrdfJoint]:
-        """Return the joints with a degree of freedom, breadth first from the root: PhysX's order of an articulation."""
+        """Return the moving joints breadth first from the root, which is the order of a PhysX articulation."""
         links = [self.links[self.root]]
         for link in links:
             links.extend(self.links[joint.child] for joint in link.below)
         return [link.carrier for link in links if link.carrier is not None and link.carrier.moves]
 
     def turns_in(self, link: str) -> str:
-        """Return the parent link of the nearest joint above a link that moves, such as the chassis for a wheel; else the root."""
+        """Return the link relative to which a link moves: the parent of the nearest moving joint, e.g. the chassis of a wheel.
+
+        Return the root link if no moving joint is above the link.
+        """
         while (carrier := self.links[link].carrier) is not None:
             link = carrier.parent
             if carrier.moves:
@@ -184,7 +187,7 @@ class Urdf:
         return link
 
     def pose_in_root(self, link: str) -> Pose:
-        """Return the pose of a link in the root link's frame, with all joints at zero."""
+        """Return the pose of a link in the root link's frame, with all joints at position zero."""
         pose, carrier = NOWHERE, self.links[link].carrier
         while carrier is not None:
             pose = compose(carrier.pose, pose)
@@ -192,7 +195,7 @@ class Urdf:
         return pose
 
     def axes_in_root(self) -> dict[str, Vector3]:
-        """Return the axes of all joints by name, in the root link's frame, with all joints at zero."""
+        """Return the axes of all joints by joint name, in the root link's frame, with all joints at position zero."""
         rotations, axes = {self.root: NOWHERE[1]}, {}
         for link in self.depth_first():
             for joint in link.below:
@@ -203,12 +206,14 @@ class Urdf:
     def wheels(
         self, joints: Iterable[UrdfJoint], shapes: Mapping[str, tuple[float, float]] = MappingProxyType({})
     ) -> list[Wheel]:
-        """Return the wheels on some joints, in the same order; `along` is measured along the axle of the first.
+        """Return the wheels on the given joints, in the same order; joints without a wheel are skipped.
+
+        `Wheel.along` of all wheels is measured along the axle of the first wheel.
 
         Args:
             joints: joints that may carry wheels.
-            shapes: radius of a wheel, and distance of its middle from the joint along the axis (both m), by link; other wheels
-                are found by their colliders.
+            shapes: radius of a wheel, and distance of its centre from the joint along the axis (both m), by link name. Wheels
+                on other links are recognized by their colliders.
         """
         found: list[Wheel] = []
         axle = None
@@ -226,7 +231,10 @@ class Urdf:
         return radius, centre[0]
 
     def _wheel(self, joint: UrdfJoint) -> tuple[float, Vector3] | None:
-        """Radius (m) and centre (in the root link) of a wheel: a sphere, or a cylinder about the joint's axis; else None."""
+        """Return radius (m) and centre (m, in the root link's frame) of the wheel on a joint; None if there is no wheel.
+
+        A wheel is a spherical collider, or a cylindrical one about the joint's axis, on a continuous joint.
+        """
         if joint.type != "continuous":
             return None
         for collider in self.links[joint.child].colliders:
@@ -241,19 +249,19 @@ class Urdf:
 
 
 def track(wheels: Sequence[Wheel]) -> float | None:
-    """Return the distance (m) between the outermost wheels along the axle; None if all are at the same position."""
+    """Return the track width (m): the distance between the outermost wheels along the axle; None if it is zero."""
     distance = max(w.along for w in wheels) - min(w.along for w in wheels) if wheels else 0.0
     return distance if distance > 1e-6 else None
 
 
 def shape_of(element: Element) -> Element | None:
-    """Return the `box`, `cylinder`, `sphere` or `mesh` element of a collision or visual."""
+    """Return the shape element (e.g. `box` or `mesh`) of a `collision` or `visual` element; None if it has none."""
     geometry = element.first("geometry")
     return geometry.children[0] if geometry is not None and geometry.children else None
 
 
 def origin_of(element: Element) -> Pose | None:
-    """Return the pose in an element's `origin`; None if it does not consist of numbers."""
+    """Return the pose in the `origin` of an element, identity without an `origin`; None if a value is not a number."""
     origin = element.first("origin")
     if origin is None:
         return NOWHERE

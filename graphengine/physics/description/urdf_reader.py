@@ -1,7 +1,7 @@
-"""Parses the XML of a description to links and joints.
+"""Parses the XML of a URDF description into links and joints.
 
-Only `link`, `joint` and `material` are parsed. Elements for other programs (gazebo, ros2_control, transmission) stay in the
-text for robot_state_publisher.
+Only `link`, `joint` and `material` elements are parsed. Elements for other programs (gazebo, ros2_control, transmission) are
+kept in the text that robot_state_publisher publishes.
 """
 
 from __future__ import annotations
@@ -32,12 +32,12 @@ _COUNTS = {
     "mesh": {"scale": 3},
     "color": {"rgba": 4},
 }
-"""How many numbers there are in the attributes of a link's or a joint's parts."""
+"""Required number of numbers in numeric attributes, by element tag and attribute name."""
 _IN_WORDS = {1: "a number", 3: "three numbers", 4: "four numbers"}
 
 
 def read_urdf(root: Element, packages: Packages, findings: Findings) -> Urdf | None:
-    """Parse a description's XML. Errors are added to `findings`."""
+    """Return the links and joints of a description; None after an error, which is added to `findings`."""
     if root.tag != "robot":
         findings.add("S103", f"a robot description begins with <robot>, not <{root.tag[:40]}>", root.span)
         return None
@@ -67,7 +67,7 @@ def read_urdf(root: Element, packages: Packages, findings: Findings) -> Urdf | N
     if boundless:
         names = listing((joint.name for joint in boundless), "joints")
         findings.add(
-            "N103", "a joint without limits, or with equal limits, moves freely", boundless[0].element.span, names
+            "N103", "joints without limits, or with equal limits, move freely", boundless[0].element.span, names
         )
     return Urdf(root, packages, links, joints, top) if len(findings.errors) == before else None
 
@@ -96,7 +96,7 @@ def _link(element: Element, findings: Findings) -> UrdfLink:
     mass = numbers(weight.get("value"), 1) if weight is not None else (0.0,)
     if mass is None or mass[0] < 0:
         assert weight is not None
-        findings.add("S103", f"mass {weight.get('value')!r} is not a number of kg", weight.place("value"))
+        findings.add("S103", f"mass {weight.get('value')!r} is not a number of at least 0 (kg)", weight.place("value"))
     for part in element.children:
         if part.tag in ("collision", "visual"):
             _check_shape(part, element.get("name"), findings)
@@ -115,7 +115,7 @@ def _check_shape(part: Element, link: str, findings: Findings) -> None:
 
 
 def _leave_one_shape(link: Element, findings: Findings) -> None:
-    """Leave out all but the first shape of each geometry, as ROS does."""
+    """Remove all shapes but the first from each `geometry` of a link, as ROS does."""
     for part in link.all("collision") + link.all("visual"):
         geometry = part.first("geometry")
         if geometry is not None and len(geometry.children) > 1:
@@ -144,7 +144,7 @@ def _joint(element: Element, links: dict[str, UrdfLink], findings: Findings) -> 
         ends.append(links[link])
     pose, axis = origin_of(element), _direction(element)
     if pose is None or (axis is None and kind in MOVING):
-        return None  # which was told
+        return None  # _check_numbers has added an error
     parent, child = ends
     if child.carrier is not None:
         first = (child.carrier.element.span, "first here")
@@ -157,7 +157,7 @@ def _joint(element: Element, links: dict[str, UrdfLink], findings: Findings) -> 
 
 
 def _direction(joint: Element) -> Vector3 | None:
-    """Return the unit vector of a joint's axis; None if it has no direction."""
+    """Return the axis of a joint as a unit vector; None if the axis is not three numbers, or all are zero."""
     axis = joint.first("axis")
     values = numbers(axis.get("xyz", "1 0 0"), 3) if axis is not None else (1.0, 0.0, 0.0)
     length = math.hypot(*values) if values is not None else 0.0
@@ -165,7 +165,7 @@ def _direction(joint: Element) -> Vector3 | None:
 
 
 def _check_numbers(owner: Element, findings: Findings) -> None:
-    """Report attributes that are not finite numbers."""
+    """Add an error for each attribute below a link, joint or material that must be numeric and is not."""
     for part in owner.walk():
         for attribute, count in _COUNTS.get(part.tag, {}).items():
             text = part.get(attribute)
@@ -173,38 +173,41 @@ def _check_numbers(owner: Element, findings: Findings) -> None:
             if part.tag == "axis" and values is not None and not any(values) and owner.get("type") in MOVING:
                 values, wanted = None, f"{wanted}, not all of them zero"
             elif part.tag == "dynamics" and values is not None and values[0] < 0:
-                values, wanted = None, f"{wanted}, not below zero"
+                values, wanted = None, f"{wanted} of at least 0"
             if attribute in part.attributes and values is None:
-                what = f"{owner.tag} {owner.get('name')!r}: {part.tag} {attribute} is {wanted}, not {text[:60]!r}"
+                what = f"{owner.tag} {owner.get('name')!r}: {part.tag} {attribute} must be {wanted}, not {text[:60]!r}"
                 findings.add("S103", what, part.place(attribute))
 
 
 def _tree(root: Element, links: dict[str, UrdfLink], findings: Findings) -> str:
-    """Return the name of the root link; empty after an error, if the links do not form a single tree."""
+    """Return the name of the root link; empty if the links do not form a single tree, after adding an error."""
     if not links:
         findings.add("S103", "the description has no link", root.span)
         return ""
     tops = [link for link in links.values() if link.carrier is None]
     if len(tops) != 1:
         what = listing([link.name for link in tops], "links without a parent")
-        findings.add("S103", "the links do not form one tree", root.span, what, "fasten them with joints")
+        findings.add("S103", "the links do not form one tree", root.span, what, "connect them with joints")
         return ""
     reached = [tops[0]]
     for link in reached:
         reached.extend(links[joint.child] for joint in link.below)
     if len(reached) != len(links):
-        lost = listing(links.keys() - {link.name for link in reached}, "in a ring of joints")
+        lost = listing(links.keys() - {link.name for link in reached}, "links in a closed loop of joints")
         findings.add("S103", "the links do not form one tree", root.span, lost)
         return ""
     return tops[0].name
 
 
 def _release(top: str, links: dict[str, UrdfLink], joints: dict[str, UrdfJoint], findings: Findings) -> str:
-    """Remove a floating joint below an empty root link, as every robot moves freely anyway; return the name of the root link."""
+    """Remove a floating joint below an empty root link, together with that link, and return the name of the new root link.
+
+    Such a joint is superfluous, because the simulator lets every robot move freely. Otherwise nothing changes.
+    """
     joint = links[top].below[0] if len(links[top].below) == 1 else None
     if joint is None or joint.type != "floating" or not links[top].empty:
         return top
-    text = f"joint {joint.name!r}: the robot moves freely without it, and without link {top!r}, which are left out"
+    text = f"joint {joint.name!r} and link {top!r} are left out: the robot moves freely without them"
     findings.add("N103", text, joint.element.span)
     del links[top], joints[joint.name]
     links[joint.child].carrier = None
@@ -216,12 +219,15 @@ def _not_simulated(joint: UrdfJoint, findings: Findings) -> None:
         "planar": "write two prismatic joints and a continuous one, with an empty link between each",
         "floating": "only the joint between an empty root link and the rest of the robot can be floating",
     }
-    text = f"joint {joint.name!r}: type {joint.type!r} cannot be simulated here"
+    text = f"joint {joint.name!r}: type {joint.type!r} is not supported"
     findings.add("S103", text, joint.element.place("type"), remedies[joint.type])
 
 
 def _mimic(joint: UrdfJoint, joints: Mapping[str, UrdfJoint], findings: Findings) -> Mimic | None:
-    """Return the mimic law of a joint; it is an error if its leader does not move, or mimics this joint."""
+    """Return the mimic law of a joint; None if it has none, or after an error.
+
+    It is an error if the leader is not a moving joint, if the leader mimics this joint, or if the law is not numeric.
+    """
     element = joint.element.first("mimic")
     if element is None or not joint.moves:
         return None
@@ -240,7 +246,7 @@ def _mimic(joint: UrdfJoint, joints: Mapping[str, UrdfJoint], findings: Findings
 
 
 def _follows(follower: str, leader: str, joints: Mapping[str, UrdfJoint]) -> bool:
-    """Return whether a joint follows another one, directly or through further joints."""
+    """Return whether joint `follower` mimics joint `leader`, directly or through further joints."""
     seen: set[str] = set()
     while follower not in seen:
         if follower == leader:

@@ -1,6 +1,6 @@
 """Expands xacro files to URDF in a confined process with a time limit.
 
-The result is a tree of elements, each with its position in the xacro file.
+The result is a tree of elements, each with its source location in the xacro files.
 """
 
 from __future__ import annotations
@@ -32,16 +32,16 @@ _PROCESS = "graphengine.physics.description.xacro_process"
 
 @dataclass(slots=True)
 class Expanded:
-    """The output of the process.
+    """The response of the process that expands a file.
 
     Attributes:
-        elements: elements of the document in order, each with its depth and without its children; empty after errors.
-        known: defaults of the arguments that the files take, by name; None where there is none.
+        elements: (depth, element) of the expanded document in document order; elements have no children. Empty after errors.
+        known: defaults of the arguments that the files declare or use, by name; None for an argument without a default.
         findings: errors and notes.
-        wanted: a package whose location the process needs before it can continue.
-        used: files that were read.
-        absent: packages that are not there.
-        unknown_calls: calls of macros that nothing defines, which are left out if a package is absent.
+        wanted: name of a package whose location the process needs to continue; None if it is done.
+        used: paths of the files that were read.
+        absent: packages that are missing, or left out on request.
+        unknown_calls: calls of undefined macros, left out because an include of a package in `absent` was left out.
     """
 
     elements: list[tuple[int, Element]]
@@ -54,7 +54,10 @@ class Expanded:
 
 
 def is_xacro(path: Path, root: Element) -> bool:
-    """Return whether a description must be expanded; not every xacro file has a suffix that says so."""
+    """Return whether a description must be expanded by xacro.
+
+    It must if its file name ends in `.xacro`, or if it contains xacro elements or substitutions. SDF counts only by its name.
+    """
 
     def holds(element: Element) -> bool:
         return element.tag.startswith("xacro:") or any("$(" in v or "${" in v for v in element.attributes.values())
@@ -73,16 +76,16 @@ def expand(
     text: str | None = None,
     without: Collection[str] = (),
 ) -> Element | None:
-    """Return the robot that a xacro file describes.
+    """Return the root element to which a xacro file expands; None after an error.
 
     Args:
-        path: xacro file.
-        arguments: values of its `xacro:arg` elements.
+        path: path of the xacro file.
+        arguments: values of its `xacro:arg` elements, by name.
         packages: resolve `$(find …)`, and decide which files may be read.
         findings: receives errors and notes.
-        places: locations of the arguments' values, by name.
-        text: content of the file, if it does not exist yet.
-        without: packages to leave out.
+        places: source locations of the arguments, by name, for errors about unknown arguments.
+        text: content of the file; by default it is read from `path`.
+        without: names of packages to leave out.
     """
     start = Span(Source(str(path), ()), 1, 1)
     warn(findings)
@@ -91,13 +94,13 @@ def expand(
         answer = _ask(path, arguments, packages, text, without)
         report(answer.absent, answer.unknown_calls, without, findings, failed=not answer.elements)
         if any(package.includes and package.name not in without for package in answer.absent):
-            return None  # what else is wrong follows from it
+            return None  # further errors would only be consequences
         take_findings(answer.findings, findings)
         root = _joined(answer.elements) if answer.elements else None
         if root is None and len(findings.errors) == before:
             raise ProcessError("sends a malformed answer", b"")
     except ProcessError as error:
-        findings.add("S103", f"xacro: {error}", start)
+        findings.add("S103", f"xacro: the process that expands the file {error}", start)
         return None
     note_used(answer.used, packages.files)
     unknown = [name for name in arguments if name not in answer.known] if root is not None else []
@@ -110,22 +113,25 @@ def expand(
 def defaults(path: Path, packages: Packages, findings: Findings) -> dict[str, str | None]:
     """Return the defaults of the arguments of a xacro file and its includes, by name; None for an argument without a default.
 
-    Errors in the file are ignored here; only a process that does not answer is reported.
+    Errors in the file are ignored; only a failure of the process that expands it is added to `findings`.
     """
     try:
         return _ask(path, {}, packages, None, ()).known
     except ProcessError as error:
-        findings.add("S103", f"xacro: {error}", Span(Source(str(path), ()), 1, 1))
+        findings.add("S103", f"xacro: the process that expands the file {error}", Span(Source(str(path), ()), 1, 1))
         return {}
 
 
 def _ask(
     path: Path, arguments: Mapping[str, str], packages: Packages, text: str | None, without: Collection[str]
 ) -> Expanded:
-    """Return the answer of the process that expands a file.
+    """Run the process that expands a file, and return its response.
 
-    In a sourced workspace, the process may read only the packages that the files name. It runs again for each package that it
-    encounters.
+    In a sourced ROS workspace, the process may read only packages that the files name. Whenever it meets another package, it
+    ends, and is run again with the location of that package.
+
+    Raises:
+        ProcessError: the process fails, or takes too long.
     """
     installed = packages.files.installed
     roots = [str(root) for root in packages.files.roots if root not in {folder.resolve() for folder in installed}]
@@ -159,7 +165,7 @@ def _ask(
 
 
 def _names(path: Path, installed: Sequence[Path], text: str | None) -> list[str]:
-    """Return the installed packages that a file names, and the one that contains the file."""
+    """Return the installed packages that a file names in `$(find …)`, and the installed package that contains the file."""
     around = [folder.name for folder in path.absolute().parents if folder.parent in installed]
     if text is None:
         with path.open("rb") as file:
@@ -171,10 +177,10 @@ def _names(path: Path, installed: Sequence[Path], text: str | None) -> list[str]
 
 
 def _joined(parts: Sequence[tuple[int, Element]]) -> Element:
-    """Join elements, each with its depth, to a tree and return its root.
+    """Build a tree from (depth, element) pairs in document order, and return its root.
 
     Raises:
-        ProcessError: the elements do not form one document, or contain characters that XML forbids.
+        ProcessError: the elements do not form one tree, are too many or too deep, or cannot be written as XML.
     """
     above: list[Element] = []
     for depth, element in parts[: MAX_ELEMENTS + 1]:

@@ -1,7 +1,7 @@
-"""Evaluates the expressions `${…}` of xacro files, instead of `eval`.
+"""Evaluates the expressions `${…}` of xacro files in a restricted way that replaces Python's `eval`.
 
-They may use lambdas, read xacro's namespaces and YAML data by attributes, and change lists and mappings. The process in which
-this module runs also limits time and memory.
+Expressions may contain lambdas, read namespaces of xacro and YAML mappings as attributes, and change lists and mappings. The
+process in which this module runs also limits time and memory.
 """
 
 from __future__ import annotations
@@ -29,18 +29,18 @@ class _Guard(Guard):
             try:
                 return value[name]  # xacro's namespaces and YAML mappings
             except (KeyError, AttributeError):
-                raise NameError(f"there is no {name!r} in it") from None
+                raise NameError(f"the namespace or mapping has no entry {name!r}") from None
         return super().attribute(value, name)
 
     def call(self, place: tuple[int, int, int], function: Any, /, *arguments: Any, **named: Any) -> Any:
         return function(*arguments, **named)
 
     def weigh(self, *values: Any) -> None:
-        """Accept values of any size, since YAML files may be large; the process has a memory limit."""
+        """Do nothing: values may have any size, because YAML files may be large; the process has a memory limit instead."""
 
 
 def evaluate(expression: str, names: dict[str, Any]) -> Any:
-    """Return the value of an expression; `names` may be a mapping that computes its values.
+    """Return the value of an expression; `names` maps names to values, and may compute them on access.
 
     Raises:
         ForbiddenError: the expression uses forbidden syntax, names or attributes, or exceeds the limits.

@@ -1,4 +1,4 @@
-"""Finds xacro macros that define robots, and writes the xacro file that instantiates one."""
+"""Finds xacro macros that define robots, and generates the xacro file that calls one of them."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ from graphengine.physics.files.xml import Element, write
 
 PREFIX = "xacro:"
 MAX_PARAMETERS = 10_000
-"""Characters of a macro's parameters that are read."""
+"""Maximum number of characters read from the `params` attribute of a macro."""
 _NO_CALLS = ("include", "property", "macro", "arg", "if", "unless", "insert_block", "element", "attribute")
 _PARAMETER = re.compile(r"""([^\s:=]+)(?:\s*:?=\s*((?:'[^']*'|"[^"]*"|[^\s'"])*))?""")
-"""A parameter's name and its default, as in `name`, `name:=value` and `name:=^|'a value'`."""
+"""Matches the name of a macro parameter and its default, as in `name`, `name:=value` and `name:=^|'a value'`."""
 _NAME = re.compile(r"[A-Za-z_][\w.:-]*")
 _BLOCK = "*"
-"""Begins the name of a parameter that is an element of the call."""
+"""Prefix of the name of a block parameter, whose value is an element inside the call."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,7 +32,7 @@ class RobotMacro:
         name: name of the macro.
         parameters: defaults by name, as written in the file; None for a parameter without a default.
         blocks: names of the block parameters (elements inside a call), in order.
-        span: location of its definition.
+        span: source location of the definition.
     """
 
     name: str
@@ -42,7 +42,7 @@ class RobotMacro:
 
 
 def robot_macros(root: Element) -> list[RobotMacro]:
-    """Return the macros of a file that create links, in order."""
+    """Return the macros of a file that contain links, in order of the file."""
     macros = (element for element in root.walk() if element.tag == f"{PREFIX}macro")
     return [
         _macro(element)
@@ -60,7 +60,7 @@ def _macro(element: Element) -> RobotMacro:
 
 
 def has_robot(root: Element) -> bool:
-    """Return whether a file has a link or a macro call outside of its macro definitions."""
+    """Return whether a file creates a robot itself: it has a link or a macro call outside of macro definitions."""
     calls = (part.tag.removeprefix(PREFIX) for part in _outside_macros(root) if part.tag.startswith(PREFIX))
     return any(part.tag == "link" for part in _outside_macros(root)) or any(call not in _NO_CALLS for call in calls)
 
@@ -76,19 +76,21 @@ def _outside_macros(root: Element) -> Iterator[Element]:
 def choose_macro(
     root: Element, wanted: str | None, arguments: Collection[str], findings: Findings
 ) -> RobotMacro | None:
-    """Return the macro that defines the robot: the wanted one, or the only one of a file without a robot.
+    """Return the macro that defines the robot; None if the file creates the robot itself, or after some errors.
 
     Args:
         root: root element of the file.
-        wanted: name of a macro.
+        wanted: name of the macro. By default, the only macro with links is used if the file does not create a robot itself.
         arguments: names of the arguments that have a value.
-        findings: receives an error if several macros qualify, none has the name, or a parameter lacks a value.
+        findings: receives an error if several macros qualify, no macro has the wanted name, or a parameter lacks a value.
     """
     macro = _chosen(root, wanted, findings)
     needed = [key for key, value in macro.parameters.items() if value is None] if macro is not None else []
     if macro is not None and (missing := [name for name in needed if name not in arguments]):
         text = f"the macro {macro.name!r} needs a value of {', '.join(map(repr, missing))}"
-        findings.add("S103", text, macro.span, f"give it: {' '.join(f'{printable(name)}:=…' for name in missing)}")
+        findings.add(
+            "S103", text, macro.span, f"add to the command: {' '.join(f'{printable(name)}:=…' for name in missing)}"
+        )
     return macro
 
 
@@ -98,25 +100,25 @@ def _chosen(root: Element, wanted: str | None, findings: Findings) -> RobotMacro
         return next(iter(macros.values())) if macros and not has_robot(root) else None
     if wanted is None and macros:
         names = ", ".join(f"--macro {printable(name)}" for name in macros)
-        findings.add("S103", "the file defines several robots as macros and makes none", root.span, f"choose: {names}")
+        findings.add("S103", "the file defines several robot macros and calls none", root.span, f"choose: {names}")
     elif wanted is not None and wanted not in macros:
         near = did_you_mean(wanted, macros) or listing(macros, "macros with links")
-        findings.add("S103", f"the file defines no macro {wanted!r} that makes links", root.span, near)
+        findings.add("S103", f"the file defines no macro {wanted!r} that contains links", root.span, near)
     return macros.get(wanted) if wanted is not None else None
 
 
 def wrapper(
     macro: RobotMacro, path: Path, name: str, arguments: Mapping[str, str], packages: Packages, *, complete: bool
 ) -> str:
-    """Return a xacro file that includes the macro's file and calls the macro.
+    """Return the text of a xacro file that includes the file of a macro and calls the macro.
 
     Args:
         macro: macro to call.
-        path: path of the file that defines it.
-        name: of the robot.
-        arguments: values of the macro's parameters, and of the file's arguments.
-        packages: packages, one of which may contain the file.
-        complete: whether the values of the file's arguments are written too.
+        path: path of the file that defines the macro.
+        name: name of the robot.
+        arguments: values of the macro's parameters and of the file's arguments, by name.
+        packages: packages; if one of them contains the file, the include refers to that package.
+        complete: whether values of the file's arguments are written too, not only those of the macro's parameters.
     """
     others = {key: value for key, value in arguments.items() if key not in macro.parameters} if complete else {}
     given = {key: value for key, value in arguments.items() if key in macro.parameters}
@@ -146,12 +148,12 @@ def _tag(name: str, attributes: dict[str, str], macro: RobotMacro) -> str:
 
 
 def literal(value: str) -> str:
-    """Return a text that xacro expands to the given one."""
+    """Return the text with `$(` and `${` escaped, so that xacro expands it to the text itself."""
     return value.replace("$(", "$$(").replace("${", "$${")
 
 
 def _comment(text: str) -> str:
-    """Return the text with changes that make it legal in an XML comment."""
+    """Return the text in a form that is legal in an XML comment, which must not contain `--`."""
     return printable(re.sub("-(?=-)", "- ", text)).rstrip("-")
 
 

@@ -1,8 +1,8 @@
-"""The confined process in which xacro expands a file: one request on stdin, one response on stdout.
+"""The confined process in which xacro expands a file: it reads one request from stdin and writes one response to stdout.
 
-xacro was written for trusted files. Here `xacro_expressions` evaluates expressions, only files that the caller may read are
-read, the environment is empty, and the process is confined. Each element keeps its position through macros and includes, so
-that errors refer to the line that contains them.
+xacro was written for trusted files. Here `xacro_expressions` evaluates expressions, only files that the caller may read can be
+read, and environment variables are empty. Each element keeps its source location through macros and includes, so that errors
+refer to the right line.
 """
 
 from __future__ import annotations
@@ -43,12 +43,13 @@ class Expansion:
     """One run of xacro. Includes from missing packages are left out and reported.
 
     Args:
-        path: xacro file.
-        arguments: values of its `xacro:arg` elements.
+        path: path of the xacro file.
+        arguments: values of its `xacro:arg` elements, by name.
         packages: resolve `$(find …)`, and decide which files may be read.
-        found: by package, its folder, or the reason why the caller did not find it; None to search here.
-        text: content of the file, if it does not exist yet.
-        without: packages to leave out, as if they were missing.
+        found: folder of each package that the caller found, or else lines of a message why it was not found, by package name.
+            None if `packages` shall search for packages in this process.
+        text: content of the file; by default it is read from `path`.
+        without: names of packages to treat as missing.
     """
 
     def __init__(
@@ -62,24 +63,24 @@ class Expansion:
     ) -> None:
         self.found = found
         self.wanted: str | None = None
-        """A package that the caller has to look for, before the file can be expanded."""
+        """Name of a package that the caller must find before the expansion can succeed; None if there is none."""
         self.path = path
         self.arguments = arguments
         self.packages = packages
         self.findings = Findings()
         self.node: minidom.Element | None = None
-        """The last element that xacro turned to."""
+        """The element that xacro processed last, as the place of an error."""
         self.calls: list[minidom.Element] = []
-        """The macro calls that it is in."""
+        """The macro calls that are being processed, outermost first."""
         self.known: dict[str, str | None] = {}
-        """Defaults of the arguments that the files take, by name."""
+        """Defaults of the arguments that the files declare or use, by name; None for an argument without a default."""
         self.text = text
         self.without = without
         self.absent: dict[str, AbsentPackage] = {}
         self.unknown_calls: list[UnknownCall] = []
 
     def run(self) -> Expanded:
-        """Run xacro and return the expanded document, or its errors."""
+        """Run xacro and return the response: the expanded document, or errors."""
         elements = self._elements()
         used = [str(path) for path in self.packages.files.used]
         absent = list(self.absent.values())
@@ -94,7 +95,7 @@ class Expansion:
                 xacro.process_doc(document, mappings=self.arguments, verbosity=0)
             root = document.documentElement
             if root is None or len(document.getElementsByTagName("*")) > MAX_ELEMENTS:
-                raise AccessDeniedError(f"it expands to more than {MAX_ELEMENTS} elements")
+                raise AccessDeniedError(f"the file expands to more than {MAX_ELEMENTS} elements")
             return list(elements(root, Span(Source(str(self.path), ()), 1, 1)))
         except Exception as error:  # xacro raises what expressions raise
             self.node = error.node if isinstance(error, UnwritableError) else self.node
@@ -103,7 +104,7 @@ class Expansion:
             return []
 
     def _take_over(self) -> None:
-        """Replace functions in the xacro module, which resolves them by name at each call."""
+        """Replace functions of the xacro module by restricted ones that also record the element being processed."""
         xacro.safe_eval = lambda text, names, _=None: xacro_expressions.evaluate(text, names)
         xacro.eval_extension = self._extension
         xacro.parse = self._parse
@@ -137,7 +138,7 @@ class Expansion:
         return call
 
     def _left_out(self, tag: str, macros: Any, symbols: Any) -> bool:
-        """Return whether an element calls a macro that nothing defines, after an include was left out."""
+        """Return whether an element calls an undefined macro after an include was left out; record such a call."""
         if not tag.startswith("xacro:") or tag == "xacro:call" or not any(p.includes for p in self.absent.values()):
             return False
         try:
@@ -171,7 +172,7 @@ class Expansion:
         return self._document(read(path, self.findings, "S103"), filename)
 
     def _refuse_absent(self, filename: str) -> None:
-        """Record a file of a missing package that is to be included, and refuse to read it."""
+        """Record an included file of a missing package and raise `AbsentPackageError`; do nothing for any other file."""
         name, _, rest = filename.rpartition(SCHEME)[2].partition("/")
         if SCHEME in filename and name in self.absent:
             if len(self.absent[name].includes) < MAX_NAMED:
@@ -189,7 +190,7 @@ class Expansion:
         return document
 
     def _extension(self, text: str) -> Any:
-        """Return the value of a substitution `$(…)`."""
+        """Return the value of a substitution `$(…)`; `text` includes the parentheses."""
         if text == "$(cwd)":
             return str(self.packages.folder)
         if text.startswith("$(eval "):
@@ -200,13 +201,16 @@ class Expansion:
         try:
             return substitution_args.resolve_args(text, context=context)
         except substitution_args.ArgException as error:
-            remedy = f"give it: xacro_arguments: {{{error}: …}} in the robot file, {error}:=… on the command line of an import"
+            remedy = f"write xacro_arguments: {{{error}: …}} in the robot file, or import with {error}:=…"
             raise XacroException(f"the argument {str(error)!r} has no value\n{remedy}") from None
         except substitution_args.SubstitutionException as error:
             raise XacroException(str(error)) from None
 
     def _names(self) -> dict[str, Any]:
-        """Return the names known in `$(eval …)`: `math` and the arguments. It ends at the first `)`, so it calls no functions."""
+        """Return the names that `$(eval …)` knows, with their values: constants of `math`, `true`, `false` and the arguments.
+
+        Functions of `math` cannot be called, because a substitution ends at the first `)`.
+        """
         known = {name: value for name, value in vars(math).items() if not name.startswith("_")}
         known |= {"true": True, "false": False}
         return known | {name: substitution_args.convert_value(text, "auto") for name, text in self.arguments.items()}
@@ -216,7 +220,7 @@ class Expansion:
             return self._absent(package, [f"package {package!r} is left out"])
         if self.found is not None and package not in self.found:
             self.wanted = package
-            raise XacroException(f"the package {package!r} lies where this process may not look")
+            raise XacroException(f"the location of the package {package!r} is not known yet")
         folder = self.packages.find(package) if self.found is None else self.found[package]
         if folder is None or isinstance(folder, list):
             return self._absent(package, folder or self.packages.lacks(package))
@@ -228,15 +232,15 @@ class Expansion:
         return f"{SCHEME}{package}"
 
     def _environment(self, name: str) -> str:
-        text = f"$(env {name}): the environment is not read, so that a file means the same everywhere"
-        raise XacroException(f"{text}\nmake it an argument")
+        text = f"$(env {name}): environment variables are not read, so that a file has the same meaning everywhere"
+        raise XacroException(f"{text}\ndeclare an <xacro:arg> and use $(arg …) instead")
 
     def _tell(self, error: Exception) -> None:
         causes = [error, getattr(error, "exc", None)]
         if any(isinstance(cause, RecursionError) for cause in causes):
-            text = "it expands without end"
+            text = "the file expands without end"
         elif any(isinstance(cause, MemoryError) for cause in causes):
-            text = f"it takes more than {MAX_MEMORY_BYTES >> 20} MiB"
+            text = f"the expansion takes more than {MAX_MEMORY_BYTES >> 20} MiB of memory"
         else:
             text = str(error) or type(error).__name__
         first, *more = (line.strip() for line in text.splitlines())
@@ -247,7 +251,7 @@ class Expansion:
 
 
 def main() -> None:
-    """Answer one request."""
+    """Read a request from stdin, expand the file and write the response to stdout."""
     request = json.load(sys.stdin)
     files = Files(tuple(map(Path, request["roots"])), installed=tuple(map(Path, request["installed"])))
     packages = Packages(Path(request["folder"]), tuple(map(Path, request["paths"])), files)

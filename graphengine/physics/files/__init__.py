@@ -1,1 +1,1 @@
-"""Reads untrusted files from allowed folders, limits their size and depth, and converts meshes in limited processes."""
+"""Reads untrusted files from allowed folders, limits their size and depth, and converts meshes in confined processes."""

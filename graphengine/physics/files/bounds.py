@@ -1,7 +1,7 @@
-"""Limits what a world may request from MuJoCo, because a few words of MJCF can mean a billion copies, texels or samples.
+"""Limits the size of a world, because a few words of MJCF can request a billion copies, texels or samples from MuJoCo.
 
-Everything is counted in cells of some bytes each. Work that takes MuJoCo long counts more, so that a world within the limit
-also compiles within minutes.
+The size is counted in cells. A cell is one texel or sample, a few bytes; an element counts as many cells, according to the time
+that MuJoCo needs to compile it. A world within the limit compiles within minutes.
 """
 
 from __future__ import annotations
@@ -12,9 +12,9 @@ import struct
 from graphengine.physics.files.xml import Element, numbers
 
 MAX_CELLS = 200_000_000
-"""Largest number of cells of a world: eleven textures of 4096 x 4096, or 100 000 elements."""
+"""Maximum number of cells of a world. It is reached by, e.g., twelve textures of 4096 x 4096 texels, or 100 000 elements."""
 _ELEMENT = 2000
-HOW_CELLS_COUNT = f"a texel or a sample is a cell, an element or a copy of one counts {_ELEMENT}"
+HOW_CELLS_COUNT = f"a texel or sample is one cell; an element, or a copy of one, counts as {_ELEMENT} cells"
 
 _NUSER = tuple(f"nuser_{of}" for of in ("body", "jnt", "geom", "site", "cam", "tendon", "actuator", "sensor"))
 _COSTS: tuple[tuple[str, int, tuple[str, ...]], ...] = (
@@ -29,17 +29,20 @@ _COSTS: tuple[tuple[str, int, tuple[str, ...]], ...] = (
     ("user", 10, ("dim",)),
     ("general", 10, ("actdim",)),
 )
-"""By tag: cells for each of the product of an element's attributes."""
+"""(tag, factor, attributes): an element with this tag counts as the product of these attributes times the factor, in cells."""
 
 _PNG = b"\x89PNG\r\n\x1a\n"
 
 
 def weigh(root: Element, attached: float) -> tuple[float, Element | None]:
-    """Return the number of cells that an MJCF file requests, and the element at which they exceed the limit.
+    """Return the number of cells that an MJCF file requests, and the element that exceeds the limit.
 
     Args:
         root: root element, with includes inserted.
-        attached: cells of the largest model that the file attaches.
+        attached: number of cells of the largest model that the file may attach; each `attach` element counts as that many.
+
+    Returns:
+        The number of cells, and None; or the number so far, and the element at which it exceeds `MAX_CELLS`.
     """
     total = 0.0
     pending = [(root, 1.0)]
@@ -55,7 +58,10 @@ def weigh(root: Element, attached: float) -> tuple[float, Element | None]:
 
 
 def cells_of_file(tag: str, data: bytes) -> int:
-    """Return the number of cells in a texture or height field file, from its first bytes: MuJoCo's formats begin with sizes."""
+    """Return the number of cells of a texture or height field file, read from its header; 0 for other files.
+
+    PNG files and MuJoCo's own formats begin with the number of rows and columns.
+    """
     if data.startswith(_PNG) and len(data) >= 24:
         width, height = struct.unpack_from(">2I", data, 16)
         return int(width * height)
@@ -75,7 +81,7 @@ def _cells(element: Element) -> float:
 
 
 def _product(element: Element, names: tuple[str, ...]) -> float:
-    """Return the product of all numbers in some attributes, each at least 1; 0 without any of them."""
+    """Return the product of all numbers in the given attributes; numbers below 1 count as 1. Return 0 without attributes."""
     texts = [element.get(name) for name in names if name in element.attributes]
     return math.prod(max(abs(size), 1.0) for text in texts for size in _sizes(text)) if texts else 0.0
 

@@ -1,7 +1,7 @@
-"""Converts meshes that MuJoCo cannot read, all at once in a separate process with limits on time and memory.
+"""Converts meshes that MuJoCo cannot read, many at a time in one confined process with limits on time and memory.
 
-A request is a line of JSON, followed by the files. Each file is answered when it is done: length in eight bytes, a line of
-JSON, and the converted files. So if the process is killed, the caller knows which file caused it.
+The request to the process is a line of JSON, followed by the files. The process answers each file as soon as it is converted:
+length in eight bytes, a line of JSON, and the converted files. If the process is killed, the caller knows which file caused it.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from graphengine.sandbox.untrusted import encoded, read
 MAX_SECONDS = 60.0
 
 MAX_REASON = 300
-"""Greatest length of the reason why a file cannot be read, characters."""
+"""Maximum length of the reason why a file cannot be read, characters; longer reasons are cut."""
 MAX_HEAD_BYTES = 4_000_000
 
 _MODULE = "graphengine.physics.files.conversion"  # which is called __main__ in the process
@@ -31,12 +31,12 @@ _MODULE = "graphengine.physics.files.conversion"  # which is called __main__ in 
 
 @dataclass(frozen=True, slots=True)
 class Foreign:
-    """A file that MuJoCo cannot read.
+    """A mesh file that MuJoCo cannot read and that is to be converted.
 
     Attributes:
         data: content of the file.
-        suffix: suffix of its name, in lower case.
-        visual: whether its colours are used.
+        suffix: suffix of the file name, in lower case.
+        visual: whether the mesh is a visual; then its colours are kept, and it is split into one converted file per colour.
     """
 
     data: bytes
@@ -46,7 +46,7 @@ class Foreign:
 
 @dataclass(frozen=True, slots=True)
 class Converted:
-    """A file in MuJoCo's own format, and its colour."""
+    """A converted mesh in MuJoCo's MSH format, and its colour; None if it has no colour."""
 
     data: bytes
     colour: meshes.Colour | None
@@ -54,22 +54,22 @@ class Converted:
 
 @dataclass(frozen=True, slots=True)
 class _Head:
-    """The first line of an answer: the reason why the file cannot be read, or lengths and colours of the converted files."""
+    """The first line of an answer: why the file cannot be read, or length in bytes and colour of each converted file."""
 
     failure: str
     files: list[tuple[int, meshes.Colour | None]]
 
 
 def convert_all(files: Sequence[Foreign]) -> list[list[Converted] | meshes.MeshError]:
-    """Return for each file its converted files, or an error if the file cannot be read.
+    """Convert mesh files; return a list of converted files for each file, or an error if the file cannot be read.
 
-    A file whose colours are used gives one converted file per colour, any other file a single one.
+    A visual mesh becomes one converted file per colour, any other mesh a single converted file.
     """
     if not files:
         return []
     head = json.dumps([(file.suffix, file.visual, len(file.data)) for file in files])
     request = b"".join((head.encode(), b"\n", *(file.data for file in files)))
-    why = "ended before its time"
+    why = "ended too early"
     try:
         answer = ask(_MODULE, request, MAX_SECONDS)
     except ProcessError as error:
@@ -80,7 +80,7 @@ def convert_all(files: Sequence[Foreign]) -> list[list[Converted] | meshes.MeshE
 
 
 def _answers(answer: bytes) -> Iterator[list[Converted] | meshes.MeshError]:
-    """Yield the answers that the process sent completely before it ended."""
+    """Yield each answer that is complete in the output of the process."""
     stream = io.BytesIO(answer)
     while len(head := stream.read(8)) == 8:
         length = int.from_bytes(head, "little")
@@ -99,7 +99,7 @@ def _answer(told: io.BytesIO) -> list[Converted] | meshes.MeshError:
         return meshes.MeshError("the process that reads the file sends a malformed answer")
 
 
-@lru_cache(maxsize=1)  # the same file may follow for another use
+@lru_cache(maxsize=1)  # the next file may be the same file, as a visual instead of a collider
 def _parts(data: bytes, suffix: str) -> list[meshes.Part]:
     return meshes.convert(data, suffix)
 
@@ -117,10 +117,10 @@ def _converted(data: bytes, suffix: str, *, visual: bool) -> bytes:
 
 
 def main() -> None:
-    """Read a request from standard input, and write the answers to standard output."""
+    """Read a request from standard input, convert its files, and write one answer per file to standard output."""
     wanted = json.loads(sys.stdin.buffer.readline())
     meshes.prepare({suffix for suffix, _, _ in wanted})
-    sys.meta_path.clear()  # to a library, what it would import from now on is not installed
+    sys.meta_path.clear()  # further imports fail, as if the modules were not installed
     confine(Files(()), TIERS["mesh"])
     for suffix, visual, length in wanted:
         told = _converted(sys.stdin.buffer.read(length), suffix, visual=visual)

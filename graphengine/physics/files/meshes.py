@@ -1,9 +1,9 @@
-"""Converts meshes in formats that MuJoCo cannot read to files that it can, in memory.
+"""Converts mesh files that MuJoCo cannot read to MuJoCo's MSH format, in memory.
 
 MuJoCo reads binary STL of up to 200 000 triangles, OBJ, and its own MSH. pycollada reads COLLADA, trimesh the other formats.
 
-For COLLADA, the transforms of nodes and the unit are used, but not the up axis, as in RViz, Gazebo and MoveIt, for which robots
-are made: files with Y_UP come from exporters that always write it.
+For COLLADA, the node transforms and the unit are applied, but the up axis is ignored, as in RViz, Gazebo and MoveIt: some
+exporters always write Y_UP, even for meshes of robots whose z axis points up.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ Colour = tuple[float, float, float, float]
 """Red, green, blue and opacity, 0 to 1."""
 
 AS_THEY_ARE = (".obj", ".msh")
-"""Formats that MuJoCo mostly gets unread; binary STL too."""
+"""Formats that are passed to MuJoCo unchanged, with few exceptions (see `needs_conversion`); so is binary STL."""
 CONVERTED = (".dae", ".ply", ".glb", ".off")
 READABLE = (".stl", *AS_THEY_ARE, *CONVERTED)
 MAX_STL_TRIANGLES = 200_000
@@ -37,26 +37,26 @@ MAX_TRIANGLES = 5_000_000
 MAX_NODES = 100_000
 
 _ENCODINGS = ("ascii", "utf-8", "utf-16", "iso-8859-1", "iso-8859-15", "cp1252")
-"""Those that exporters declare in the XML of COLLADA files; Python imports each when it is first used."""
+"""Encodings that COLLADA files declare in practice. They are loaded beforehand, because later imports fail."""
 _LEAST_VERTICES = 4
-"""Least number of vertices of a mesh in MuJoCo."""
+"""Minimum number of vertices that MuJoCo requires of a mesh."""
 _STL_HEADER, _STL_TRIANGLE = 84, 50
 _PLAIN_CORNER, _CORNER_WITH_MORE = re.compile(rb"(?m)^f\s+-?\d+\s"), re.compile(rb"(?m)^f\s+-?\d+/")
-"""Of an OBJ file MuJoCo wants all corners with normals and texture coordinates, or none."""
+"""Match faces of OBJ files without, and with, normals or texture coordinates. MuJoCo refuses files that have both kinds."""
 
 
 class MeshError(Exception):
-    """A mesh that cannot be read; the message gives the reason."""
+    """A mesh file cannot be read; the message gives the reason."""
 
 
 @dataclass(frozen=True, slots=True)
 class Part:
-    """Triangles of one colour.
+    """The triangles of a mesh that have the same colour.
 
     Attributes:
-        vertices: shape (n, 3), m.
-        faces: shape (m, 3), indices of vertices, counter-clockwise seen from outside.
-        colour: red, green, blue and alpha; None if the file has no colour.
+        vertices: positions in m, shape (number of vertices, 3).
+        faces: indices of the vertices of each triangle, counter-clockwise seen from outside, shape (number of triangles, 3).
+        colour: red, green, blue and alpha, 0 to 1; None if the file has no colour.
     """
 
     vertices: NDArray[np.float64]
@@ -65,7 +65,7 @@ class Part:
 
 
 def needs_conversion(data: bytes, suffix: str) -> bool:
-    """Return whether MuJoCo cannot read a file although it supports the format."""
+    """Return whether a mesh file in a readable format must be converted, because MuJoCo cannot read the format or this file."""
     if suffix == ".obj":
         return bool(_PLAIN_CORNER.search(data) and _CORNER_WITH_MORE.search(data))
     if suffix != ".stl":
@@ -75,7 +75,7 @@ def needs_conversion(data: bytes, suffix: str) -> bool:
 
 
 def prepare(suffixes: Collection[str]) -> None:
-    """Import the libraries for these formats, including modules that they import only when needed."""
+    """Import the libraries that read files with these suffixes, including modules that the libraries import on demand."""
     if ".dae" in suffixes:
         import collada
         import collada.polylist
@@ -102,7 +102,7 @@ def convert(data: bytes, suffix: str) -> list[Part]:
             parts = list(_collada(data) if suffix == ".dae" else _by_trimesh(data, suffix))
         except MeshError:
             raise
-        except Exception as error:  # of a malformed file either library raises anything
+        except Exception as error:  # for a malformed file, both libraries raise exceptions of any kind
             raise MeshError(f"the file cannot be read: {str(error) or type(error).__name__}") from error
     parts = _by_colour(parts)
     if not parts:
@@ -111,14 +111,14 @@ def convert(data: bytes, suffix: str) -> list[Part]:
 
 
 def merged(parts: list[Part]) -> Part:
-    """Return all parts merged into one without a colour."""
+    """Return all parts merged into one part without a colour."""
     starts = np.cumsum([0, *(len(part.vertices) for part in parts)])
     faces = [part.faces + start for part, start in zip(parts, starts, strict=False)]
     return Part(np.concatenate([part.vertices for part in parts]), np.concatenate(faces))
 
 
 def msh(part: Part) -> bytes:
-    """Return a part in MuJoCo's own format: counts of vertices, normals, texture coordinates and faces; then the data."""
+    """Return a part in MuJoCo's MSH format: numbers of vertices, normals, texture coordinates and faces, then the data."""
     missing = max(_LEAST_VERTICES - len(part.vertices), 0)
     vertices = np.pad(part.vertices, ((0, missing), (0, 0)), mode="edge")
     head = struct.pack("<4i", len(vertices), 0, 0, len(part.faces))
@@ -126,7 +126,7 @@ def msh(part: Part) -> bytes:
 
 
 def _by_colour(parts: list[Part]) -> list[Part]:
-    """Return parts with parts of equal colour joined, because each becomes a geom."""
+    """Return one part per colour, because each part becomes a geom; parts with the same colour are merged."""
     colours = dict.fromkeys(part.colour for part in parts)
     same = [(colour, merged([part for part in parts if part.colour == colour])) for colour in colours]
     return [Part(part.vertices, part.faces, colour) for colour, part in same]
@@ -148,7 +148,7 @@ def _collada(data: bytes) -> Iterator[Part]:
     from collada.triangleset import BoundTriangleSet
 
     _refuse_doctype(data)
-    if zipfile.is_zipfile(io.BytesIO(data)):  # of which pycollada would read what lies in it instead
+    if zipfile.is_zipfile(io.BytesIO(data)):  # pycollada would read a file of the archive instead
         raise MeshError("the file contains a ZIP archive")
     document = _document(data)
     if document.scene is None:
@@ -170,7 +170,10 @@ def _collada(data: bytes) -> Iterator[Part]:
 
 
 def _document(data: bytes) -> Any:
-    """Read a COLLADA file; if references are broken, without materials, because pycollada would drop their geometries."""
+    """Return the parsed COLLADA file.
+
+    If the file has broken references, it is read without materials, because pycollada would drop geometries with such references.
+    """
     import collada
 
     document = collada.Collada(io.BytesIO(data), ignore=[collada.DaeError])
@@ -184,9 +187,10 @@ def _document(data: bytes) -> Any:
 
 
 def _geometries(nodes: list[Any]) -> Iterator[tuple[Any, bool]]:
-    """Yield the geometries of a scene in its frame, and whether they are mirrored, which turns their triangles inside out.
+    """Yield each geometry of a scene, transformed to the scene's frame, and whether the transform mirrors it.
 
-    The order is depth first; a node may be used several times, and counts each time towards the limit `MAX_NODES`.
+    Mirroring reverses the orientation of triangles. The order is depth first. A node may be used several times; each use counts
+    towards the limit `MAX_NODES`.
     """
     from collada.scene import GeometryNode, Node
 
@@ -205,7 +209,10 @@ def _geometries(nodes: list[Any]) -> Iterator[tuple[Any, bool]]:
 
 
 def _diffuse(material: Any) -> Colour | None:
-    """Return a material's colour; None for a texture. Opacity is ignored, because exporters disagree on its meaning."""
+    """Return the diffuse colour of a material with opacity 1; None for a texture.
+
+    The opacity in the file is ignored, because exporters disagree on its meaning.
+    """
     colour = getattr(getattr(material, "effect", None), "diffuse", None)
     if not isinstance(colour, tuple) or len(colour) < 3:
         return None
@@ -214,7 +221,7 @@ def _diffuse(material: Any) -> Colour | None:
 
 
 def _refuse_doctype(data: bytes) -> None:
-    """Refuse document types, because entities could refer to other files or expand to unlimited text."""
+    """Raise `MeshError` if an XML file has a document type: its entities could refer to files or expand to unlimited text."""
 
     def refuse(*_: object) -> None:
         raise MeshError("the file has a document type, which is not allowed")
@@ -224,5 +231,5 @@ def _refuse_doctype(data: bytes) -> None:
 
     parser = xml.parsers.expat.ParserCreate()
     parser.StartDoctypeDeclHandler, parser.StartElementHandler = refuse, stop
-    with contextlib.suppress(StopIteration):  # at the root, before which a document type must stand
+    with contextlib.suppress(StopIteration):  # raised at the root element; a document type can only precede it
         parser.Parse(data, True)

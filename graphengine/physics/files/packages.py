@@ -1,8 +1,8 @@
-"""Finds the files that a description names: beside it, in a ROS package, or at an absolute path.
+"""Finds the files to which a description refers: by relative path, in a ROS package, or by absolute path.
 
-A package is a folder that has the package's name, or whose `package.xml` contains the name. It is looked up first in the folders
-around the description, which is usually in the package itself, then in the folders that the robot file lists, then in the folders
-that the user gave.
+A package is a folder that has the package's name, or whose `package.xml` contains the name. It is looked up in this order: in
+the folders that contain the description (usually the package itself), in the `package_paths` of the robot file, and in the
+folders that the user allows.
 """
 
 from __future__ import annotations
@@ -16,21 +16,22 @@ from graphengine.format.ros_packages import MANIFEST, manifest_name, walk
 from graphengine.format.wording import did_you_mean, listing
 
 SCHEMES = ("package://", "model://")
-"""Schemes of references into a package."""
+"""Schemes of references to files in packages, as in `package://NAME/FILE`."""
 MODELS = "models"
-"""Folder of a package with Gazebo's models, which are packages without a manifest."""
+"""Folder in which a package may contain Gazebo models; a model is found like a package, but has no `package.xml`."""
 MAX_DEPTH = 4
-"""Folders below a search path in which packages are looked for, as in `src/repository/package`."""
-REMEDY = "give its folder: package_paths in the robot file, --package-path of an import"
-"""Help for a package that is not found."""
+"""Number of levels below a search path at which packages are looked for, as in `src/repository/package`."""
+REMEDY = "name its folder by package_paths in the robot file, or by --package-path on import"
+"""Remedy in messages about a package that is not found."""
 
 
 class Packages:
-    """The packages that a description can refer to.
+    """The packages to which a description can refer.
 
     Args:
-        folder: folder of the description, in which relative references begin.
-        paths: packages, or folders with packages at any depth up to `MAX_DEPTH`; the roots of `files` follow.
+        folder: folder of the description; relative references start from it.
+        paths: folders of packages, or folders with packages up to `MAX_DEPTH` levels below. After these, the roots of `files`
+            are searched.
         files: decides which files may be read.
     """
 
@@ -41,7 +42,7 @@ class Packages:
         self._found: dict[str, Path | None] = {}
 
     def find(self, name: str) -> Path | None:
-        """Return the folder of a package; if there are several, the first that may be read."""
+        """Return the folder of a package; None if it is not found. Of several, the first that may be read is preferred."""
         if name not in self._found:
             found = (folder for folder in self._candidates(name) if self._is(folder, name))
             first = next(found, None)
@@ -50,10 +51,10 @@ class Packages:
         return self._found[name]
 
     def places(self, reference: str) -> list[Path]:
-        """Return possible paths for a reference, most likely first.
+        """Return the paths at which the file of a reference may be, most likely first; none for an unsupported scheme.
 
-        If no package of that name is found, the paths begin in the folders around the description, because a package without a
-        manifest may be in a folder with another name. Folders with the manifest of another package are left out.
+        If the package of a reference is not found, each folder that contains the description is tried as the package, because a
+        package without a manifest may be in a folder with another name. Folders that have a manifest are skipped.
         """
         if reference.startswith("file://"):
             return [self.folder / unquote(reference.removeprefix("file://"))]
@@ -67,7 +68,7 @@ class Packages:
         return [folder / rest for folder in around if self._name_of(folder) is None]
 
     def searched(self) -> list[str]:
-        """Return the folders in which packages are looked up, as text."""
+        """Return the folders in which packages are looked up, as text for a message."""
         told = {self.folder.resolve(): f"around {self.folder}"}
         for path in self.paths:
             if not path.is_relative_to(shipped()):
@@ -75,12 +76,12 @@ class Packages:
         return list(told.values())
 
     def lacks(self, name: str) -> list[str]:
-        """Return the message for a missing package: a sentence, then lines of help."""
+        """Return the lines of the message for a missing package: first what is wrong, then remedies."""
         searched = listing(self.searched(), "looked in")
         return [f"no package {name!r}", *filter(None, (did_you_mean(name, self.known()), searched, REMEDY))]
 
     def known(self) -> list[str]:
-        """Return the names of the packages in the folders that the user gave."""
+        """Return the names of all packages with a manifest in the search paths."""
         return sorted({name for path in self.paths for folder in _below(path) if (name := self._name_of(folder))})
 
     def _candidates(self, name: str) -> Iterator[Path]:
@@ -98,11 +99,11 @@ class Packages:
     def _is(self, folder: Path, name: str) -> bool:
         try:
             return folder.is_dir() and name in (folder.resolve().name, self._name_of(folder))
-        except (OSError, RuntimeError, ValueError):  # a name that no folder can have, a loop of links
+        except (OSError, RuntimeError, ValueError):  # an impossible folder name, or a loop of symbolic links
             return False
 
     def _name_of(self, folder: Path) -> str | None:
-        """Return the package name in a folder's manifest; None without a readable manifest."""
+        """Return the package name in the manifest of a folder; None without a readable manifest."""
         manifest = folder / MANIFEST
         if not self.files.may_read(manifest) or not manifest.is_file():
             return None
@@ -117,5 +118,5 @@ def package_of(reference: str) -> str | None:
 
 
 def _below(path: Path) -> Iterator[Path]:
-    """Yield the folders of a tree, parents first; folders inside a package are skipped."""
+    """Return an iterator over a folder and the folders below it, parents first; folders inside packages are skipped."""
     return (folder for folder, _ in walk(path, MAX_DEPTH, lambda names: MANIFEST in names))

@@ -1,7 +1,7 @@
-"""Finds, checks and reads the files that a world or robot description names, and passes them to MuJoCo as bytes.
+"""Finds, checks and reads the files to which a world or robot description refers, and passes them to MuJoCo as bytes.
 
-MuJoCo would open any path. So this module inserts includes, reads all other files that may be read, and replaces their names in
-the XML by keys of `Library.assets`.
+MuJoCo would open any path. Therefore this module inserts included files, reads all other files if they may be read, and replaces
+their names in the XML by keys of `Library.assets`.
 """
 
 from __future__ import annotations
@@ -26,9 +26,9 @@ from graphengine.sandbox.borders import warn
 MAX_FILE_BYTES = 200_000_000
 
 _FOLDERS = {"mesh": "meshdir", "skin": "meshdir", "flexcomp": "meshdir", "hfield": "meshdir", "texture": "texturedir"}
-"""Which of the compiler's folders an element's files lie in; `assetdir` sets both."""
+"""Attribute of <compiler> that names the folder of an element's files, by tag; `assetdir` sets both attributes."""
 _CODE = ("plugin", "extension")
-"""Elements that make MuJoCo run code of a plugin."""
+"""Tags of elements that make MuJoCo execute plugins."""
 _NAMED_BY_FILE = ("mesh", "hfield", "texture")
 
 Outcome = Literal["unchanged", "converted", "unreadable", "missing"]
@@ -36,7 +36,7 @@ Outcome = Literal["unchanged", "converted", "unreadable", "missing"]
 
 @dataclass(frozen=True, slots=True)
 class MeshFile:
-    """The key of a mesh in `Library.assets`, and the colour in the mesh file; None without a colour."""
+    """A mesh that MuJoCo can read: its key in `Library.assets`, and the colour in the mesh file or None."""
 
     key: str
     colour: meshes.Colour | None = None
@@ -44,7 +44,7 @@ class MeshFile:
 
 @dataclass(frozen=True, slots=True)
 class _Mesh:
-    """A loaded mesh file: the files that MuJoCo reads, or the reason why there are none."""
+    """The result of loading a mesh file: the meshes that MuJoCo can read, or the reason `why` there are none."""
 
     outcome: Outcome
     files: list[MeshFile]
@@ -60,11 +60,18 @@ class _FileKind(NamedTuple):
 
 
 class _UnreadableError(Exception):
-    """A file that may not or cannot be read; the message gives the reason."""
+    """A file cannot be read; the message gives the reason."""
 
 
 class Library:
-    """The files of a scene, by the keys under which MuJoCo finds them."""
+    """The contents of the files of a scene, by the keys that replace file names in the XML for MuJoCo.
+
+    `models` holds MJCF files, `assets` all other files.
+
+    Args:
+        files: decides which files may be read, and records them.
+        findings: receives errors and notes.
+    """
 
     def __init__(self, files: Files, findings: Findings) -> None:
         self.files = files
@@ -73,14 +80,14 @@ class Library:
         self.models: dict[str, bytes] = {}
         self._keys: dict[Path, str] = {}
         self._included_files: dict[Path, str] = {}
-        """The keys are the files inserted by `include`, with symbolic links resolved."""
+        """The files inserted by `include`, with symbolic links resolved, as keys; the values are empty."""
         self._meshes: dict[_FileKind, _Mesh] = {}
         self._heaviest = 0.0
-        """Number of cells of the largest model so far, as counted by `bounds`."""
+        """Number of cells (see `bounds`) of the largest model so far."""
         self._unfolded = 0
-        """Number of cells of all files read so far."""
+        """Number of cells of all textures and height fields read so far."""
         self.outcomes: dict[str, Outcome] = {}
-        """Outcome of loading each mesh of the descriptions, by reference."""
+        """Result of loading each mesh of the descriptions, by reference."""
 
     def copy(self, files: Files) -> Library:
         """Return a copy that reads further files independently of this one."""
@@ -92,7 +99,12 @@ class Library:
         return made
 
     def world(self, path: Path, text: str | None = None) -> Element | None:
-        """Return an MJCF file or text without references to other files; None if there are errors."""
+        """Read an MJCF file or text; return its root element, in which keys replace all file names, or None after an error.
+
+        Args:
+            path: path of the file; relative references start from its folder.
+            text: text to parse instead of the file.
+        """
         before = len(self.findings.errors)
         root = self._model(path, [], text)
         return root if len(self.findings.errors) == before else None
@@ -102,17 +114,18 @@ class Library:
         return list(dict.fromkeys([*self._included_files, *self._keys]))
 
     def source(self, key: str) -> Path | None:
-        """Return the path of the file that was loaded under a key of `assets`; None if there is none."""
+        """Return the path of the file that has the given key in `assets` or `models`; None if there is no such file."""
         return next((path for path, known in self._keys.items() if known == key), None)
 
     def meshes(self, shapes: Sequence[tuple[Element, bool]], packages: Packages) -> dict[Element, list[MeshFile]]:
-        """Return files that MuJoCo can read for URDF meshes: one per colour for a visible mesh, else one.
+        """Load the meshes of a URDF description; return the mesh files that MuJoCo can read, by `mesh` element.
 
-        A mesh that cannot be read is an error if it is a collider; otherwise it is left out with a note.
+        A converted visual mesh may have several files, one per colour. An unreadable visual mesh is left out with a note; an
+        unreadable collider and a missing file are errors.
 
         Args:
-            shapes: meshes, and whether each is a visual.
-            packages: packages of the description.
+            shapes: (`mesh` element, whether it belongs to a visual) for each mesh.
+            packages: finds the files of references.
         """
         kinds: dict[Element, _FileKind] = {}
         for element, visual in shapes:
@@ -125,7 +138,7 @@ class Library:
         return {element: self._files(element, kind) for element, kind in kinds.items()}
 
     def _files(self, element: Element, kind: _FileKind) -> list[MeshFile]:
-        """Return the files of a loaded mesh; report errors."""
+        """Return the mesh files that replace a loaded mesh; if it is unreadable, add an error or a note."""
         reference, mesh = element.get("filename"), self._meshes[kind]
         self.outcomes[reference] = mesh.outcome
         if mesh.outcome == "unreadable":
@@ -134,9 +147,9 @@ class Library:
         return mesh.files
 
     def _load(self, kinds: Iterable[_FileKind]) -> None:
-        """Read meshes, and convert those that MuJoCo cannot read, all at once."""
+        """Read mesh files, and convert all files that MuJoCo cannot read in a single process."""
         foreign: dict[_FileKind, Foreign] = {}
-        for kind in sorted(kinds):  # a file that is looked at and collided with follows itself
+        for kind in sorted(kinds):  # the uses of a file as visual and as collider become neighbours
             try:
                 data = self._mesh_data(kind)
             except _UnreadableError as error:
@@ -177,8 +190,8 @@ class Library:
         self._include(root, path.parent, [path.resolve()], path.parent, 1)
         for element in root.walk():
             if element.tag in _CODE:
-                text = f"<{element.tag}>: plugins of MuJoCo are code, which files here cannot use"
-                self.findings.add("S102", text, element.span, "leave it out")
+                text = f"<{element.tag}>: MuJoCo plugins are not supported, because they execute native code"
+                self.findings.add("S102", text, element.span, "remove this element")
                 return None
         folders = {"meshdir": "", "texturedir": ""}
         for compiler in root.all("compiler"):
@@ -191,13 +204,21 @@ class Library:
                 self._asset(element, attribute, path.parent, folders, [*nested, path.resolve()])
         cells, culprit = weigh(root, self._heaviest)
         if culprit is not None:
-            what = f"with this <{culprit.tag}> the world unfolds to more than {MAX_CELLS // 10**6} million cells"
+            what = f"at this <{culprit.tag}> the world exceeds the limit of {MAX_CELLS // 10**6} million cells"
             self.findings.add("S102", what, culprit.span, HOW_CELLS_COUNT)
         self._heaviest = max(self._heaviest, cells)
         return root
 
     def _include(self, element: Element, folder: Path, seen: list[Path], main: Path, depth: int) -> None:
-        """Replace each `include` by the content of its file; each file is included once, as in MuJoCo."""
+        """Replace each `include` below an element by the content of its file; including a file twice is an error, as in MuJoCo.
+
+        Args:
+            element: element whose children are searched.
+            folder: folder of the file that contains the element.
+            seen: resolved paths of the files so far; included files are appended.
+            main: folder of the main file, in which included files are looked up next.
+            depth: depth of the element, 1 for the root.
+        """
         if depth > MAX_DEPTH:
             self.findings.add("S102", f"nested more than {MAX_DEPTH} levels deep", element.span)
             return
@@ -245,7 +266,7 @@ class Library:
             return
         resolved = path.resolve()
         if resolved in nested:
-            self.findings.add("S102", f"{reference!r} contains itself", element.place(attribute))
+            self.findings.add("S102", f"the model {reference!r} contains itself", element.place(attribute))
             return
         if resolved not in self._keys and (root := self._model(path, nested)) is not None:
             self._keys[resolved] = f"model{len(self.models)}.xml"
@@ -253,7 +274,7 @@ class Library:
         element.attributes[attribute] = self._keys.get(resolved, "")
 
     def _take(self, element: Element, attribute: str, place: Path) -> None:
-        """Read a file and write its key into the XML."""
+        """Read the file that an attribute names, and replace the name by the file's key in `assets`."""
         reference = element.get(attribute)
         path = self._find(element, attribute, [place], "S102")
         if path is None:
@@ -267,14 +288,16 @@ class Library:
                 return
             self._unfolded += cells_of_file(element.tag, data)
             if self._unfolded > MAX_CELLS:
-                what = f"with {reference!r} the world's files unfold to more than {MAX_CELLS // 10**6} million cells"
+                what = (
+                    f"with {reference!r} the files of the world exceed the limit of {MAX_CELLS // 10**6} million cells"
+                )
                 self.findings.add("S102", what, element.place(attribute), HOW_CELLS_COUNT)
                 return
             self._keys[resolved] = self._keep(path.name, data)
         element.attributes[attribute] = self._keys[resolved]
 
     def _keep(self, name: str, data: bytes) -> str:
-        """Return the key of a new asset; MuJoCo reads the suffix of its name."""
+        """Add an asset and return its key, which keeps the suffix of the name, because MuJoCo infers the format from it."""
         key = f"{len(self.assets)}_{name}"
         self.assets[key] = data
         return key
@@ -287,7 +310,7 @@ class Library:
             readable = [place for place in places if self.files.may_read(place)]
             found = next((place for place in readable if self._is_there(place)), None)
             outside = package_folder(places[0]) if places and not readable else None
-        except (OSError, RuntimeError, ValueError) as error:  # too long a name, a loop of links
+        except (OSError, RuntimeError, ValueError) as error:  # a name that is too long, or a loop of symbolic links
             self.findings.add(code, f"cannot look up {reference[:200]!r}: {error}", span)
             return None
         if found is not None:
@@ -317,9 +340,9 @@ def _content(path: Path) -> bytes:
 
 
 def _whereabouts(reference: str, places: Sequence[Path], packages: Packages | None) -> list[str]:
-    """Return lines of help for a missing file: a file with a similar name, and the folders that were searched."""
+    """Return remedies for a missing file: a file or package with a similar name, and the folders that were searched."""
     if not places:
-        return [f"meshes are named by their path, or with {', '.join((*SCHEMES, 'file://'))}"]
+        return [f"refer to a mesh by its path, or with {', '.join((*SCHEMES, 'file://'))}"]
     folders = list(dict.fromkeys(place.parent for place in places))
     names = [entry.name for folder in folders if folder.is_dir() for entry in folder.iterdir()]
     near = did_you_mean(Path(reference).name, names)
@@ -328,5 +351,5 @@ def _whereabouts(reference: str, places: Sequence[Path], packages: Packages | No
     if packages is None or package is None or packages.find(package) is not None:
         return [near, looked]
     known = did_you_mean(package, packages.known())
-    searched = listing(packages.searched(), f"no package {package!r}; looked for it")
+    searched = listing(packages.searched(), f"no package {package!r}; searched for it")
     return [near, known, searched, looked, REMEDY]

@@ -1,6 +1,6 @@
-"""Parses XML with the position of each element, within limits on its size and depth.
+"""Parses XML of limited size and depth, and keeps the source location of each element.
 
-Robot descriptions and worlds are parsed by this module first, and MuJoCo gets only the output of `write`: no path, entity or
+Robot descriptions and worlds are parsed by this module first. MuJoCo receives only the output of `write`, so that no entity or
 encoding of an untrusted file reaches its parser.
 """
 
@@ -20,7 +20,7 @@ MAX_DEPTH = 200
 MAX_ELEMENTS = 200_000
 _ENTITIES = str.maketrans({"&": "&amp;", "<": "&lt;", ">": "&gt;"})
 _IN_QUOTES = _ENTITIES | str.maketrans({'"': "&quot;", "\n": "&#10;", "\r": "&#13;", "\t": "&#9;"})
-"""What stands for characters in XML; written here, as xml.sax.saxutils imports HTTP and TLS."""
+"""Escape sequences of characters in attribute values. `xml.sax.saxutils` has them too, but imports HTTP and TLS modules."""
 
 
 @dataclass(slots=True, eq=False)
@@ -34,19 +34,19 @@ class Element:
     text: str = ""
 
     def get(self, attribute: str, default: str = "") -> str:
-        """Return the text of an attribute, or `default` without the attribute."""
+        """Return the value of an attribute, or `default` if the element does not have it."""
         return self.attributes.get(attribute, default)
 
     def first(self, tag: str) -> Element | None:
-        """Return the first child with a tag; None without one."""
+        """Return the first child with the given tag; None if there is none."""
         return next((child for child in self.children if child.tag == tag), None)
 
     def all(self, tag: str) -> list[Element]:
-        """Return the children with a tag."""
+        """Return all children with the given tag."""
         return [child for child in self.children if child.tag == tag]
 
     def walk(self) -> Iterator[Element]:
-        """Yield the element itself, then all elements in it, in order of the file."""
+        """Yield the element itself, then all elements below it, in order of the file."""
         pending = [self]
         while pending:
             element = pending.pop()
@@ -54,7 +54,7 @@ class Element:
             pending.extend(reversed(element.children))
 
     def place(self, attribute: str) -> Span:
-        """Return the position of an attribute's value, or else of the element."""
+        """Return the source location of an attribute's value; if it is not found, the location of the element."""
         lines = self.span.source.lines
         column = self.span.column - 1
         for number in range(self.span.line, min(self.span.line + 20, len(lines) + 1)):
@@ -69,11 +69,11 @@ class Element:
 
 
 class _RefusedError(Exception):
-    """Content that the parser refuses; the arguments are the reason and a remedy."""
+    """The parser refuses the content of a file. The arguments of the exception are the reason and, optionally, remedies."""
 
 
 def read(path: Path, findings: Findings, code: str) -> Element | None:
-    """Return the root of an XML file; errors are added to `findings` with `code`."""
+    """Return the root element of an XML file; None after an error, which is added to `findings` with `code`."""
     nowhere = Span(Source(str(path), ()), 1, 1)
     try:
         with open_regular(path) as file:
@@ -85,7 +85,10 @@ def read(path: Path, findings: Findings, code: str) -> Element | None:
 
 
 def parse(raw: bytes, name: str, findings: Findings, code: str) -> Element | None:
-    """Return the root of XML text; `name` is its name in messages."""
+    """Return the root element of XML text; None after an error, which is added to `findings` with `code`.
+
+    `name` is the name of the text in messages.
+    """
     source = Source(name, tuple(raw.decode("utf-8", "replace").split("\n")))
     if len(raw) > MAX_BYTES:
         findings.add(code, f"{name!r} is larger than {MAX_BYTES // 1_000_000} MB", Span(Source(name, ()), 1, 1))
@@ -106,7 +109,7 @@ def parse(raw: bytes, name: str, findings: Findings, code: str) -> Element | Non
 
 
 class _TreeBuilder:
-    """Builds elements from expat's callbacks."""
+    """Builds a tree of elements from the callbacks of the expat parser."""
 
     def __init__(self, source: Source) -> None:
         self.source = source
@@ -122,7 +125,7 @@ class _TreeBuilder:
         self.parser.StartDoctypeDeclHandler = self._doctype
 
     def span(self, length: int = 1) -> Span:
-        """Return the parser's position."""
+        """Return the current position of the parser as a source location of the given length."""
         return Span(self.source, self.parser.CurrentLineNumber, self.parser.CurrentColumnNumber + 1, length)
 
     def _start(self, tag: str, attributes: dict[str, str]) -> None:
@@ -150,7 +153,7 @@ class _TreeBuilder:
 
 
 def write(root: Element) -> tuple[str, list[Span]]:
-    """Return XML text with one tag per line, and the original position of each line."""
+    """Return an element as XML text with one tag per line, and for each line the source location of its element."""
     lines: list[str] = []
     spans: list[Span] = []
     pending: list[Element | str] = [root]
@@ -175,7 +178,7 @@ def write(root: Element) -> tuple[str, list[Span]]:
 
 
 def numbers(text: str, count: int) -> tuple[float, ...] | None:
-    """Return `count` finite numbers from text; None if it does not contain exactly these."""
+    """Return the `count` finite numbers that a text consists of, separated by spaces; None if it contains anything else."""
     try:
         values = tuple(float(part) for part in text.split())
     except ValueError:
@@ -184,7 +187,7 @@ def numbers(text: str, count: int) -> tuple[float, ...] | None:
 
 
 def number(text: str) -> float | None:
-    """Return the finite number that a text consists of; None if it is something else."""
+    """Return the finite number that a text consists of; None if the text is anything else."""
     values = numbers(text, 1)
     return values[0] if values is not None else None
 
@@ -194,7 +197,10 @@ _NAME = re.compile(r"Element name '([^']+)'")
 
 
 def mujoco_says(error: Exception) -> tuple[str, str, int]:
-    """Return MuJoCo's message, the name of the element it is about, and the line in the given text; 0 if unknown."""
+    """Split an error of MuJoCo into its message, the name of the element concerned, and the line in the parsed text.
+
+    The name is empty, and the line 0, if MuJoCo does not say them.
+    """
     text = str(error)
     sentence = text.split("\n")[0].removeprefix("XML Error: ").removeprefix("Error: ")
     name, line = _NAME.search(text), _LINE.search(text)
@@ -202,5 +208,5 @@ def mujoco_says(error: Exception) -> tuple[str, str, int]:
 
 
 def place_of(spans: Sequence[Span], line: int) -> Span:
-    """Return the original position of a line that `write` produced."""
+    """Return the source location of a line that `write` produced; `spans` comes from `write`, lines count from 1."""
     return spans[min(max(line, 1), len(spans)) - 1]

@@ -12,13 +12,13 @@ from graphengine.physics.importing.trial import trial_model, trial_spec
 from graphengine.physics.model.geoms import extents
 
 CHAIN = 3
-"""Least number of joints in a row of an arm."""
+"""Minimum number of moving joints in a chain for the robot to count as an arm."""
 STANDING = 0.05
-"""Height (m) above the lowest point of a robot up to which a leg reaches the floor, all joints at zero."""
+"""A limb counts as a leg if it reaches down to this height (m) above the robot's lowest point, with all joints at zero."""
 
 
 def fill(draft: Draft) -> None:
-    """Fix the root link of a robot that has an arm but neither wheels nor legs."""
+    """Fix the root link of a robot that has an arm but neither wheels nor legs, and add a remark."""
     urdf = draft.urdf
     if draft.fixed_base or urdf.root == WORLD or _rolls(draft):
         return
@@ -38,7 +38,7 @@ def _rolls(draft: Draft) -> bool:
 
 
 def _depths(urdf: Urdf) -> dict[str, int]:
-    """Return for each link the number of moving joints between it and the root."""
+    """Return the number of moving joints between the root link and each link, by link name."""
     depths: dict[str, int] = {}
     for link in urdf.depth_first():
         carrier = link.carrier
@@ -47,7 +47,12 @@ def _depths(urdf: Urdf) -> dict[str, int]:
 
 
 def _legs(draft: Draft, limbs: list[str]) -> int:
-    """Return the number of limbs that reach the lowest point of the robot."""
+    """Return the number of limbs that reach down to the lowest point of the robot; 0 if the robot cannot be compiled.
+
+    Args:
+        draft: draft of the robot.
+        limbs: names of the first links of the limbs.
+    """
     trial = trial_spec(draft)
     model = trial_model(draft, trial[0]) if trial is not None else None
     if model is None:

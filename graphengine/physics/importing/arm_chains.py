@@ -1,4 +1,4 @@
-"""The arms of a robot, which are chains of joints with position drives, and their grippers."""
+"""Finds the arms of a robot, i.e. chains of joints with position drives, and their grippers."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from graphengine.physics.description.urdf import Urdf, UrdfJoint
 _FINGER = 4
 """Maximum number of joints of a finger; a longer branch is an arm."""
 _ONLY, _ARM = 2, 3
-"""Minimum numbers of joints: of an arm that is the only chain, and of those that an arm does not share with others."""
+"""Minimum numbers of joints of an arm: if it is the only chain; and, among several chains, joints that only this arm has."""
 
 
 def arm_chains(urdf: Urdf, driven: Collection[str]) -> list[tuple[str, ...]]:
@@ -19,8 +19,8 @@ def arm_chains(urdf: Urdf, driven: Collection[str]) -> list[tuple[str, ...]]:
     Joints that several chains share, such as that of a torso, belong to an arm only if the robot has no other arm.
 
     Args:
-        urdf: the description.
-        driven: joints with position drives, except those of a base and those that follow another.
+        urdf: robot description.
+        driven: names of joints with position drives, without joints of a base and mimic joints.
     """
     above = {joint.name: _above(urdf, joint) for joint in urdf.moving()}
     paths = _paths(above, driven)
@@ -39,7 +39,7 @@ def arm_chains(urdf: Urdf, driven: Collection[str]) -> list[tuple[str, ...]]:
 
 
 def gripper_joints(urdf: Urdf, driven: Collection[str]) -> list[str]:
-    """Return the joint of each gripper: the only driven joint of its fingers, which the other fingers mimic."""
+    """Return the joint of each gripper whose fingers have a single driven joint; the other fingers mimic that joint."""
     above = {joint.name: _above(urdf, joint) for joint in urdf.moving()}
     hands = _hands(above, _paths(above, driven))
     leaders = [[name for name in hand if name in driven] for hand in hands]
@@ -47,12 +47,12 @@ def gripper_joints(urdf: Urdf, driven: Collection[str]) -> list[str]:
 
 
 def _paths(above: dict[str, list[str]], driven: Collection[str]) -> dict[str, list[str]]:
-    """Return the driven joints from the root to each driven joint."""
+    """Return, for each driven joint, the driven joints on the way from the root to it, including the joint itself."""
     return {name: [each for each in [*above[name], name] if each in driven] for name in above if name in driven}
 
 
 def _above(urdf: Urdf, joint: UrdfJoint) -> list[str]:
-    """Return names of the moving joints that carry a joint, from the root on."""
+    """Return the names of the moving joints between the root and a joint, starting at the root."""
     found: list[str] = []
     carrier = urdf.links[joint.parent].carrier
     while carrier is not None:
@@ -63,7 +63,10 @@ def _above(urdf: Urdf, joint: UrdfJoint) -> list[str]:
 
 
 def _hands(above: dict[str, list[str]], paths: dict[str, list[str]]) -> list[list[str]]:
-    """Return the joints at which an arm branches into fingers: into several branches, none of which is long enough for an arm."""
+    """Return the first joints of all fingers for each place where a chain branches into fingers.
+
+    Branches are fingers if none of them has enough joints for an arm.
+    """
     branches: defaultdict[str, list[str]] = defaultdict(list)
     depths: defaultdict[str, int] = defaultdict(int)
     for name, carriers in above.items():
@@ -76,6 +79,6 @@ def _hands(above: dict[str, list[str]], paths: dict[str, list[str]]) -> list[lis
 
 
 def _own(chain: tuple[str, ...], chains: Collection[tuple[str, ...]]) -> tuple[str, ...]:
-    """Return the joints of a chain that are in no other."""
+    """Return the joints of a chain that belong to no other chain."""
     shared = {name for other in chains if other != chain for name in other}
     return tuple(name for name in chain if name not in shared)

@@ -1,9 +1,10 @@
-"""Gains of the drives that hold the joints of an arm, computed from its mass matrix, its weight and its effort limits.
+"""Computes the gains of an arm's position drives from its mass matrix, weight and effort limits.
 
-A joint exerts its full effort at a small deviation, so a payload deflects the arm by less. A smaller deviation balances the
-joint's own damping and friction at half its speed limit. The drive's damping is critical for the largest inertia that the joint
-moves in a set of poses, and at least that of a servo of 5 Hz: with less, an arm overshoots when its target jumps, because its
-motors are too weak to stop it in time. Commanded velocities compensate for the lag.
+The stiffness is such that a joint exerts its full effort at a deviation of 10 mrad or 10 mm, so a payload deflects it by less.
+A quarter of that deviation suffices against the joint's own damping and friction at half its speed limit. The damping of a drive
+is at least critical for the largest inertia that the joint moves in a set of poses, and at least that of a servo of 5 Hz: with
+less damping, an arm overshoots when its target jumps, because its motors are too weak to stop it in time. Commanded velocities
+compensate for the lag.
 """
 
 from __future__ import annotations
@@ -22,22 +23,22 @@ from graphengine.physics.importing.trial import trial_model, trial_spec
 DEVIATION = 0.01
 """Deviation at which a drive exerts its full effort, rad or m."""
 FASTEST = 5.0
-"""Highest bandwidth, Hz."""
+"""Maximum bandwidth of a drive, Hz."""
 LAG = 0.0025
-"""Deviation, rad or m, that a joint's own losses at half its speed limit may cause."""
+"""Maximum deviation, rad or m, that a joint's own damping and friction cause at half its speed limit."""
 POSES = 64
-"""Poses within the limits of all joints in which inertias and weights are computed."""
+"""Number of random poses, within the limits of all joints, in which inertias and weights are computed."""
 _MOST = 1e9
-"""Largest gain."""
+"""Maximum stiffness, N m/rad or N/m."""
 
 
 @dataclass(frozen=True, slots=True)
 class Load:
-    """The largest load of a joint in any of the poses.
+    """The largest loads of a joint in any of the poses.
 
     Attributes:
-        inertia: diagonal element of the mass matrix, kg m2 or kg.
-        weight: effort that holds the links against gravity, N m or N.
+        inertia: largest diagonal element of the mass matrix for this joint, kg m2 or kg.
+        weight: largest effort that the joint needs to hold its links against gravity, N m or N.
     """
 
     inertia: float
@@ -45,7 +46,10 @@ class Load:
 
 
 def fill(draft: Draft) -> None:
-    """Set the gains of position drives that the description does not give, and enable gravity compensation."""
+    """Set the gains of position drives in `draft.servos`, whose gains the description does not give.
+
+    Gravity compensation and interpolation of set points are enabled for these drives.
+    """
     joints = [draft.urdf.joints[name] for name in draft.servos]
     loads = _loads(draft, joints) if joints else None
     if loads is None:
@@ -73,7 +77,7 @@ def fill(draft: Draft) -> None:
 
 
 def _gains(joint: UrdfJoint, load: Load) -> tuple[float, float]:
-    """Return stiffness (N m/rad or N/m) and bandwidth (Hz) of a joint's drive."""
+    """Return the stiffness (N m/rad or N/m) and bandwidth (Hz) of the drive of a joint."""
     fastest = 2 * math.pi * FASTEST
     most = joint.effort or max(load.weight, load.inertia * fastest**2 * DEVIATION)
     damping, friction = joint.losses
@@ -84,7 +88,7 @@ def _gains(joint: UrdfJoint, load: Load) -> tuple[float, float]:
 
 
 def _loads(draft: Draft, joints: Sequence[UrdfJoint]) -> list[Load] | None:
-    """Return the greatest load of each joint in a fixed set of poses; None if the robot cannot be built."""
+    """Return the largest loads of each joint in a fixed set of poses; None if the robot cannot be compiled."""
     trial = trial_spec(draft)
     model = trial_model(draft, trial[0]) if trial is not None else None
     if model is None:

@@ -1,4 +1,4 @@
-"""Adds the graphs that make arms follow trajectories."""
+"""Adds graphs with which arms follow trajectories (FollowJointTrajectory)."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from graphengine.physics.importing.controllers_file import Controller
 from graphengine.physics.importing.draft import Draft, Remark
 
 CONTROLLER = "joint_trajectory_controller"
-"""Name of the controller in the graph of an arm, unless a parameter names another."""
+"""Default name of the controller in the graph of an arm."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -21,12 +21,12 @@ class Arm:
     """An arm, found in a controller's parameters or as a chain of joints.
 
     Attributes:
-        controller: name of the controller whose action and topic move it.
-        joints: joints from the base to the flange, or in the controller's order.
-        source: description of the source, for messages.
-        span: location of the source.
-        parameters: further parameters of its graph.
-        guessed: whether the chain of joints is the only source.
+        controller: name of the controller; its action and topic move the arm.
+        joints: names of the joints from the base to the flange, or in the order of the controller's parameters.
+        source: where the arm was found, as text for messages.
+        span: source location of the controller or the first joint.
+        parameters: further parameters of the arm's graph.
+        guessed: whether the arm was found only as a chain of joints.
     """
 
     controller: str
@@ -42,12 +42,12 @@ def fill(draft: Draft, held: Collection[str], controllers: Iterable[Controller],
 
     Args:
         draft: receives the graphs, and remarks on them.
-        held: joints that take positions.
+        held: names of joints that take position commands.
         controllers: controllers that may define the arms.
-        guess: whether chains of joints are arms if no controller names any.
+        guess: whether chains of joints count as arms if no controller defines an arm.
 
     Returns:
-        the joints of all arms.
+        the names of the joints of all arms.
     """
     arms = list(_of_controllers(draft, held, controllers))
     if not arms and guess:
@@ -64,7 +64,13 @@ def fill(draft: Draft, held: Collection[str], controllers: Iterable[Controller],
 
 
 def flaw(draft: Draft, joints: Sequence[str], held: Collection[str]) -> str:
-    """Return why a controller cannot move some joints; empty if it can."""
+    """Return the reason why a controller cannot move the given joints; empty if it can.
+
+    Args:
+        draft: draft with the description.
+        joints: names of the controller's joints.
+        held: names of joints that take position commands.
+    """
     for name in joints:
         if name not in draft.urdf.joints:
             near = did_you_mean(name, draft.urdf.joints)
@@ -75,7 +81,7 @@ def flaw(draft: Draft, joints: Sequence[str], held: Collection[str]) -> str:
 
 
 def _of_controllers(draft: Draft, held: Collection[str], controllers: Iterable[Controller]) -> Iterator[Arm]:
-    """Yield the arms of the trajectory controllers whose joints the description has."""
+    """Yield the arm of each trajectory controller; a controller that cannot be used is added to `draft.lost`."""
     for controller in controllers:
         word = controller.type.rpartition("/")[2]
         if not word.endswith("JointTrajectoryController"):
@@ -88,7 +94,7 @@ def _of_controllers(draft: Draft, held: Collection[str], controllers: Iterable[C
 
 
 def _parameters(controller: Controller, joints: Sequence[str]) -> dict[str, Any]:
-    """Return the constraints of a controller as parameters of the graph."""
+    """Return the tolerances and other constraints of a controller as parameters of the arm's graph."""
     tolerances = {
         f"{graph}_tolerances": [controller.positive(f"constraints.{joint}.{kind}") or 0.0 for joint in joints]
         for graph, kind in (("path", "trajectory"), ("goal", "goal"))
@@ -104,7 +110,7 @@ def _parameters(controller: Controller, joints: Sequence[str]) -> dict[str, Any]
 
 
 def _of_chains(draft: Draft, held: Collection[str]) -> Iterator[Arm]:
-    """Yield the arms as chains of joints suggest them."""
+    """Yield an arm for each chain of joints that looks like one."""
     arms = arm_chains(draft.urdf, held)
     names = [_common_words(arm) or f"arm_{number}" for number, arm in enumerate(arms, 1)]
     if len(set(names)) < len(names):
@@ -116,7 +122,7 @@ def _of_chains(draft: Draft, held: Collection[str]) -> Iterator[Arm]:
 
 
 def _common_words(names: Collection[str]) -> str:
-    """Return the words, separated by `_`, that all names begin with."""
+    """Return the common prefix of all names in whole words separated by `_`, without a final `joint`."""
     first, last = min(names).split("_"), max(names).split("_")
     differing = (number for number, (one, other) in enumerate(zip(first, last, strict=False)) if one != other)
     words = first[: next(differing, 0)]

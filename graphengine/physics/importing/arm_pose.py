@@ -10,15 +10,15 @@ from graphengine.physics.description.urdf import Urdf, UrdfJoint
 from graphengine.physics.model.robot import RobotInstance
 
 _TURN, _SLIDE = 0.3, 0.05
-"""Distance of a joint from its start, rad and m."""
+"""Distances that a rotating joint (rad) and a sliding joint (m) move from the start position."""
 _MARGIN = 0.05
-"""Minimum distance from the limits, as a fraction of the range."""
+"""Minimum distance of a joint from its limits, as a fraction of its range."""
 
 
 def raised_pose(robot: RobotInstance, joints: Sequence[str]) -> dict[str, float]:
     """Return a position (rad, m) for each joint, a little away from its start and within its limits.
 
-    Joints turn in the direction that raises the links beyond them, away from the table.
+    Each joint moves in the direction that raises the links it carries, away from a table.
     """
     axes = robot.urdf.axes_in_root()
     found: dict[str, float] = {}
@@ -33,7 +33,7 @@ def raised_pose(robot: RobotInstance, joints: Sequence[str]) -> dict[str, float]
 
 
 def _limits(robot: RobotInstance, joint: UrdfJoint) -> tuple[float, float]:
-    """Return the limits in the robot file, else those of the description, less a margin."""
+    """Return the limits of a joint, reduced by a margin: those in the robot file, else those in the description."""
     stated = robot.spec.joints[joint.name].limits if joint.name in robot.spec.joints else None
     low, high = stated or joint.limits or (-np.inf, np.inf)
     margin = _MARGIN * (high - low) if np.isfinite(high - low) else 0.0

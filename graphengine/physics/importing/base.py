@@ -1,7 +1,7 @@
-"""Data model of a robot's base: kinematics, joints, dimensions and topics.
+"""Data model of a mobile base: kinematics, joints, dimensions and topics.
 
-The source is a parameter file of ros2_control, else a plugin of Gazebo, else the wheels on the floor. Values that the source
-lacks are measured on the description.
+A base is described by a ros2_control parameter file, else by a Gazebo plugin, else it is guessed from the wheels on the floor.
+Values that this source lacks are measured on the description.
 """
 
 from __future__ import annotations
@@ -22,20 +22,20 @@ Kinematics = Literal["differential", "mecanum", "omni", "ackermann"]
 
 @dataclass(frozen=True, slots=True)
 class Base:
-    """A base, described by one source.
+    """A mobile base as one source describes it.
 
     Attributes:
-        kinematics: selects the graph that drives the base; skid-steer is differential.
-        source: description of the source, for messages.
+        kinematics: kinematics, which selects the graph that drives the base; a skid-steered base is differential.
+        source: name of the source, for messages.
         span: location of the source.
         driven: joints of wheels that take velocity commands.
         steering: joints that take steering commands.
-        radius: radius of a driven wheel, m; None if the source gives none.
-        track: distance between left and right wheels, m.
-        wheelbase: distance between front and back axles, m.
-        multiplier: factor of the track, which makes up for the slip of a skid-steered base.
+        radius: radius of the driven wheels, m; None if the source does not give it.
+        track: distance between left and right wheels, m; None if the source does not give it.
+        wheelbase: distance between front and rear axle, m; None if the source does not give it.
+        multiplier: factor of the track, by which controllers compensate for the slip of a skid-steered base.
         parameters: further parameters of the graph: limits, topics and frames.
-        guessed: whether the wheels on the floor are the only source.
+        guessed: whether the base was guessed from the wheels on the floor.
     """
 
     kinematics: Kinematics
@@ -51,12 +51,12 @@ class Base:
     guessed: bool = False
 
     def with_parameters(self, parameters: dict[str, float | str]) -> Base:
-        """Return a copy with further parameters; they replace those of the same name."""
+        """Return a copy with further parameters, which replace parameters of the same name."""
         return replace(self, parameters=self.parameters | parameters)
 
 
 def flaw(draft: Draft, base: Base) -> str:
-    """Return why the joints that a source names cannot drive a base; empty if they can."""
+    """Return the reason why the joints of a base cannot drive it; empty if they can."""
     joints = draft.urdf.joints
     for name in (*base.driven, *base.steering):
         if name not in joints:
@@ -68,21 +68,22 @@ def flaw(draft: Draft, base: Base) -> str:
 
 
 def given(**parameters: float | str | None) -> dict[str, float | str]:
-    """Return the parameters without those that are None."""
+    """Return the parameters whose value is not None."""
     return {name: value for name, value in parameters.items() if value is not None}
 
 
 @dataclass(frozen=True, slots=True)
 class Drivetrain:
-    """A base, measured on the description.
+    """A mobile base with dimensions measured on the description, for its graph.
 
     Attributes:
-        base: as its source describes it.
-        wheels: that are driven, in the order of the graph's joints.
-        steering: joints that are commanded to steer, left ones first.
-        parameters: of its graph.
-        grip: for the link of each wheel that slides sideways, the direction in the root link along which it grips.
-        across: friction across that direction.
+        base: the base as its source describes it.
+        wheels: driven wheels, in the order of the joints in the graph.
+        steering: joints that take steering commands, from left to right.
+        parameters: parameters of the graph.
+        grip: for wheels that can slide in one direction: the direction along which the wheel grips, in the root link's frame,
+            by the name of the wheel's link.
+        across: friction coefficient across that direction.
     """
 
     base: Base

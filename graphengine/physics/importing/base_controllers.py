@@ -1,4 +1,4 @@
-"""Reads bases from the parameters of ros2_control's controllers."""
+"""Reads mobile bases from the parameters of ros2_control controllers."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _WHEELS = ("front_left", "front_right", "rear_left", "rear_right")
 def base_of_controllers(draft: Draft, controllers: Iterable[Controller]) -> Base | None:
     """Return the base of the first controller that drives a base; None if no controller does.
 
-    Controllers of further bases, and bases that cannot be used, are added to `draft.lost`.
+    Bases that cannot be used, and bases after the first one, are added to `draft.lost`.
     """
     chosen: Base | None = None
     for controller in controllers:
@@ -129,7 +129,7 @@ _READERS: dict[str, Callable[[Controller], Base]] = {
     "TricycleSteeringController": _steering,
     "TricycleController": _tricycle,
 }
-"""By the last part of a controller's type."""
+"""Function that reads the base of a controller, by the last part of the controller's type."""
 
 
 def _source(controller: Controller) -> str:
@@ -137,13 +137,19 @@ def _source(controller: Controller) -> str:
 
 
 def _topics(controller: Controller) -> dict[str, float | str]:
-    """Return the odometry frame and command timeout, which most controllers name alike."""
+    """Return the odometry frame and command timeout of a controller, as parameters of the graph."""
     frames = controller.texts("odom_frame_id")
     return given(odom_frame=frames[0] if frames else None, timeout=controller.positive("cmd_vel_timeout"))
 
 
 def _limit(controller: Controller, axis: str, what: str) -> float | None:
-    """Return a limit of velocity or acceleration; None if it is missing or disabled."""
+    """Return the absolute value of a limit; None if it is missing, zero or disabled.
+
+    Args:
+        controller: controller that has the limit.
+        axis: prefix of the parameter, such as `linear.x`.
+        what: `velocity`, `acceleration` or `deceleration`.
+    """
     switch = "acceleration" if what == "deceleration" else what
     if not controller.flag(f"{axis}.has_{switch}_limits", default=True):
         return None

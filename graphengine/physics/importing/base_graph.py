@@ -1,4 +1,4 @@
-"""Adds the graph that drives a robot's base to the robot file, and the friction of its wheels."""
+"""Adds the graph that drives a mobile base to the robot file, and materials with the friction of its wheels."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from graphengine.physics.importing.base import Drivetrain
 from graphengine.physics.importing.draft import Draft, Entry, Remark, rounded
 
 GRAPH = "base"
-"""Name of the graph in the robot file."""
+"""Name of the base's graph in the robot file."""
 _DEFAULTS = {
     "base": "base_link",
     "cmd_vel": "cmd_vel",
@@ -32,10 +32,10 @@ _DEFAULTS = {
     "axles": [[1.0, 0, 0, 0.0]] * 4,
     "rollers": [45.0, -45.0, -45.0, 45.0],
 }
-"""Parameters of the graphs that a robot file leaves out."""
+"""Default values of graph parameters; a parameter with its default value is not written to the robot file."""
 _LIMITS = (("speed", "m/s"), ("turn", "rad/s"), ("acceleration", "m/s2"), ("turn_acceleration", "rad/s2"))
 _SLIP = 0.01
-"""Standard deviation of a wheel's way after 1 m, by the track."""
+"""Standard deviation of the distance that a wheel rolls in 1 m, as a fraction of the track."""
 _SKID_ALONG = 0.8
 """Friction of a skid-steered wheel along its rolling direction."""
 _ROLLER_ALONG = 1.0
@@ -43,7 +43,7 @@ _ROLLER_ALONG = 1.0
 
 
 def fill(draft: Draft, drivetrain: Drivetrain) -> None:
-    """Add the graph that drives the base, and materials for wheels that grip in one direction."""
+    """Add the graph that drives the base, and materials for wheels that grip in only one direction."""
     base = drivetrain.base
     use = f"graphs/base/{base.kinematics}.yaml"
     root = draft.urdf.root
@@ -58,10 +58,10 @@ def fill(draft: Draft, drivetrain: Drivetrain) -> None:
 
 
 def _odometry(drivetrain: Drivetrain) -> dict[str, float]:
-    """Return the wheel slip that encoders do not measure; no description gives it.
+    """Return the parameter for wheel slip, which encoders do not measure and no description gives; empty for omni bases.
 
-    It is proportional to the track, so the heading drifts by 0.8 degrees per metre on robots of any size. The covariances of the
-    graph contain this drift.
+    The slip is proportional to the track, so that the heading drifts by 0.8 degrees per metre on robots of any size. The
+    covariances that the graph publishes include this drift.
     """
     track = drivetrain.parameters.get("track")
     if not isinstance(track, float) or drivetrain.base.kinematics == "omni":
@@ -70,7 +70,7 @@ def _odometry(drivetrain: Drivetrain) -> dict[str, float]:
 
 
 def _remark_on_defaults(draft: Draft, use: str, parameters: Mapping[str, Any]) -> None:
-    """Add remarks on limits and odometry errors that the description does not give."""
+    """Add remarks on speed limits and odometry errors that have default values, because the description does not give them."""
     graph = load(shipped() / use, Findings())
     defaults = graph.data["parameters"] if graph is not None else {}
     left = [
@@ -84,7 +84,7 @@ def _remark_on_defaults(draft: Draft, use: str, parameters: Mapping[str, Any]) -
 
 
 def _summary(drivetrain: Drivetrain) -> str:
-    """Return a short text with the kinematics and dimensions of a base."""
+    """Return a one-line summary of the kinematics and dimensions of a base."""
     known = drivetrain.parameters
     names = ("radius", "track", "wheelbase")
     measures = [f"{name} {known[name]:g} m" for name in names if isinstance(known.get(name), float)]
@@ -94,7 +94,7 @@ def _summary(drivetrain: Drivetrain) -> str:
 
 
 def _grip(draft: Draft, drivetrain: Drivetrain) -> None:
-    """Bind wheels that slide in one direction to materials with that friction, in place of earlier ones."""
+    """Bind wheels that slide in one direction to materials with directed friction, which replace materials without direction."""
     groups: dict[Vector3, list[str]] = {}
     for link, direction in drivetrain.grip.items():
         groups.setdefault(direction, []).append(link)

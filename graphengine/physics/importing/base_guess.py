@@ -1,4 +1,4 @@
-"""Guesses a base from its wheels on the floor, if neither a controller nor a plugin describes it."""
+"""Guesses a mobile base from the wheels on the floor, if neither a controller nor a plugin describes it."""
 
 from __future__ import annotations
 
@@ -12,16 +12,16 @@ from graphengine.physics.importing.base_wheels import BaseWheel
 from graphengine.physics.importing.draft import Draft, Remark
 
 _DIAGONAL = 0.3
-"""Least ratio of the components of a direction that lies between ahead and sideways."""
+"""Minimum ratio of the smaller to the larger of the x and y components of a diagonal direction."""
 
 
 def base_of_wheels(draft: Draft, wheels: Sequence[BaseWheel], commanded: Collection[str]) -> Base | None:
-    """Return the base that the wheels suggest; None if they suggest none, with a remark that gives the reason.
+    """Return the base that the arrangement of the wheels suggests; None if no graph can drive them.
 
     Args:
-        draft: receives the remark.
+        draft: receives a remark with the reason if there are wheels that no graph can drive.
         wheels: wheels on the floor.
-        commanded: joints that take commands; empty if the description lists none.
+        commanded: names of joints that take commands; empty if the description does not list them.
     """
     rolling = [wheel for wheel in wheels if not wheel.caster]
     fixed = [wheel for wheel in rolling if not wheel.swivel]
@@ -51,14 +51,18 @@ def base_of_wheels(draft: Draft, wheels: Sequence[BaseWheel], commanded: Collect
 
 
 def is_mecanum(urdf: Urdf, wheels: Sequence[BaseWheel]) -> bool:
-    """Whether the friction of some wheels has a diagonal direction, or the name of a link, joint, mesh or robot says so."""
+    """Return whether wheels are mecanum wheels.
+
+    They are if Gazebo's friction of a wheel has a diagonal direction, or if the name of the robot or of a wheel's joint, link or
+    mesh contains `mecanum`.
+    """
     if any(friction_direction(urdf, wheel) is not None for wheel in wheels):
         return True
     return any("mecanum" in name.lower() for name in _names(urdf, wheels))
 
 
 def friction_direction(urdf: Urdf, wheel: BaseWheel) -> Vector3 | None:
-    """Return the diagonal direction, in the root link, in which Gazebo's `fdir1` lets a wheel grip; None without one."""
+    """Return Gazebo's friction direction `fdir1` of a wheel in the root link's frame; None unless it is a diagonal direction."""
     for gazebo in urdf.element.all("gazebo"):
         if gazebo.get("reference") != wheel.link:
             continue

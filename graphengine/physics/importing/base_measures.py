@@ -1,4 +1,4 @@
-"""Measures a base on its description, for the parameters of the graph that drives it."""
+"""Measures the dimensions of a mobile base on its description, for the parameters of the graph that drives it."""
 
 from __future__ import annotations
 
@@ -15,21 +15,21 @@ from graphengine.physics.importing.base_wheels import BaseWheel
 from graphengine.physics.importing.draft import Draft, Remark, rounded
 
 _SAME = 0.005
-"""Largest relative difference of two measures that count as the same."""
+"""Maximum relative difference of two lengths that count as equal."""
 _SKID_ACROSS = 0.05
-"""Friction of a skid-steered wheel across its rolling direction, with which the base turns as told with the plain track."""
+"""Friction of a skid-steered wheel across its rolling direction: so low that turns are exact with the measured track."""
 _BESIDE = 1e-3
-"""Least distance of a wheel from the middle between all of them, m, at which it stands left or right."""
+"""Minimum lateral distance of a left or right wheel from the centre of all wheels, m."""
 _LEAST_STEERING = 0.1
-"""Least limit of a steering joint, rad, that counts as one."""
+"""Minimum steering angle limit of a base, rad; smaller limits of joints are raised to it."""
 
 
 def measured(draft: Draft, base: Base, wheels: Sequence[BaseWheel]) -> Drivetrain | None:
-    """Return the drivetrain of a base; None if a dimension is missing, with a remark that gives the reason.
+    """Return the drivetrain of a base; None if no graph can drive it.
 
     Args:
-        draft: receives remarks.
-        base: base from its source.
+        draft: receives remarks, among them the reason if no graph can drive the base.
+        base: base as its source describes it.
         wheels: wheels on the floor.
     """
     found = {wheel.joint: wheel for wheel in wheels}
@@ -43,7 +43,7 @@ def measured(draft: Draft, base: Base, wheels: Sequence[BaseWheel]) -> Drivetrai
         )
         return None
     if any(wheel.radius <= 0 for wheel in driven):
-        text = f"{base.source}: no collider tells the radius of the wheels, so that no graph drives them"
+        text = f"{base.source}: the wheels have no round collider that gives their radius: no graph drives them"
         draft.lost.append(Remark(text, base.span))
         return None
     driven.sort(key=lambda wheel: (-round(wheel.centre[0], 3), -wheel.centre[1]))
@@ -57,7 +57,10 @@ def measured(draft: Draft, base: Base, wheels: Sequence[BaseWheel]) -> Drivetrai
 
 
 def _declared(draft: Draft, base: Base, joint: str) -> BaseWheel:
-    """A wheel that does not stand on the floor; one without a round collider has its source's radius and its joint's origin."""
+    """Return the wheel on a joint, for a wheel that does not stand on the floor.
+
+    If the wheel has no round collider, its radius is that of the base's source, and its centre the origin of the joint.
+    """
     urdf = draft.urdf
     about = urdf.joints[joint]
     if (shape := draft.wheels.get(joint)) is not None:
@@ -68,7 +71,7 @@ def _declared(draft: Draft, base: Base, joint: str) -> BaseWheel:
 
 
 def _compare(draft: Draft, base: Base, what: str, said: float | None, true: float) -> None:
-    """Add a remark if a dimension of the source differs from that of the description."""
+    """Add a remark if a dimension (m) that the source gives, `said`, differs from the one measured on the description, `true`."""
     if said is not None and abs(said - true) > _SAME * true:
         text = f"the {what} is {true:.4g} m as in the description; {base.source} has {said:.4g} m"
         draft.noticed.append(Remark(text, base.span))
@@ -95,7 +98,7 @@ def _differential(
     skids = len(skidding) > 2  # also if only two of them are driven
     if base.multiplier != 1.0:
         why = "wheels slide sideways here, and the plain track" if skids else "the plain track"
-        text = f"{base.source}: the multiplier {base.multiplier:g} of the track is not used: {why} makes turns come out as told"
+        text = f"{base.source}: the multiplier {base.multiplier:g} of the track is not used: {why} makes turns exact"
         draft.guessed.append(Remark(text, base.span))
     parameters = _sides(left, right, radius) | {
         "wheels_per_side": len(left),
@@ -108,7 +111,7 @@ def _differential(
 
 
 def _by_side(wheels: Sequence[BaseWheel]) -> tuple[list[BaseWheel], list[BaseWheel]]:
-    """Return the wheels on the left and on the right of their common centre, front ones first."""
+    """Return the wheels left and right of their common centre, each list in the given order."""
     middle = _centre(wheels)[1]
     left = [wheel for wheel in wheels if wheel.centre[1] > middle + _BESIDE]
     return left, [wheel for wheel in wheels if wheel.centre[1] < middle - _BESIDE]
@@ -117,7 +120,7 @@ def _by_side(wheels: Sequence[BaseWheel]) -> tuple[list[BaseWheel], list[BaseWhe
 def _mecanum(draft: Draft, base: Base, driven: Sequence[BaseWheel]) -> Drivetrain | None:
     left, right = _by_side(driven)
     if (len(left), len(right)) != (2, 2) or not (_alike(left) and _alike(right)):
-        text = f"{base.source}: it has not two wheels of one direction on each side: no graph drives them"
+        text = f"{base.source}: it does not have two wheels that turn in the same direction on each side: no graph drives them"
         draft.lost.append(Remark(text, base.span))
         return None
     found = _holonomic(draft, base, driven)
@@ -127,7 +130,7 @@ def _mecanum(draft: Draft, base: Base, driven: Sequence[BaseWheel]) -> Drivetrai
 
 
 def _holonomic(draft: Draft, base: Base, driven: Sequence[BaseWheel]) -> Drivetrain:
-    """Return the drivetrain of a base whose wheels grip only along the axes of their rollers."""
+    """Return the drivetrain of a base with mecanum or omni wheels, which grip only along the axes of their rollers."""
     grips = [_grip(draft, wheel, base) for wheel in driven]
     axles = [math.atan2(-wheel.axle[0], wheel.axle[1]) for wheel in driven]  # from the y axis, about z
     rollers = [math.degrees(math.atan2(-g[0], g[1]) - axle) for g, axle in zip(grips, axles, strict=True)]
@@ -154,15 +157,16 @@ def _holonomic(draft: Draft, base: Base, driven: Sequence[BaseWheel]) -> Drivetr
 def _omni(draft: Draft, base: Base, driven: Sequence[BaseWheel]) -> Drivetrain | None:
     if len(driven) >= 3 and not all(wheel.sideways for wheel in driven):
         return _holonomic(draft, base, driven)
-    text = f"{base.source}: its axles have not three directions or more: no graph drives them"
+    text = f"{base.source}: it has fewer than three wheels, or all of them are parallel: no graph drives them"
     draft.lost.append(Remark(text, base.span))
     return None
 
 
 def _grip(draft: Draft, wheel: BaseWheel, base: Base) -> Vector3:
-    """Return the direction of the roller's axis at the floor, in the root link.
+    """Return the direction along which a mecanum or omni wheel grips, in the root link's frame.
 
-    Those of mecanum wheels form a rhombus; that of an omnidirectional wheel is the direction in which the wheel rolls.
+    It is the axis of the roller that touches the floor: the direction in Gazebo's `fdir1`, else diagonal for a mecanum wheel, and
+    the rolling direction for an omni wheel.
     """
     told = friction_direction(draft.urdf, wheel)
     if told is not None:
@@ -173,7 +177,10 @@ def _grip(draft: Draft, wheel: BaseWheel, base: Base) -> Vector3:
 
 
 def _without_virtual_wheels(draft: Draft, base: Base, wheels: Sequence[BaseWheel]) -> Base:
-    """Return the base with the real wheels on the floor in place of virtual wheels in the middle of an axle."""
+    """Return the base with its joints replaced by those of wheels on the floor, if its source names joints without wheels.
+
+    Some controllers command virtual wheels in the middle of an axle.
+    """
     rolling = [wheel for wheel in wheels if not wheel.caster]
     swivels = dict.fromkeys(wheel.swivel for wheel in rolling if wheel.swivel)
     fixed = [wheel.joint for wheel in rolling if not wheel.swivel]
@@ -239,13 +246,16 @@ def _ackermann(draft: Draft, base: Base, driven: Sequence[BaseWheel], wheels: Se
 
 
 def _steering_limit(pivots: Sequence[UrdfJoint]) -> float:
-    """Return the largest angle that all steering joints reach on both sides, rad; 0 if no joint has limits."""
+    """Return the largest angle that all steering joints reach to both sides, rad; 0, i.e. no limit, if no joint has limits."""
     ends = [min(-joint.limits[0], joint.limits[1]) for joint in pivots if joint.limits is not None]
     return max(min(ends), _LEAST_STEERING) if ends else 0.0
 
 
 def _sides(left: Sequence[BaseWheel], right: Sequence[BaseWheel], radius: float) -> dict[str, Any]:
-    """Return the joints of both sides, and the ratio of each wheel's radius to the base's, negative for a reversed axis."""
+    """Return the graph parameters of both sides: joints, and multipliers of the wheel radius.
+
+    A multiplier is the mean radius of a side's wheels divided by `radius`, and negative if their axes point to the right.
+    """
     return {
         "left": [wheel.joint for wheel in left],
         "right": [wheel.joint for wheel in right],
@@ -260,12 +270,12 @@ def _multiplier(wheels: Sequence[BaseWheel], radius: float) -> float:
 
 
 def _alike(wheels: Sequence[BaseWheel]) -> bool:
-    """Return whether the joints of these wheels have the same sign of rolling forward."""
+    """Return whether all of these wheels roll in the same direction at positive joint speed."""
     return len({wheel.sign for wheel in wheels}) == 1
 
 
 def _centre(wheels: Sequence[BaseWheel]) -> list[float]:
-    """Return the centre of these wheels in the root link, m."""
+    """Return the centre (x, y) of the rectangle around the wheels' centres in the root link's frame, m."""
     return [round((min(ends) + max(ends)) / 2, 6) + 0.0 for ends in zip(*(w.centre[:2] for w in wheels), strict=True)]
 
 

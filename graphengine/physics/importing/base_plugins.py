@@ -1,4 +1,4 @@
-"""Reads bases from drive plugins of Gazebo Sim and Gazebo classic."""
+"""Reads mobile bases from drive plugins of Gazebo Sim and Gazebo classic."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from graphengine.physics.importing.gazebo_topics import legal
 
 
 def base_of_plugins(draft: Draft) -> Base | None:
-    """Return the base of the first drive plugin, with the topics that other plugins name; None without a drive plugin."""
+    """Return the base of the first usable drive plugin, with topics of other plugins; None without such a plugin."""
     base: Base | None = None
     topics: dict[str, float | str] = {}
     for plugin in (element for element in draft.urdf.element.walk() if element.tag == "plugin"):
@@ -40,7 +40,7 @@ def base_of_plugins(draft: Draft) -> Base | None:
 
 
 def topics_of_plugins(draft: Draft) -> dict[str, float | str]:
-    """Return the topics that the remappings of Gazebo's plugin for ros2_control give, as parameters of a base's graph."""
+    """Return topics from the remappings of Gazebo's ros2_control plugin, as parameters of the base's graph."""
     found: dict[str, float | str] = {}
     for plugin in (element for element in draft.urdf.element.walk() if element.tag == "plugin"):
         if "ros2_control" in _told(plugin) or "ros2control" in _told(plugin):
@@ -119,7 +119,7 @@ _READERS: dict[str, Callable[[Element], Base]] = {
     "mecanumdrive": _mecanum,
     "ackermann": _ackermann,
 }
-"""By a part of a plugin's file name or name, in lower case."""
+"""Function that reads the base of a plugin, by a part of the plugin's file name or name in lower case."""
 
 
 def _told(plugin: Element) -> str:
@@ -140,7 +140,7 @@ def _first(plugin: Element, *tags: str) -> str:
 
 
 def _number(plugin: Element, *tags: str) -> float | None:
-    """Return the absolute value of the first number; None if it is 0 or not a number."""
+    """Return the absolute value of the first number other than 0 in elements with the given tags; None if there is none."""
     values = (number(text) for tag in tags for text in _texts(plugin, tag))
     return next((abs(value) for value in values if value), None)
 
@@ -159,9 +159,9 @@ def _topics(plugin: Element) -> dict[str, float | str]:
 
 
 def _topic(plugin: Element, name: str, *tags: str) -> str | None:
-    """Return the topic that a plugin gives in a tag, or to which it remaps its topic `name`; None if it gives none.
+    """Return the topic in one of a plugin's tags, or to which the plugin remaps its topic `name`; None without either.
 
-    A plugin of classic Gazebo may have a namespace, which precedes all names that do not begin with `/`.
+    A plugin of Gazebo classic may have a namespace, which is put before each name that does not begin with `/`.
     """
     written = _first(plugin, *tags) or _remapped(plugin, name)
     spaces = [text for ros in plugin.all("ros") for text in _texts(ros, "namespace")]
@@ -172,7 +172,7 @@ def _topic(plugin: Element, name: str, *tags: str) -> str | None:
 
 
 def _remapped(plugin: Element, name: str) -> str:
-    """Return the name to which a `<remapping>` of a plugin maps another name; empty without one."""
+    """Return the new name that a `<remapping>` of a plugin gives to `name`; empty if the name is not remapped."""
     for remapping in _remappings(plugin):
         old, _, new = remapping.partition(":=")
         if old.strip() == name:

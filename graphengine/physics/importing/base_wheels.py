@@ -1,4 +1,4 @@
-"""Finds the wheels on which a robot stands: their positions, their steering joints, and which are casters."""
+"""Finds the wheels on which a robot stands, with their positions and steering joints, and detects casters."""
 
 from __future__ import annotations
 
@@ -10,25 +10,25 @@ from graphengine.physics.description.urdf import Urdf, UrdfJoint
 from graphengine.physics.importing.draft import Draft, WheelShape
 
 _ALIGNED = 0.99
-"""Least cosine of the angle between two axes that count as parallel."""
+"""Minimum cosine of the angle between two axes that count as parallel."""
 _TRAIL = 0.1
-"""Least distance, in radii, of a caster's wheel behind the axis of its swivel."""
+"""Minimum distance of a caster's axle from the axis of its swivel, as a fraction of the wheel's radius."""
 _MIRRORED = 0.1
-"""Greatest difference, in radii, of the places of two wheels from those of a left and a right one."""
+"""Maximum deviation of a pair of wheels from mirrored positions, as a fraction of the wheel's radius."""
 
 
 @dataclass(frozen=True, slots=True)
 class BaseWheel:
-    """A wheel on the floor.
+    """A wheel of a mobile base, with all joints at position zero.
 
     Attributes:
-        joint: joint that turns the wheel.
-        link: link of the wheel.
-        radius: radius, m.
-        centre: centre in the root link, with all joints at zero, m.
-        axle: the joint's axis in the root link; a positive speed rolls forward if it points to the left.
-        swivel: joint with a vertical axis that steers the wheel; empty without one.
-        caster: whether the swivel turns freely, because it trails or is the only one.
+        joint: name of the joint that turns the wheel.
+        link: name of the wheel's link.
+        radius: radius of the wheel, m.
+        centre: centre of the wheel in the root link's frame, m.
+        axle: axis of the joint in the root link's frame; if it points to the left, the wheel rolls forward at positive speed.
+        swivel: name of the joint with a vertical axis that steers the wheel; empty without such a joint.
+        caster: whether the swivel turns freely: its wheel trails, or it is limitless and has no counterpart on the other side.
     """
 
     joint: str
@@ -41,21 +41,21 @@ class BaseWheel:
 
     @property
     def sideways(self) -> bool:
-        """Whether the axle is parallel to the y axis of the root link, so that the wheel rolls forward."""
+        """Whether the axle is parallel to the y axis of the root link, so that the wheel rolls forward and backward."""
         return abs(self.axle[1]) > _ALIGNED
 
     @property
     def sign(self) -> float:
-        """1 if a positive speed of the joint rolls forward, else -1."""
+        """1 if the wheel rolls forward at positive joint speed, else -1."""
         return 1.0 if self.axle[1] > 0 else -1.0
 
 
 def wheels_on_floor(draft: Draft, commanded: Collection[str]) -> list[BaseWheel]:
-    """Return the wheels on which a robot stands, in order of its joints.
+    """Return the wheels on which a robot stands, in order of the joints.
 
     Args:
-        draft: contains the wheels.
-        commanded: joints that take commands, which cannot be the swivel of a caster.
+        draft: draft with the wheels found in the description.
+        commanded: names of joints that take commands; such a joint cannot be the swivel of a caster.
     """
     urdf, axes = draft.urdf, draft.urdf.axes_in_root()
     shapes = [shape for shape in draft.wheels.values() if shape.on_floor]
@@ -77,14 +77,14 @@ def _wheel(
 
 
 def _mirrors(one: WheelShape, other: WheelShape) -> bool:
-    """Return whether two wheels stand opposite each other."""
+    """Return whether two wheels stand at mirrored positions left and right of the root link's x axis."""
     (x, y, _), (other_x, other_y, _) = one.centre, other.centre
     near = _MIRRORED * one.radius
     return abs(x - other_x) < near and abs(y + other_y) < near and abs(y) > near
 
 
 def _swivel(urdf: Urdf, joint: UrdfJoint, axes: Mapping[str, Vector3]) -> UrdfJoint | None:
-    """Return the nearest joint above a wheel that has a vertical axis."""
+    """Return the nearest rotating joint with a vertical axis above a wheel's joint; None if there is none."""
     carrier = urdf.links[joint.parent].carrier
     while carrier is not None:
         if carrier.type in ("revolute", "continuous") and abs(axes[carrier.name][2]) > _ALIGNED:

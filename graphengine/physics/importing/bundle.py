@@ -1,4 +1,4 @@
-"""Copies files into the robot's project: meshes beside the description, and the graphs that the robot file uses."""
+"""Chooses the files to copy into the robot's project: meshes, MuJoCo models, and graphs that the robot file uses."""
 
 from __future__ import annotations
 
@@ -17,17 +17,17 @@ from graphengine.physics.files.xml import Element
 from graphengine.physics.importing.draft import Draft
 
 MESHES = "meshes"
-"""Folder beside the description for meshes that it names by paths."""
+"""Folder beside the description for copies of meshes to which it refers by path."""
 
 
 def bundle_meshes(urdf: Urdf) -> dict[Path, Path]:
-    """Assign paths beside the description to its meshes.
+    """Choose a path beside the description for a copy of each mesh, and change the references in the description.
 
-    References into packages stay as they are, since other ROS programs read them too; the needed files of the package are
-    copied. Other references then lead to the copies. References to missing files do not change.
+    References into packages stay unchanged, because other ROS programs read them too. All other references are changed to the
+    copies, except references to missing files.
 
     Returns:
-        the file of each mesh, by its path relative to the description.
+        the file to copy for each mesh, by the path of the copy relative to the description.
     """
     sources: dict[Path, Path] = {}
     for element in _meshes(urdf.element):
@@ -37,7 +37,7 @@ def bundle_meshes(urdf: Urdf) -> dict[Path, Path]:
             continue
         parts = reference.rpartition("://")[2].strip("/").split("/")
         if package_of(reference) is not None and [_name(part) for part in parts] == parts:
-            target = Path(*parts)  # a package is sought first beside the description
+            target = Path(*parts)  # a package is looked up first beside the description
         else:
             target = _free(Path(MESHES, _name(parts[-1])), source, sources)
             element.attributes["filename"] = target.as_posix()
@@ -46,10 +46,12 @@ def bundle_meshes(urdf: Urdf) -> dict[Path, Path]:
 
 
 def bundle_model(model: Path, library: Library, name: str) -> dict[Path, Path]:
-    """Return the files of a MuJoCo model, by their paths in a separate folder below that of the robot file.
+    """Return the files of a MuJoCo model, by the paths of their copies relative to the folder of the robot file.
+
+    The copies are in the folder `NAME_model`.
 
     Args:
-        model: path of the model.
+        model: path of the model's file.
         library: library that has read the model.
         name: name of the robot.
     """
@@ -59,10 +61,10 @@ def bundle_model(model: Path, library: Library, name: str) -> dict[Path, Path]:
 
 
 def bundle_graphs(draft: Draft) -> dict[Path, Path]:
-    """Make the robot use copies of the included graphs, in a folder next to that of the robot file.
+    """Change the draft to use copies of the included graphs; the copies are in a folder next to that of the robot file.
 
     Returns:
-        the file of each graph and of each subgraph in it, by its path relative to the folder of the robot file.
+        the file to copy for each graph and its subgraphs, by the path of the copy relative to the folder of the robot file.
     """
     sources: dict[Path, Path] = {}
     for entry in draft.sections["graphs"].values():
@@ -74,7 +76,7 @@ def bundle_graphs(draft: Draft) -> dict[Path, Path]:
 
 
 def _with_subgraphs(reference: str) -> Iterator[str]:
-    """Yield an included graph and the subgraphs beside it that it uses."""
+    """Yield the reference to an included graph, then references to all subgraphs that it uses, directly or indirectly."""
     yield reference
     graph = load(shipped() / reference, Findings())
     nodes = graph.data.get("nodes", {}).values() if graph is not None else ()
@@ -87,7 +89,7 @@ def _meshes(root: Element) -> Iterator[Element]:
 
 
 def _name(text: str) -> str:
-    """Return a file name without characters that are special in paths or URIs."""
+    """Return a file name in which `_` replaces characters that are special in paths or URIs."""
     return re.sub(r"[^\w.+-]", "_", text).lstrip(".") or "_"
 
 
@@ -97,7 +99,7 @@ def _find(reference: str, packages: Packages) -> Path | None:
 
 
 def _free(target: Path, source: Path, taken: dict[Path, Path]) -> Path:
-    """Return the target, with a number appended if the name is taken by another file."""
+    """Return the target path; if another file has it already, append a number to its name."""
     number, free = 2, target
     while taken.get(free, source) != source:
         free = target.with_stem(f"{target.stem}_{number}")

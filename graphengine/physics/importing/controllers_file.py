@@ -1,6 +1,6 @@
 """Reads controllers from a ros2_control parameter file, such as `ros2_controllers.yaml`.
 
-A parameter may be nested or have a dotted name, and a node's section may lie below `/**` or a namespace. Files of ROS 1, where
+Parameters may be nested or have dotted names, and the section of a node may be below `/**` or a namespace. ROS 1 files, whose
 sections have no `ros__parameters`, are read too.
 """
 
@@ -16,21 +16,21 @@ from graphengine.physics.importing.draft import Draft, Remark
 
 _PARAMETERS = "ros__parameters"
 _CONTROL_PLUGINS = ("ros2_control", "ROS2Control")
-"""Parts of the file names and names of Gazebo's plugins that run a controller manager."""
+"""A Gazebo plugin runs a controller manager if its file name or name contains one of these texts."""
 _FIND = "$(find "
 _MOST = 1e6
-"""Largest number that a controller may have: m, m/s, rad/s, s."""
+"""Maximum absolute value of a numeric parameter; a parameter with a larger value counts as missing."""
 
 
 @dataclass(frozen=True, slots=True)
 class Controller:
-    """A controller with its parameters, by dotted name.
+    """A ros2_control controller with its parameters.
 
     Attributes:
-        name: name of its node.
+        name: name of the controller's node.
         type: plugin type, such as `diff_drive_controller/DiffDriveController`.
-        span: its location in the file.
-        values: its parameters by dotted name.
+        span: source location of the controller's section.
+        values: parameters of the controller by dotted name.
     """
 
     name: str
@@ -39,7 +39,7 @@ class Controller:
     values: dict[str, Value]
 
     def number(self, *names: str) -> float | None:
-        """Return the value of the first named parameter that is a number; None without one."""
+        """Return the value of the first of these parameters that is a number; None if none is."""
         for name in names:
             value = self.values.get(name)
             if value is not None and type(value.data) in (int, float) and abs(value.data) <= _MOST:
@@ -47,12 +47,12 @@ class Controller:
         return None
 
     def positive(self, *names: str) -> float | None:
-        """Return the value of the first named parameter that is a number; None if it is not positive."""
+        """Return the value of the first of these parameters that is a number; None if none is, or if it is not positive."""
         number = self.number(*names)
         return number if number is not None and number > 0 else None
 
     def texts(self, *names: str) -> tuple[str, ...]:
-        """Return the texts of the named parameters in this order; each value is a text or a list of texts."""
+        """Return all texts in these parameters, in this order; the value of a parameter is a text or a list of texts."""
         found: list[str] = []
         for value in (self.values[name] for name in names if name in self.values):
             items = value.data if isinstance(value.data, list) else [value]
@@ -60,13 +60,13 @@ class Controller:
         return tuple(found)
 
     def flag(self, name: str, default: bool) -> bool:
-        """Return the value of a boolean parameter."""
+        """Return the value of a boolean parameter, or `default` if it is missing or not a boolean."""
         value = self.values.get(name)
         return value.data if value is not None and isinstance(value.data, bool) else default
 
 
 def controllers(draft: Draft) -> list[Controller]:
-    """Return the controllers of the file that the user gave, else of the file that Gazebo's plugin for ros2_control names."""
+    """Return the controllers of the parameter file that the user names, else of the files that Gazebo plugins name."""
     documents = [draft.controllers] if draft.controllers is not None else list(_named(draft))
     return [controller for document in documents for controller in read(document)]
 
@@ -94,7 +94,7 @@ def read(document: Document) -> list[Controller]:
 
 
 def _sections(value: Value, name: str) -> Iterator[tuple[str, Value]]:
-    """Yield names of nodes, empty for all nodes, with their parameters."""
+    """Yield the node name and the parameters of each section; the name is empty for a section that applies to all nodes."""
     if not isinstance(value.data, dict):
         return
     for key, item in value.data.items():
@@ -108,7 +108,7 @@ def _sections(value: Value, name: str) -> Iterator[tuple[str, Value]]:
 
 
 def _flat(value: Value) -> dict[str, Value]:
-    """Return the scalars and lists of nested mappings, by dotted name."""
+    """Return the scalars and lists in nested mappings, by dotted name."""
     found: dict[str, Value] = {}
     pending = [("", value)]
     while pending:
@@ -121,7 +121,7 @@ def _flat(value: Value) -> dict[str, Value]:
 
 
 def _named(draft: Draft) -> Iterator[Document]:
-    """Yield the parameter files that Gazebo's plugins name, without duplicates."""
+    """Yield each parameter file that a ros2_control plugin of Gazebo names, once."""
     seen: set[str] = set()
     for plugin in (element for element in draft.urdf.element.walk() if element.tag == "plugin"):
         name = plugin.get("filename") + plugin.get("name")
@@ -137,7 +137,7 @@ def _named(draft: Draft) -> Iterator[Document]:
 
 
 def _open(draft: Draft, reference: str, span: Span) -> Document | None:
-    """Return a file that the description names; if it cannot be read, a remark gives the reason."""
+    """Return the parameter file to which a plugin refers; None if it cannot be read, which is added to `draft.lost`."""
     packages = draft.urdf.packages
     told = f"the controllers of {printable(reference)}"
     path = packages.folder / reference
@@ -149,7 +149,7 @@ def _open(draft: Draft, reference: str, span: Span) -> Document | None:
             return None
         path = folder / rest.lstrip("/")
     if not packages.files.may_read(path):
-        draft.lost.append(Remark(f"{told}: give the file with --controllers FILE", span))
+        draft.lost.append(Remark(f"{told}: name the file with --controllers FILE", span))
         return None
     findings = Findings()
     packages.files.note(path)

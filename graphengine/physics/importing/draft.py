@@ -1,4 +1,4 @@
-"""Data model of a robot file that an import is filling in."""
+"""Data model of the robot file that an import creates, with remarks on the import."""
 
 from __future__ import annotations
 
@@ -16,18 +16,18 @@ from graphengine.physics.files.xml import Element
 
 
 def rounded(number: float, digits: int = 7) -> float:
-    """Return a number rounded to a few significant digits, for a robot file."""
+    """Return a number rounded to the given number of significant digits; -0.0 becomes 0.0."""
     return float(f"{number:.{digits}g}") + 0.0
 
 
 @dataclass(slots=True)
 class Entry:
-    """A key of the robot file and its value.
+    """The value of a key in the robot file, with comments.
 
     Attributes:
         value: plain data; a mapping is written with one line per key, other data on one line.
-        comments: comment lines above the key.
-        hint: comment after the value.
+        comments: lines of the comment above the key.
+        hint: comment after the value, on the same line.
     """
 
     value: Any = field(default_factory=dict)
@@ -37,11 +37,11 @@ class Entry:
 
 @dataclass(frozen=True, slots=True)
 class Remark:
-    """A remark of an import about one part of the description.
+    """A remark of an import, for its report.
 
     Attributes:
         text: the remark, one line.
-        span: place in the description; None if the description has no such part.
+        span: source location to which the remark refers; None if it refers to no single place.
     """
 
     text: str
@@ -53,16 +53,16 @@ class WheelShape:
     """A wheel found in a description, with all joints at zero.
 
     Attributes:
-        joint: name of the joint that turns it.
-        link: name of the link with its collider.
-        radius: radius of its collider, m.
-        width: width of its collider, m.
-        offset: offset of its middle from the joint along the joint's axis, m.
-        axis: axis of its joint in the frame of the root link.
-        centre: its middle in the frame of the root link, m.
-        collider: tag of the shape in the description, such as `cylinder`.
-        on_floor: whether it reaches as low as the lowest collider of the robot.
-        swivels: whether its fork turns on a vertical joint without limits, as in a caster.
+        joint: name of the joint that turns the wheel.
+        link: name of the link with the wheel's collider.
+        radius: radius of the collider, m.
+        width: width of the collider, m.
+        offset: distance of the collider's centre from the joint along the joint's axis, m.
+        axis: axis of the joint in the frame of the root link.
+        centre: centre of the collider in the frame of the root link, m.
+        collider: tag of the collider's shape in the description, such as `cylinder`.
+        on_floor: whether the wheel reaches down to the lowest collider of the robot.
+        swivels: whether the wheel's fork turns on a vertical joint without limits, as in a caster.
     """
 
     joint: str
@@ -84,22 +84,22 @@ class Draft:
     Attributes:
         urdf: the parsed description.
         name: name of the robot.
-        source: origin of the description, for comments and messages.
-        path: path of the description as written in the robot file.
-        package_paths: folders of its packages as written in the robot file.
+        source: where the description comes from, as text for comments and messages.
+        path: path of the description, as written in the robot file.
+        package_paths: folders of the description's packages, as written in the robot file.
         fixed_base: whether the root link is fixed to the world.
-        controllers: ros2_control parameters given by the user.
-        library: reads the meshes; None for a description that is not imported.
+        controllers: ros2_control parameter file that the user names; None without one.
+        library: reads the meshes; None if the draft is only for a description without a robot file.
         wheels: wheels by joint, in order of the joints.
         servos: joints with position drives whose gains are not in the description.
         settings: top-level keys with plain values, such as `self_collision`.
-        sections: entries by section (`joints`, `materials`, `sensors`, `graphs`, …) and key, in file order.
-        carried: remarks on what was taken from the description.
-        guessed: remarks on values that the description lacks and the import chose.
+        sections: entries by section (`joints`, `materials`, `sensors`, `graphs`, …) and key, in order of the robot file.
+        carried: remarks on values that were taken from the description.
+        guessed: remarks on values that the description lacks and that the import chose.
         lost: remarks on parts of the description that a robot file cannot express, with the reason.
-        noticed: remarks on the robot itself, such as a weight that rests on its chassis.
-        commanded: joints commanded over a topic, except those of a mobile base.
-        mujoco_warnings: MuJoCo's warnings about the models compiled from the draft, as keys.
+        noticed: remarks on the robot itself, e.g. that part of its weight rests on the chassis.
+        commanded: names of joints that a topic commands, except those of a mobile base.
+        mujoco_warnings: MuJoCo's warnings about models compiled from the draft, as keys; the values are None.
     """
 
     urdf: Urdf
@@ -123,24 +123,33 @@ class Draft:
     _used: dict[int, Element] = field(default_factory=dict)
 
     def bound(self) -> set[str]:
-        """Return links to which the draft binds a material."""
+        """Return the names of links to which the draft binds a material."""
         return {link for entry in self.sections["materials"].values() for link in entry.value.get("bind", ())}
 
     def entry(self, section: str, key: str) -> Entry:
-        """Return the entry of a section with this key; it is created if needed."""
+        """Return the entry with this key in a section; create it if the section does not have it."""
         return self.sections[section].setdefault(key, Entry())
 
     def add_graph(self, name: str, use: str, parameters: dict[str, Any], *comments: str) -> None:
-        """Add an included graph; its parameter `base` is the root link, unless that has the default name."""
+        """Add a graph that the robot file uses.
+
+        If the root link is not called `base_link`, the default of the graphs, its name is passed as the parameter `base`.
+
+        Args:
+            name: name of the graph in the robot file.
+            use: reference to the included graph.
+            parameters: parameters of the graph.
+            comments: comment lines above the entry.
+        """
         if self.urdf.root != "base_link":  # the default of the graphs
             parameters = {"base": self.urdf.root} | parameters
         value: dict[str, Any] = {"use": use} | ({"parameters": parameters} if parameters else {})
         self.sections["graphs"][name] = Entry(value, list(comments))
 
     def use(self, element: Element) -> None:
-        """Mark an element of the description, and all in it, as used, so that it is not listed as left behind."""
+        """Mark an element of the description and all elements below it as used, so that they are not reported as lost."""
         self._used.update((id(part), part) for part in element.walk())
 
     def used(self, element: Element) -> bool:
-        """Return whether an element of the description was used."""
+        """Return whether an element of the description is marked as used."""
         return id(element) in self._used

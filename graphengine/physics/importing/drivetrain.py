@@ -1,4 +1,4 @@
-"""Decides what drives a robot: the drives of its joints, and the graphs of its base, arms and grippers."""
+"""Chooses how a robot is driven: the drives of its joints, and the graphs of its base, arms and grippers."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from graphengine.physics.importing.joint_commands import joint_commands
 
 
 def fill(draft: Draft) -> None:
-    """Add the drives and graphs of the joints, and the wheel friction of a base."""
+    """Add the drives and graphs of the joints, and the materials of a base's wheels, to the draft."""
     known = controllers(draft)
     commands = joint_commands(draft, known)
     commanded = {joint for joint, each in commands.items() if each.ranges}
@@ -37,7 +37,7 @@ def fill(draft: Draft) -> None:
 
 
 def _tell_undriven(draft: Draft) -> None:
-    """Add a remark if the root link moves freely but no base graph or drive moves the robot."""
+    """Add a remark that nothing moves the robot, if no joint has a drive."""
     if any("drive" in entry.value for entry in draft.sections["joints"].values()):
         return
     joints = "its joints have no drives" if draft.urdf.moving() else "none of its joints moves"
@@ -51,7 +51,7 @@ def _bases(
     wheels: Sequence[BaseWheel],
     commanded: Collection[str],
 ) -> Iterator[Base]:
-    """Yield the bases that the sources describe, the most reliable source first."""
+    """Yield the base of each source that describes one: controllers, Gazebo plugins, then the wheels on the floor."""
     topics = topics_of_plugins(draft)
     base = base_of_controllers(draft, known)
     if base is not None:

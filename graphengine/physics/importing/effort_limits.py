@@ -6,11 +6,11 @@ from graphengine.physics.description.urdf import UrdfJoint
 from graphengine.physics.importing.draft import Draft, Remark
 
 _FAST = 1.0
-"""Speed of a base (m/s) that its wheels should have the effort for."""
+"""Speed of a base (m/s) that its wheels should reach within their effort limits."""
 
 
 def fill(draft: Draft) -> None:
-    """Add a remark for driven wheels that cannot reach `_FAST` within their effort limit, even without other losses."""
+    """Add a remark on driven wheels whose effort limit is too low for a speed of 1 m/s, considering only their own losses."""
     slow: dict[str, list[UrdfJoint]] = {}
     for joint in draft.urdf.moving():
         wheel = draft.wheels.get(joint.name)

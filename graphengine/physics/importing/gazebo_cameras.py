@@ -1,4 +1,4 @@
-"""Converts Gazebo's cameras to sections of sensor profiles."""
+"""Converts Gazebo cameras to sensor profiles."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from graphengine.physics.importing.gazebo_values import Subject, UnusableError, 
 
 
 def camera(values: Values, sensor: Subject) -> Figures:
-    """Return the profile of a colour camera."""
+    """Return the type, graph and profile of a colour camera."""
     profile = _pinhole(values, sensor)
     if deviation := noise(values, sensor, ("camera", "noise"), ("noise",)):
         profile["colour_noise"] = round(min(deviation, 1.0) * 255.0, 6)  # Gazebo's colours go from 0 to 1
@@ -19,13 +19,13 @@ def camera(values: Values, sensor: Subject) -> Figures:
 
 
 def depth_camera(values: Values, sensor: Subject) -> Figures:
-    """Return the profile of a depth camera."""
+    """Return the type, graph and profile of a depth camera."""
     profile = _with_depth(values, sensor)
     return Figures("camera", "depth_camera", profile, f"depth {_resolution_told(profile)}")
 
 
 def rgbd_camera(values: Values, sensor: Subject) -> Figures:
-    """Return the profile of a camera with colour and depth."""
+    """Return the type, graph and profile of a camera with colour and depth."""
     profile = _with_depth(values, sensor)
     return Figures("camera", "rgbd_camera", profile, f"colour and depth {_resolution_told(profile)}")
 
@@ -34,14 +34,16 @@ def _pinhole(values: Values, sensor: Subject) -> dict[str, Any]:
     camera: tuple[str, ...] = ("camera",)
     if values.find("camera") is None and values.find("horizontal_fov") is not None:
         camera = ()
-        sensor.guessed("its figures are not in <camera>, where Gazebo looks for them")
+        sensor.guessed("its values are not in <camera>, where Gazebo looks for them")
     size = [values.number(*camera, "image", side, default=d) for side, d in (("width", 320.0), ("height", 240.0))]
     for side, length in zip(("width", "height"), size, strict=True):
         if not 1.0 <= length <= 1e6:
-            raise UnusableError(f"image {side} {length:g} is no number of pixels", sensor.span)
+            raise UnusableError(f"image {side} {length:g} is not a valid number of pixels", sensor.span)
     wide = values.number(*camera, "horizontal_fov", default=1.047)
     if not 0.0 < wide < math.pi:
-        raise UnusableError(f"horizontal_fov {wide:g} rad is not that of a pinhole camera", sensor.span)
+        raise UnusableError(
+            f"horizontal_fov {wide:g} rad: a pinhole camera needs a value between 0 and pi", sensor.span
+        )
     width, height = (int(length) for length in size)
     tall = 2.0 * math.atan(math.tan(wide / 2.0) * height / width)
     pixels = values.text(*camera, "image", "format")

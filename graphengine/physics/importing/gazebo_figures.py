@@ -1,4 +1,4 @@
-"""Common data of converted Gazebo sensors: result type, rates and noise."""
+"""Result type of sensor conversions from Gazebo, and functions that read rates and noise."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ from graphengine.physics.importing.gazebo_values import Subject, Values
 
 @dataclass(frozen=True, slots=True)
 class Figures:
-    """A sensor of a robot file.
+    """The conversion of a Gazebo sensor for a robot file.
 
     Attributes:
-        type: kind of device.
+        type: type of the sensor in the robot file, such as `lidar`.
         graph: name of the graph in `graphs/publishers` that publishes the sensor.
-        profile: the sensor's profile.
+        profile: profile of the sensor in the robot file.
         told: short summary of the profile, for remarks.
     """
 
@@ -27,7 +27,7 @@ class Figures:
 
 
 def rate(values: Values, default: float, sensor: Subject) -> float:
-    """Return the rate (Hz) of a sensor; a default if the description gives none, with a remark."""
+    """Return the rate (Hz) of a sensor; if the description gives no rate, return `default` and add a remark."""
     rate = values.number("update_rate") or values.number("plugin", "updateRate|update_rate")
     if rate > 0.0:
         return rate
@@ -36,7 +36,10 @@ def rate(values: Values, default: float, sensor: Subject) -> float:
 
 
 def noise(values: Values, sensor: Subject, *paths: tuple[str, ...]) -> float:
-    """Return the standard deviation of the first noise at one of some paths."""
+    """Return the standard deviation of the noise at the first of these paths that exists, in units of the measured value.
+
+    Without noise, return that of a ROS 1 plugin, or 0. Noise that a profile cannot express is reported as lost.
+    """
     for path in paths:
         if (found := values.find(*path)) is None:
             continue

@@ -1,4 +1,4 @@
-"""Converts Gazebo's settings of links and robots: friction, colours, gravity, self-collision, a fixed base."""
+"""Converts Gazebo's settings of links and robots: friction, colours, gravity, self-collision and a fixed base."""
 
 from __future__ import annotations
 
@@ -33,20 +33,20 @@ COLOURS = {
     "turquoise": (0.0, 1.0, 1.0),
     "indigo": (0.33, 0.0, 0.5),
 }
-"""Diffuse colours of the materials `Gazebo/…` that have no texture, by name in small letters."""
+"""Diffuse colours (red, green, blue) of the materials `Gazebo/NAME` that have no texture, by NAME in lower case."""
 _SURFACE = "collision", "surface"
 _SOLVER = ("kp", "kd", "minDepth", "min_depth", "maxVel", "max_vel", "maxContacts", "max_contacts")
 _SOLVER_LOST = (
     "kp, kd and other settings of Gazebo's contacts: those of MuJoCo have a time constant, which graphengine chooses"
 )
 _NO_EFFECT = ("preserveFixedJoint", "disableFixedJointLumping", "provideFeedback")
-"""Of joints: here all fixed joints are kept, and forces of all joints are known."""
+"""Settings of joints without effect, because all fixed joints are kept and the forces of all joints are known."""
 _SYSTEMS = ("Sensors", "Imu", "Contact", "Physics", "SceneBroadcaster", "UserCommands")
-"""Systems of new Gazebo that do there what is always done here."""
+"""Gazebo Sim systems without effect, because graphengine always provides their functions."""
 
 
 def fill(draft: Draft) -> None:
-    """Add materials, colours and settings of links."""
+    """Add materials, colours and settings of links, and settings of the whole robot, to the draft."""
     notes = Notes()
     surfaces: dict[str, tuple[Any, ...]] = {}
     for element in draft.urdf.element.all("gazebo"):
@@ -86,7 +86,7 @@ def _friction(
     along = values.number(*path, "mu1|mu", default=1.0)
     across = values.number(*path, "mu2", default=along)
     if min(along, across) < 0.0:
-        raise UnusableError("friction below zero", element.span)
+        raise UnusableError("the friction is below zero", element.span)
     if not draft.urdf.links[link].colliders:
         subject.lost("friction: it has no collider")
         return
@@ -111,18 +111,24 @@ def _friction_paths() -> Iterator[tuple[str, ...]]:
 
 
 def _direction(urdf: Urdf, link: str, element: Element, subject: Subject) -> tuple[tuple[float, ...], str]:
-    """Return the direction of `mu1` and the link whose frame it refers to, which must not turn with a wheel."""
+    """Return the direction of the friction `mu1`, and the name of the link in whose frame the direction is given.
+
+    If the direction would turn with a moving link, such as a wheel, it is converted to the frame of the parent link.
+
+    Raises:
+        UnusableError: the direction is zero or not numeric, or its frame is not a link.
+    """
     given = numbers(element.text or element.get("value"), 3)
     if given is None or not any(given):
         raise UnusableError(
-            f"fdir1 {printable((element.text or element.get('value'))[:40])!r} is no direction", element.span
+            f"fdir1 {printable((element.text or element.get('value'))[:40])!r} is not a direction", element.span
         )
     vector = (given[0], given[1], given[2])
     frame = next((element.get(key) for key in element.attributes if key.endswith("expressed_in")), "")
     if frame in urdf.links:
         return vector, frame
     if frame:
-        raise UnusableError(f"fdir1 is expressed in {printable(frame[:60])!r}, which is no link", element.span)
+        raise UnusableError(f"fdir1 is expressed in {printable(frame[:60])!r}, which is not a link", element.span)
     carrier = urdf.links[link].carrier
     if carrier is None or not carrier.moves:
         return vector, link
@@ -131,13 +137,16 @@ def _direction(urdf: Urdf, link: str, element: Element, subject: Subject) -> tup
 
 
 def _add_materials(draft: Draft, surfaces: dict[str, tuple[Any, ...]]) -> None:
-    """Add one material for all links of the same friction; Gazebo uses the smaller friction of two colliders."""
+    """Add one material for all links with the same friction.
+
+    As in Gazebo, a contact has the smaller friction of the two colliders.
+    """
     alike: dict[tuple[Any, ...], list[str]] = {}
     for link, surface in surfaces.items():
         alike.setdefault(surface, []).append(link)
     for (along, *directed), links in alike.items():
         entry = draft.entry("materials", f"{prim_name(links[0])[:180]}_surface")
-        entry.comments = ["as in Gazebo, the lesser friction of the two that touch counts"]
+        entry.comments = ["as in Gazebo, a contact has the smaller friction of the two colliders"]
         entry.value = {"static_friction": along, "dynamic_friction": along}
         if directed:
             across, vector, frame = directed
@@ -154,7 +163,7 @@ def _solver(draft: Draft, element: Element, link: str, subject: Subject, _: obje
 
 
 def _colour(draft: Draft, element: Element, link: str, subject: Subject, _: object) -> None:
-    """Add colours of links, for visuals without a material."""
+    """Add the colour of a link if it has visuals without a material."""
     values = Values(element)
     name = values.text("material", "script", "name") or values.text("visual", "material", "script", "name")
     name = name or values.text("material")
@@ -168,7 +177,7 @@ def _colour(draft: Draft, element: Element, link: str, subject: Subject, _: obje
     if given is not None:
         colour = (given[0], given[1], given[2])
     if colour is None or not all(0.0 <= part <= 1.0 for part in colour):
-        subject.lost(f"material {printable((name or diffuse)[:60])!r} is no colour")
+        subject.lost(f"material {printable((name or diffuse)[:60])!r} is not a known colour")
         return
     draft.entry("links", link).value["colour"] = [round(part, 4) for part in colour]
     subject.carried("a colour")
@@ -183,23 +192,25 @@ def _gravity(draft: Draft, element: Element, link: str, subject: Subject, _: obj
 
 
 def _static(draft: Draft, gazebo: Element) -> None:
-    """Fix a static robot to the world."""
+    """Fix the base of the robot to the world if Gazebo's settings make the robot static."""
     static = gazebo.first("static")
     if static is not None and static.text.strip().lower() in ("true", "1"):
         draft.fixed_base = True
         draft.use(static)
-        draft.carried.append(Remark("the base is fixed: static", static.span))
+        draft.carried.append(Remark("the base is fixed to the world, because the robot is static", static.span))
 
 
 def _self_collision(draft: Draft) -> None:
-    """Enable self-collision if the whole robot or all links with colliders request it, else report it as lost."""
+    """Enable self-collision if the settings of the robot, or of all links with colliders, request it; else report it as lost."""
     notes, links, whole = Notes(), [], False
     for element in draft.urdf.element.all("gazebo"):
         name, values = element.get("reference"), Values(element)
         if values.flag("selfCollide|self_collide") and (not name or name in draft.urdf.links):
             whole = whole or not name
             links += [name] if name else []
-            notes.add("lost", name, "self_collide: a robot's links collide with each other all or none", element.span)
+            notes.add(
+                "lost", name, "self_collide: self-collision can be enabled only for all links of a robot", element.span
+            )
         if not name or name in draft.urdf.links:
             _use(draft, element, "selfCollide", "self_collide")
     solid = [name for name, link in draft.urdf.links.items() if link.colliders]

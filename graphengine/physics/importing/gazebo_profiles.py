@@ -1,4 +1,4 @@
-"""Converts Gazebo's sensors to sections of sensor profiles; `READERS` has a function for each type."""
+"""Converts Gazebo sensors to sensor profiles; `READERS` has a function for each sensor type."""
 
 from __future__ import annotations
 
@@ -16,7 +16,16 @@ _AXES = ("x", "y", "z")
 
 
 class _Triad(NamedTuple):
-    """The accelerometers or gyroscopes of the three axes: names in SDF and in a profile, and profile units per SI unit."""
+    """The accelerometers or gyroscopes of the three axes of an IMU.
+
+    Attributes:
+        section: name in SDF.
+        classic: name in Gazebo classic.
+        name: prefix of keys in a profile.
+        device: section of a profile.
+        instability: key of the bias instability in that section.
+        units: units of the bias instability per SI unit.
+    """
 
     section: str
     classic: str
@@ -33,11 +42,15 @@ _TRIADS = (
     ),
 )
 _COARSEST = 0.1
-"""Resolution (m) of a distance beyond which it is taken for a placeholder, as the 1 m that many descriptions have."""
+"""Range resolutions above this value (m) count as placeholders and are ignored; many descriptions give 1 m."""
 
 
 def ray(values: Values, sensor: Subject) -> Figures:
-    """Return the profile of a lidar, or of a range sensor for a single ray or a plugin that publishes sensor_msgs/Range."""
+    """Return the type, graph and profile of a ray sensor.
+
+    A sensor with a single ray, or with a plugin that publishes sensor_msgs/Range, becomes a range sensor; any other becomes a
+    lidar.
+    """
     wide, tall = _Arc.of(values, sensor, "horizontal", 640), _Arc.of(values, sensor, "vertical", 1)
     near = values.number("lidar|ray", "range", "min", default=0.08)
     far = values.number("lidar|ray", "range", "max", default=10.0)
@@ -61,7 +74,7 @@ def ray(values: Values, sensor: Subject) -> Figures:
         }
         return Figures("range", "range", profile | extra, f"range sensor to {far:g} m")
     if wide.count == 1:
-        raise UnusableError("a lidar has two beams in a ring at least", sensor.span)
+        raise UnusableError("a lidar needs at least two beams in a ring", sensor.span)
     first, last = sorted((wide.first, wide.last))
     if last - first > 360.0:
         if last - first > 360.1:
@@ -80,12 +93,12 @@ def ray(values: Values, sensor: Subject) -> Figures:
 
 
 def sonar(values: Values, sensor: Subject) -> Figures:
-    """Return the profile of a range sensor; SDF gives the radius of its cone at the maximum distance."""
+    """Return the type, graph and profile of a sonar, whose field of view follows from SDF's radius at maximum range."""
     near, far = values.number("sonar", "min"), values.number("sonar", "max", default=5.0)
     radius = values.number("sonar", "radius", default=0.5)
     values.skip("sonar", "geometry")
     if far <= 0.0:
-        raise UnusableError("its farthest distance is not more than 0 m", sensor.span)
+        raise UnusableError("the maximum range must be greater than 0 m", sensor.span)
     profile = {
         "radiation_type": "ultrasound",
         "rate": rate(values, 10.0, sensor),
@@ -97,7 +110,7 @@ def sonar(values: Values, sensor: Subject) -> Figures:
 
 
 def imu(values: Values, sensor: Subject) -> Figures:
-    """Return the profile of an inertial unit. Gazebo gives noise and bias per axis."""
+    """Return the type, graph and profile of an IMU; a profile has one noise for all axes, the largest of Gazebo's values."""
     profile: dict[str, Any] = {"rate": rate(values, 100.0, sensor)}
     for triad in _TRIADS:
         quantities = {
@@ -115,7 +128,7 @@ def imu(values: Values, sensor: Subject) -> Figures:
         profile |= _given(**{f"{triad.name}_noise": deviation})
         profile |= {f"{triad.name}_bias": bias} if any(bias) else {}
         if drift and time > 0.0:
-            # Gazebo drives the bias with this deviation per root of a second; the profile has that which results.
+            # In Gazebo, the deviation per root of a second drives the bias; a profile has the resulting deviation of the bias.
             instability = drift * math.sqrt(time / 2.0) * triad.units
             profile[triad.device] = {triad.instability: float(f"{instability:.6g}"), "bias_correlation_time": time}
     values.text("imu", "noise", "type")
@@ -123,10 +136,10 @@ def imu(values: Values, sensor: Subject) -> Figures:
 
 
 def contact(values: Values, sensor: Subject) -> Figures:
-    """Return the profile of a contact sensor; it measures contacts of all colliders of its link."""
+    """Return the type and graph of a contact sensor, which detects contacts of all colliders of its link."""
     values.skip("contact", "collision")
     values.skip("update_rate")
-    text = "published each tick as std_msgs/Bool, without the places of contacts"
+    text = "published each tick as std_msgs/Bool, without the positions of contacts"
     sensor.guessed(text)
     return Figures("contact", "contact", {}, "contact sensor")
 
@@ -145,7 +158,7 @@ READERS: dict[str, Callable[[Values, Subject], Figures]] = {
     "rgbd": rgbd_camera,
     "contact": contact,
 }
-"""By type of sensor in SDF."""
+"""Function that converts a sensor, by sensor type in SDF."""
 NO_LIKE = {
     "gps": "satellite navigation",
     "navsat": "satellite navigation",
@@ -164,12 +177,12 @@ NO_LIKE = {
     "segmentation_camera": "a segmentation camera; a camera's graph publishes segmentation by ROS2CameraHelper",
     "boundingbox_camera": "a bounding box camera; a camera's graph publishes boxes by ROS2CameraHelper",
 }
-"""Types of sensor that nothing here is like, in words."""
+"""Description of sensor types without an equivalent, by sensor type in SDF; it completes `there is nothing like ...`."""
 
 
 @dataclass(frozen=True, slots=True)
 class _Arc:
-    """Rays of a scan in one plane: angles of the first and last (degrees) and their number."""
+    """The rays of a scan in one plane: angles of the first and the last ray (degrees), and the number of rays."""
 
     first: float
     last: float
@@ -177,30 +190,34 @@ class _Arc:
 
     @property
     def width(self) -> float:
-        """Angle from the first to the last ray, rad."""
+        """Angle between the first and the last ray, rad."""
         return math.radians(abs(self.last - self.first))
 
     @classmethod
     def of(cls, values: Values, sensor: Subject, plane: str, samples: int) -> _Arc:
-        """Read the horizontal or vertical plane of a scan."""
+        """Return the rays in a plane of a scan, `horizontal` or `vertical`; `samples` is the default number of rays.
+
+        Raises:
+            UnusableError: the scan has no horizontal plane, or an invalid number of rays.
+        """
         path = ("lidar|ray", "scan", plane)
         found = values.find(*path)
         if found is None and plane == "horizontal":
-            raise UnusableError("it has no <scan><horizontal>", sensor.span)
+            raise UnusableError("the sensor has no <scan><horizontal>", sensor.span)
         count = values.number(*path, "samples", default=samples) * values.number(*path, "resolution", default=1.0)
         if found is not None and not 0.5 <= count <= 1e9:
-            raise UnusableError(f"{count:g} samples are no number of rays", found.span)
+            raise UnusableError(f"{count:g} samples: not a valid number of rays", found.span)
         first, last = (round(math.degrees(values.number(*path, end)), 6) for end in ("min_angle", "max_angle"))
         return cls(first, last, max(1, round(count)))
 
 
 def _given(**figures: float) -> dict[str, float]:
-    """Return the values that are not zero, since zero is a profile's default."""
+    """Return the values that are not zero, because zero is the default of a profile."""
     return {name: value for name, value in figures.items() if value}
 
 
 def _plugin(values: Values) -> str:
-    """Return name of the library of a sensor's plugin; empty without."""
+    """Return the file name of a sensor's plugin in lower case; empty without a plugin."""
     found = values.find("plugin")
     return found.get("filename").lower() if found is not None else ""
 
@@ -214,7 +231,7 @@ def _resolution(values: Values, far: float, sensor: Subject) -> float:
 
 
 def _of_axis(values: Values, triad: _Triad, axis: str, quantity: str) -> float:
-    """Return a number from an axis's noise, else from classic Gazebo's common noise of all axes."""
+    """Return a quantity from the noise of an axis; without such noise, from Gazebo classic's common noise of all axes."""
     path = ("imu", triad.section, axis, "noise")
     found = values.find(*path)
     if found is None:
@@ -224,7 +241,7 @@ def _of_axis(values: Values, triad: _Triad, axis: str, quantity: str) -> float:
 
 
 def _of_plugin(values: Values, triad: _Triad) -> float:
-    """Return the noise of a ROS 1 plugin: the largest of the three axes."""
+    """Return the standard deviation of the noise that a ROS 1 plugin gives, the largest of the three axes; 0 without any."""
     texts = (values.text("plugin", f"{triad.classic}GaussianNoise"), values.text("plugin", "gaussianNoise"))
     given = [numbers(text, len(text.split())) or (0.0,) for text in texts if text]
     return max(given[0]) if given else 0.0

@@ -1,4 +1,4 @@
-"""Converts a description's Gazebo sensors to sensors and publishing graphs of the robot file."""
+"""Converts the Gazebo sensors of a description to sensors of the robot file and graphs that publish them."""
 
 from __future__ import annotations
 
@@ -26,11 +26,11 @@ from graphengine.physics.sensors.implementations import IMPLEMENTATIONS
 MAX_SENSORS = 200
 _IMU_PLUGINS = ("gazebo_ros_imu", "hector_gazebo_ros_imu")
 MAX_DISTANCE = 1e6
-"""Greatest distance (m) of a sensor from its link."""
+"""Maximum distance (m) of a sensor from its link."""
 _OPTICAL = multiply(LOOKING_FORWARD, (1.0, 0.0, 0.0, 0.0))
-"""Orientation of an optical frame (z forward, x right) in the frame of a camera that looks along x."""
+"""Orientation of an optical frame (z forward, x right) in the frame of a camera that looks along its x axis."""
 _SAME = 1e-3
-"""Greatest difference (m, or of a quaternion's number) between poses that are taken for the same."""
+"""Tolerance of equal poses: coordinates differ by less (m), and the scalar product of quaternions exceeds 1 minus its square."""
 _NO_EFFECT = (
     "visualize",
     "always_on",
@@ -42,14 +42,14 @@ _NO_EFFECT = (
     "bodyName",
     "serviceName",
 )
-"""Tags that change nothing here; a plugin's rate counts only where the sensor has none."""
+"""Tags without effect, which are not reported as lost; a plugin's rate is used only if the sensor has none."""
 _PREFIX = {"lidar": "lidar", "camera": "camera", "imu": "imu"}
-"""Parameter of a graph that has the sensor's path; `sensor` for other kinds."""
+"""Name of the graph parameter for the path of the sensor's prim, by sensor type; `sensor` for other types."""
 
 
 @dataclass(frozen=True, slots=True)
 class _Found:
-    """A Gazebo sensor that can be converted."""
+    """A Gazebo sensor that can be converted: its prim name, link, pose on the link, conversion and topics."""
 
     name: str
     link: str
@@ -61,7 +61,7 @@ class _Found:
 
 
 def fill(draft: Draft) -> None:
-    """Add an entry and a graph for each sensor; types without an equivalent are reported as lost."""
+    """Add a sensor and a graph that publishes it for each Gazebo sensor; types without an equivalent are reported as lost."""
     notes = Notes()
     found = list(_sensors(draft, notes))
     unnamed = Counter(sensor.figures.graph for sensor in found if not sensor.topics)
@@ -74,7 +74,7 @@ def fill(draft: Draft) -> None:
 
 
 def _sensors(draft: Draft, notes: Notes) -> Iterator[_Found]:
-    """Yield the sensors in order of the file, with unique prim names."""
+    """Yield the convertible sensors in order of the file, with unique prim names; report the others as lost."""
     urdf, count = draft.urdf, 0
     taken = {prim_name(name) for name in (*urdf.links, *urdf.joints)}
     for gazebo in urdf.element.all("gazebo"):
@@ -93,7 +93,7 @@ def _sensors(draft: Draft, notes: Notes) -> Iterator[_Found]:
 
 
 def _of_plugins(gazebo: Element) -> Iterator[tuple[str, Element]]:
-    """Yield the inertial units of classic Gazebo that are plugins without a sensor, each with its link, as sensors."""
+    """Yield the link name and a `<sensor>` element for each IMU of Gazebo classic that is a plugin outside of a sensor."""
     for plugin in gazebo.all("plugin"):
         if plugin.get("filename").removeprefix("lib").removesuffix(".so") in _IMU_PLUGINS:
             values = Values(plugin)
@@ -130,7 +130,7 @@ def _read(draft: Draft, element: Element, link: str, taken: set[str], notes: Not
 
 
 def _unused(name: str, suffix: str, taken: set[str]) -> str:
-    """Return the name, or one derived from it that is not taken."""
+    """Return the name, or if it is taken, a free name derived from it and the suffix."""
     if name not in taken:
         return name
     longer = f"{name}_{'sensor' if name.endswith(suffix) else suffix}"
@@ -141,7 +141,11 @@ def _unused(name: str, suffix: str, taken: set[str]) -> str:
 
 
 def _pose(values: Values, sensor: Subject) -> Pose:
-    """Return the pose of a sensor on its link. Classic Gazebo adds the pose of its `<camera>`, new Gazebo does not."""
+    """Return the pose of a sensor on its link; Gazebo classic adds the pose of `<camera>`, Gazebo Sim does not.
+
+    Raises:
+        UnusableError: a pose is not six numbers, or too far away.
+    """
     pose = _one_pose(values, sensor, "pose")
     return pose if values.find("topic") is not None else compose(pose, _one_pose(values, sensor, "camera", "pose"))
 
@@ -152,7 +156,7 @@ def _one_pose(values: Values, sensor: Subject, *path: str) -> Pose:
         return NOWHERE
     given = numbers(text, 6)
     if given is None or max(map(abs, given)) > MAX_DISTANCE:
-        raise UnusableError(f"pose {printable(text[:60])!r} is not six numbers of m and rad", element.span)
+        raise UnusableError(f"pose {printable(text[:60])!r} is not six valid numbers in m and rad", element.span)
     if other := element.get("relative_to") or element.get("frame"):
         sensor.lost(f"pose relative to {printable(other[:60])!r}; taken as relative to its link", element.span)
     x, y, z, roll, pitch, yaw = given
@@ -172,7 +176,10 @@ def _mount(draft: Draft, sensor: _Found) -> None:
 
 
 def _publish(draft: Draft, sensor: _Found, *, alone: bool) -> None:
-    """Add the graph that publishes a sensor, and one that publishes its frame if that is not a link."""
+    """Add a graph that publishes a sensor; if its frame is not a link, also a graph that publishes the frame.
+
+    `alone` says whether no other sensor without topics uses the same graph; otherwise topics are prefixed by the sensor's name.
+    """
     figures, kind = sensor.figures, sensor.figures.type
     device: Device = DEVICES.all[kind]
     path = "/".join(part for part in (_path(draft.urdf, sensor.link), sensor.name, device.child) if part)
@@ -199,7 +206,7 @@ def _use(draft: Draft, name: str, graph: str, parameters: dict[str, Any]) -> Non
 
 
 def _frame(draft: Draft, sensor: _Found) -> str:
-    """Return the frame of a sensor's messages: a link's frame, or one that an additional graph publishes on TF."""
+    """Return the name of the frame of a sensor's messages; if it is not a link, add a graph that publishes it on tf_static."""
     links, link = draft.urdf.links, sensor.link
     written = gazebo_topics.frame(sensor.values)
     camera = sensor.figures.type == "camera"
@@ -207,7 +214,7 @@ def _frame(draft: Draft, sensor: _Found) -> str:
         return written
     pose = compose(sensor.pose, ((0.0, 0.0, 0.0), _OPTICAL)) if camera else sensor.pose
     if camera and (optical := _optical_link(draft.urdf, link, pose)):
-        sensor.subject.guessed(f"its images are in frame {printable(optical)}, whose z axis points forward")
+        sensor.subject.guessed(f"its images are in the frame {printable(optical)}, whose z axis points forward")
         return optical
     if not camera and not written and _same(pose, NOWHERE):
         return link
@@ -215,13 +222,16 @@ def _frame(draft: Draft, sensor: _Found) -> str:
     position, orientation = ([round(part, 9) for part in parts] for parts in pose)
     parameters: dict[str, Any] = {"parent": link, "child": name} | ({"position": position} if any(position) else {})
     parameters |= {"orientation": orientation} if not _close(pose[1], IDENTITY) else {}
-    sensor.subject.guessed(f"its frame {name} is no link: a graph publishes it on tf_static")
+    sensor.subject.guessed(f"its frame {name} is not a link: a graph publishes it on tf_static")
     _use(draft, f"{sensor.name}_frame", "graphs/publishers/frame.yaml", parameters)
     return name
 
 
 def _optical_link(urdf: Urdf, link: str, pose: Pose) -> str:
-    """Return a link that does not move against another and whose frame is the optical one of a camera on that; empty without."""
+    """Return the name of a link that is rigidly connected to the given link and has the given pose relative to it.
+
+    Return an empty string if there is none.
+    """
     pending: list[tuple[str, str, Pose]] = [(link, "", NOWHERE)]
     while pending:
         at, came_from, place = pending.pop()
@@ -236,13 +246,13 @@ def _optical_link(urdf: Urdf, link: str, pose: Pose) -> str:
 
 
 def _prim(urdf: Urdf, link: str) -> str:
-    """Return a link's prim as a robot file writes it: its name, or its path if a joint has the same name."""
+    """Return the prim of a link for a robot file: its prim name, or its path if a joint has the same name."""
     name = prim_name(link)
     return _path(urdf, link) if name in map(prim_name, urdf.joints) else name
 
 
 def _path(urdf: Urdf, link: str) -> str:
-    """Return path of a link's prim from the root link on."""
+    """Return the path of a link's prim, starting with the root link."""
     names = [prim_name(link)]
     while (carrier := urdf.links[link].carrier) is not None:
         link = carrier.parent
@@ -256,5 +266,5 @@ def _same(first: Pose, second: Pose) -> bool:
 
 
 def _close(first: tuple[float, ...], second: tuple[float, ...]) -> bool:
-    """Return whether two quaternions are the same rotation."""
+    """Return whether two quaternions are nearly the same rotation."""
     return abs(sum(a * b for a, b in zip(first, second, strict=True))) > 1.0 - _SAME**2

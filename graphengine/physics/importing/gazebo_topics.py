@@ -1,7 +1,8 @@
-"""Derives ROS topics from Gazebo's sensors.
+"""Derives ROS topics from Gazebo sensors.
 
-New Gazebo writes one `<topic>` in the sensor and makes the names of others from it. Classic Gazebo has plugins, which remap names
-(ROS 2), or have a tag for each (ROS 1). Names are relative here, so that the namespace of a robot precedes them.
+In Gazebo Sim, a sensor has one `<topic>`, from which the names of further topics are derived. In Gazebo classic, plugins publish:
+they remap topics (ROS 2), or have a tag for each topic (ROS 1). All names become relative, so that the namespace of a robot
+applies to them.
 """
 
 from __future__ import annotations
@@ -25,7 +26,7 @@ _DEFAULT = {
         "info": "camera/camera_info",
     },
 }
-"""Customary topics of each graph in `graphs/publishers`, by parameter."""
+"""Default topics of each graph in `graphs/publishers`, by graph and parameter."""
 _NEW = {
     "points": {"topic": "{topic}/points"},
     "camera": {"image": "{topic}", "info": "{above}camera_info"},
@@ -37,7 +38,7 @@ _NEW = {
         "info": "{topic}/camera_info",
     },
 }
-"""Those that new Gazebo makes of a sensor's topic, where it is not the topic itself."""
+"""Patterns of the topics that Gazebo Sim derives from a sensor's topic, by graph and parameter; other graphs use it unchanged."""
 _CLASSIC = {
     "image": ("image_raw", "imageTopicName|image_topic_name"),
     "depth": ("depth/image_raw", "depthImageTopicName|depth_image_topic_name"),
@@ -45,17 +46,17 @@ _CLASSIC = {
     "info": ("camera_info", "cameraInfoTopicName|camera_info_topic_name"),
     "topic": ("out", "topicName|topic_name|bumperTopicName|bumper_topic_name"),
 }
-"""Names below a classic camera's, which remappings use, and tags, by parameter."""
+"""For plugins of Gazebo classic, by graph parameter: topic name below the camera's name, as in remappings, and tags."""
 _FRAMES = ("gz_frame_id", "ignition_frame_id", "ign_frame_id", "frame_id")
 _PLUGIN_FRAMES = ("frameName", "frame_name", "frameId", "frame_id")
 
 
 def topics(graph: str, values: Values) -> dict[str, str]:
-    """Return the topics that a description gives to a sensor, by parameter of its graph; empty if it gives none."""
+    """Return the topics of a sensor in the description, by parameter of its graph; empty if the description names none."""
     defaults = _DEFAULT[graph]
     if topic := legal(values.text("topic") or values.text("contact", "topic") or values.text("camera", "topic")):
         above = topic.rpartition("/")[0]
-        values.skip("plugin")  # of classic Gazebo, beside what new Gazebo reads
+        values.skip("plugin")  # for Gazebo classic; Gazebo Sim reads the topic
         patterns = _NEW.get(graph, {"topic": "{topic}"})
         found = {
             name: pattern.format(topic=topic, above=f"{above}/" if above else "") for name, pattern in patterns.items()
@@ -67,12 +68,12 @@ def topics(graph: str, values: Values) -> dict[str, str]:
 
 
 def customary(graph: str) -> dict[str, str]:
-    """Return the customary topics of a sensor type, by parameter of its graph."""
+    """Return the default topics of a graph in `graphs/publishers`, by parameter."""
     return dict(_DEFAULT[graph])
 
 
 def frame(values: Values) -> str:
-    """Return the frame of a sensor's messages; empty if the description gives none."""
+    """Return the frame of a sensor's messages; empty if the description names none."""
     written = [
         values.text("camera", "optical_frame_id"),
         *(values.text(tag) for tag in _FRAMES),
@@ -83,7 +84,7 @@ def frame(values: Values) -> str:
 
 
 def legal(topic: str) -> str:
-    """Return a topic as a legal relative name of ROS 2, with '_' for illegal characters; empty for Gazebo's default topic."""
+    """Return a topic as a legal relative ROS 2 name, in which `_` replaces illegal characters; empty for `__default_topic__`."""
     if topic.strip() == "__default_topic__":
         return ""
     parts = [re.sub(r"[^A-Za-z0-9_]", "_", part) for part in topic.strip().lstrip("~").split("/")]
@@ -118,7 +119,7 @@ def _of_plugin(defaults: dict[str, str], values: Values) -> dict[str, str]:
 
 
 def _remappings(values: Values) -> dict[str, str]:
-    """Return new names by remapped name, without `~/`."""
+    """Return the remappings of a sensor's plugin: new names by original name, without `~/`."""
     found: dict[str, str] = {}
     ros = values.find("plugin", "ros")
     for element in ros.children if ros is not None else ():

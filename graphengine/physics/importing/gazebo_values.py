@@ -1,4 +1,4 @@
-"""Reads values from a description's Gazebo elements, and records which elements were read."""
+"""Reads values from the Gazebo elements of a description, and records which elements were read."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ class UnusableError(Exception):
     """An element of a description that an import cannot use.
 
     Attributes:
-        reason: reason, for messages.
-        span: location of the element.
+        reason: reason why the element cannot be used, for messages.
+        span: source location of the element.
     """
 
     def __init__(self, reason: str, span: Span) -> None:
@@ -29,13 +29,16 @@ class UnusableError(Exception):
 
 @dataclass(frozen=True, slots=True)
 class Values:
-    """The values in an element and its descendants. Paths are tags from the element down; `a|b` is the first of several tags."""
+    """The values in an element and its descendants.
+
+    A path is a sequence of tags, starting below the element. A tag `a|b` stands for the first child with tag a, else with tag b.
+    """
 
     element: Element
     _read: set[int] = field(default_factory=set)
 
     def find(self, *path: str) -> Element | None:
-        """Return the first element at a path, or None."""
+        """Return the first element at a path, and mark it as read; None if there is none."""
         found: Element | None = self.element
         for tags in path:
             children = [child for tag in tags.split("|") for child in (found.all(tag) if found is not None else ())]
@@ -45,52 +48,55 @@ class Values:
         return found
 
     def text(self, *path: str) -> str:
-        """Return the text at a path, or its attribute `value`, which older descriptions use; empty without an element."""
+        """Return the text of the element at a path, else its attribute `value`, which older descriptions use.
+
+        Return an empty string if there is no such element.
+        """
         found = self.find(*path)
         return (found.text or found.get("value")).strip() if found is not None else ""
 
     def number(self, *path: str, default: float = 0.0) -> float:
-        """Return the number at a path.
+        """Return the number in the element at a path; `default` without such an element or text.
 
         Raises:
-            UnusableError: there is something else.
+            UnusableError: the text is not a number.
         """
         text, found = self.text(*path), self.find(*path)
         if found is None or not text:
             return default
         value = number(text)
         if value is None:
-            raise UnusableError(f"{found.tag} is no number: {printable(text[:40])!r}", found.span)
+            raise UnusableError(f"{found.tag} is not a number: {printable(text[:40])!r}", found.span)
         return value
 
     def flag(self, *path: str) -> bool | None:
-        """Return the boolean at a path; None without an element."""
+        """Return the boolean in the element at a path; None without such an element or text."""
         text = self.text(*path).lower()
         return text in TRUE if text else None
 
     def skip(self, *path: str) -> None:
-        """Mark the element at a path as read."""
+        """Mark the element at a path, and all elements below it, as read."""
         if (found := self.find(*path)) is not None:
             self._read.update(id(part) for part in found.walk())
 
     def unread(self) -> list[Element]:
-        """Return the unread elements with a value other than zero, in order of the file."""
+        """Return the elements without children that were not read, in order of the file; elements with value 0 are left out."""
         leaves = (part for part in self.element.walk() if part is not self.element and not part.children)
         return [leaf for leaf in leaves if id(leaf) not in self._read and number(leaf.text) != 0.0]
 
 
 @dataclass(slots=True)
 class Notes:
-    """Collects remarks; a remark on several subjects becomes one line with all their names."""
+    """Collects remarks on parts of a description; the same remark on several parts becomes one line with all their names."""
 
     _said: dict[tuple[str, str], list[tuple[str, Span]]] = field(default_factory=dict)
 
     def add(self, kind: Literal["carried", "guessed", "lost"], subject: str, text: str, span: Span) -> None:
-        """Add a remark on a subject, such as the name of a sensor."""
+        """Add a remark on the part named `subject`, e.g. a sensor; `kind` is the list of the draft that receives the remark."""
         self._said.setdefault((kind, text), []).append((subject, span))
 
     def tell(self, draft: Draft, noun: str) -> None:
-        """Add the remarks to a draft, with a noun such as `sensor` before the names of the subjects."""
+        """Add all remarks to a draft; the names of the parts are preceded by a noun, such as `sensor`."""
         for (kind, text), subjects in self._said.items():
             names = ", ".join(dict.fromkeys(printable(subject[:60]) for subject, _ in subjects))
             several = "s" if len(subjects) > 1 else ""
@@ -99,20 +105,20 @@ class Notes:
 
 @dataclass(frozen=True, slots=True)
 class Subject:
-    """Adds remarks on one part of a description."""
+    """A part of a description, such as a link or sensor, with methods that add remarks on it."""
 
     notes: Notes
     name: str
     span: Span
 
     def carried(self, text: str) -> None:
-        """Add a remark on a value taken over into the robot file."""
+        """Add a remark on a value that was carried over to the robot file."""
         self.notes.add("carried", self.name, text, self.span)
 
     def guessed(self, text: str) -> None:
-        """Add a remark on a value that the description lacks."""
+        """Add a remark on a value that the import chose, because the description lacks it."""
         self.notes.add("guessed", self.name, text, self.span)
 
     def lost(self, text: str, span: Span | None = None) -> None:
-        """Add a remark on a value that a robot file cannot express; by default at the location of the subject."""
+        """Add a remark on a value that a robot file cannot express; its location is by default that of the part."""
         self.notes.add("lost", self.name, text, span or self.span)

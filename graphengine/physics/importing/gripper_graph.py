@@ -14,12 +14,21 @@ from graphengine.physics.importing.controllers_file import Controller
 from graphengine.physics.importing.draft import Draft, Remark
 
 _CONTROLLER = "gripper_controller"
-"""Name of the controller in the graph, unless a parameter names another."""
+"""Default name of the controller in the graph of a gripper."""
 
 
 @dataclass(frozen=True, slots=True)
 class Gripper:
-    """A gripper as a source describes it: its joint, its controller, further parameters of its graph, and the source's place."""
+    """A gripper, found in the parameters of a controller or as fingers.
+
+    Attributes:
+        joint: name of the joint that opens and closes the gripper.
+        controller: name of the controller; its action moves the gripper.
+        source: where the gripper was found, as text for messages.
+        span: source location of the controller or the joint.
+        parameters: further parameters of the gripper's graph.
+        guessed: whether the gripper was found only by its fingers.
+    """
 
     joint: str
     controller: str
@@ -34,9 +43,9 @@ def fill(draft: Draft, held: Collection[str], controllers: Iterable[Controller],
 
     Args:
         draft: receives the graphs, and remarks on them.
-        held: joints that take positions.
+        held: names of joints that take position commands.
         controllers: controllers that may define the grippers.
-        guess: whether fingers are grippers if no controller names any.
+        guess: whether fingers count as a gripper if no controller defines a gripper.
     """
     grippers = list(_of_controllers(draft, held, controllers))
     if not grippers and guess:

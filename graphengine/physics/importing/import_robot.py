@@ -1,4 +1,4 @@
-"""Imports a description as a robot for `graphrun import-robot`, and tests it before any file is written."""
+"""Imports a description as a robot file for `graphrun import-robot`, and compiles the robot before any file is written."""
 
 from __future__ import annotations
 
@@ -65,27 +65,28 @@ _PARTS = (
     gazebo_sensors.fill,
     left_behind.fill,
 )
-"""Functions that fill a draft, in order of execution."""
+"""Functions that fill a draft from a URDF description, in order of execution."""
 _PARTS_OF_MODELS = (wheels.fill, mjcf_parts.fill, drivetrain.fill, wheel_material.fill, resting.fill)
-"""The same for MuJoCo models, which state more themselves."""
+"""Functions that fill a draft from a MuJoCo model, in order of execution; fewer, because the model defines more itself."""
 _MESHES = ("mesh", "texture")
 
 
 @dataclass(frozen=True, slots=True)
 class Origin:
-    """The source of a description, and the target for its robot file.
+    """The description to import, and the path of the robot file to write.
 
     Attributes:
         element: root element of the description after xacro expansion.
-        packages: packages that contain its meshes.
-        path: path of the description; None if the import writes one, because it was expanded from xacro or came over the network.
-        told: origin of the description, for messages.
-        target: path of the robot file.
-        fixed_base: whether the root link is bolted to the world.
+        packages: finds the packages with meshes of the description.
+        path: path of the description's file; None if the import must write the description, because it was expanded from xacro
+            or received over the network.
+        told: where the description comes from, as text for messages.
+        target: path of the robot file to write.
+        fixed_base: whether the root link is fixed to the world.
         bundled: whether the description, its meshes and the included graphs are copied into the project; then `path` is None.
-        wrapper: text of a xacro file that instantiates a macro as the robot; empty without a macro.
-        controllers: ros2_control parameters given by the user.
-        model: path of a MuJoCo model, whose root is `element`; None for other descriptions.
+        wrapper: text of a xacro file that calls a macro as the robot; empty without a macro.
+        controllers: ros2_control parameter file that the user names; None without one.
+        model: path of a MuJoCo model, whose root element is `element`; None for other descriptions.
     """
 
     element: Element
@@ -102,18 +103,18 @@ class Origin:
 
 @dataclass(frozen=True, slots=True)
 class Imported:
-    """An imported robot, compiled once, and the files to write for it.
+    """An imported robot that compiles without errors, and the files to write for it.
 
     Attributes:
-        robot: the robot as it is in a scene.
-        free: whether its root link moves.
+        robot: the robot as an instance in a scene.
+        free: whether the root link can move.
         lowest: height (m) of the lowest point of its colliders above its root link, or above the origin of a MuJoCo model,
             with all joints at their start positions; None without colliders.
-        library: library with its meshes.
-        files: texts to write by path, the robot file last.
-        copies: files to copy by destination.
-        outside: folders outside the robot file's project; scenes need `--allow` for them.
-        use: path of the robot file as written in a scene of its project.
+        library: library with the robot's meshes.
+        files: text of each file to write, by path; the robot file is last.
+        copies: source of each file to copy, by destination.
+        outside: folders outside of the robot file's project that the robot uses; scenes need `--allow` for them.
+        use: path of the robot file, as written in a scene of its project.
         draft: draft of the robot file, with remarks.
     """
 
@@ -129,9 +130,9 @@ class Imported:
 
     @property
     def lift(self) -> float:
-        """Height (m) at which to place the robot on a floor, rounded up to 1 mm.
+        """Height (m) of the root link at which the robot stands on a floor, rounded up to 1 mm.
 
-        It is 0 for a fixed base, and for a robot that starts in a keyframe, which has the height of its root link.
+        It is 0 for a robot with a fixed base, and for a robot that starts in a keyframe, which contains the height already.
         """
         if not self.free or "start" in self.draft.settings:
             return 0.0
@@ -139,7 +140,10 @@ class Imported:
 
 
 def import_robot(origin: Origin, findings: Findings) -> Imported | None:
-    """Test a description and return the robot; errors are added to `findings`."""
+    """Create a robot file for a description and compile the robot; return None after an error, which is added to `findings`.
+
+    No file is written.
+    """
     name, files = origin.target.stem, origin.packages.files
     library = Library(files, findings)
     model_files: dict[Path, Path] = {}
@@ -192,7 +196,7 @@ def import_robot(origin: Origin, findings: Findings) -> Imported | None:
 
 
 def _beside(file: Path, target: Path) -> Path:
-    """Return a path relative to a file's folder, without `..`."""
+    """Return a path relative to the folder of `file` as a path without `..`."""
     return Path(os.path.normpath(file.parent / target))
 
 
@@ -212,7 +216,10 @@ def _compiled(spec: mujoco.MjSpec, draft: Draft, findings: Findings) -> mujoco.M
 
 
 def _lowest(model: mujoco.MjModel, robot: RobotInstance) -> float | None:
-    """Return the height of the robot's lowest collider above its root link, m; None without colliders."""
+    """Return the height (m) of the lowest point of the robot's colliders, usually negative; None without colliders.
+
+    It is measured from the root link, or from the origin of a MuJoCo model.
+    """
     data = mujoco.MjData(model)
     if robot.keyframe is not None:
         begin_in(robot.keyframe, "", NOWHERE, model, data)
@@ -222,7 +229,7 @@ def _lowest(model: mujoco.MjModel, robot: RobotInstance) -> float | None:
 
 
 def _used_packages(urdf: Urdf) -> Iterator[Path]:
-    """Yield the folders of packages with meshes of the robot, except of installed packages, which need no path."""
+    """Yield the folder of each package with meshes of the robot, except installed packages, which are always found."""
     meshes = (element.get("filename") for element in urdf.element.walk() if element.tag in _MESHES)
     names = dict.fromkeys(name for reference in meshes if (name := package_of(reference)) is not None)
     for name in names:
@@ -232,7 +239,10 @@ def _used_packages(urdf: Urdf) -> Iterator[Path]:
 
 
 def _portable(urdf: Urdf, beside: Collection[Path]) -> str:
-    """Return the description's text for another folder; relative references are adapted, except those to copied files."""
+    """Return the text of the description for a file in another folder.
+
+    Relative references become absolute, except those to files copied beside the description, whose paths are in `beside`.
+    """
     escaped = is_xacro(Path("robot.urdf"), urdf.element)  # the written file would be expanded again
     for element in urdf.element.walk():
         reference = element.get("filename")
@@ -245,19 +255,19 @@ def _portable(urdf: Urdf, beside: Collection[Path]) -> str:
 
 
 def _near(path: Path, target: Path) -> str:
-    """Return a path for a robot file: relative if it is in the project, else absolute."""
+    """Return a path as text for the robot file `target`: relative if it is in the project, else absolute."""
     resolved, folder = path.resolve(), target.parent.resolve()
     return os.path.relpath(resolved, folder) if resolved.is_relative_to(_project(target)) else str(resolved)
 
 
 def _project(target: Path) -> Path:
-    """Return the project's folder: that of the robot file, or the one around it if its name is `robots`."""
+    """Return the folder of the project: the folder of the robot file, or its parent if that folder is called `robots`."""
     folder = target.parent.resolve()
     return folder.parent if folder.name == "robots" else folder
 
 
 def _outside(paths: list[Path], origin: Origin) -> list[Path]:
-    """Return the folders of these paths that scenes of the project may read only with `--allow`."""
+    """Return the folders of the given paths that scenes of the project may read only with `--allow`."""
     known = [_project(origin.target), shipped() / "scenes", *origin.packages.files.installed]
     found: list[Path] = []
     for path in paths:

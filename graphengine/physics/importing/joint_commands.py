@@ -1,4 +1,4 @@
-"""Reads the commands that joints take: from controllers of single joints, `<ros2_control>`, else `<transmission>`."""
+"""Reads which commands joints take: from MuJoCo actuators, ros2_control controllers, `<ros2_control>` and `<transmission>`."""
 
 from __future__ import annotations
 
@@ -13,15 +13,15 @@ from graphengine.physics.importing.draft import Draft, Remark
 
 KINDS = ("position", "velocity", "effort")
 _SERVOS = ("TrajectoryController", "GripperActionController")
-"""Ends of the types of controllers that hold positions by whichever command; a position drive takes their place."""
+"""Ends of the types of controllers that hold positions, with whichever command interface; a position drive replaces them."""
 _CONTROLLERS = {
     "PositionController": "position",
     "VelocityController": "velocity",
     "EffortController": "effort",
 }
-"""Parts of a controller's type, and the command that it gives."""
+"""Kind of command that a controller gives, by a part of the controller's type."""
 _HARDWARE = {"Position": "position", "Velocity": "velocity", "Effort": "effort"}
-"""Beginnings of the hardware interfaces of a transmission, as in `hardware_interface/VelocityJointInterface`."""
+"""Kind of command, by the beginning of a transmission's hardware interface, as in `hardware_interface/VelocityJointInterface`."""
 
 
 @dataclass(slots=True)
@@ -29,10 +29,10 @@ class JointCommands:
     """The commands that a joint takes.
 
     Attributes:
-        source: description of the source, for messages.
-        span: location of the source.
-        ranges: for each kind of command its lowest and highest value, None where none is given; rad, m, rad/s, m/s, N m or N.
-        start: position of the joint at the start, rad or m.
+        source: where the commands are listed, as text for messages.
+        span: source location of that place.
+        ranges: lowest and highest value (SI units) by kind of command; None for a value that is not given.
+        start: initial position of the joint, rad or m; None if it is not given.
     """
 
     source: str
@@ -42,7 +42,7 @@ class JointCommands:
 
 
 def joint_commands(draft: Draft, controllers: Iterable[Controller]) -> dict[str, JointCommands]:
-    """Return the commands by joint, as controllers or the description list them, and mark their elements as used."""
+    """Return the commands that each joint takes, by joint name; elements of the description that list them are marked as used."""
     found: dict[str, JointCommands] = {}
     if draft.urdf.mjcf is not None:
         for actuator in draft.urdf.mjcf.actuators:
@@ -60,7 +60,7 @@ def joint_commands(draft: Draft, controllers: Iterable[Controller]) -> dict[str,
 
 
 def _controller(draft: Draft, controller: Controller, found: dict[str, JointCommands]) -> None:
-    """Add the joints of a controller that commands joints independently, such as JointGroupVelocityController."""
+    """Add the commands that a controller gives to joints to `found`; a controller of an unknown type adds none."""
     word = controller.type.rpartition("/")[2]
     kinds = ("position",) if word.endswith(_SERVOS) else controller.texts("command_interfaces", "interface_name")
     kinds = tuple(kind for kind in kinds or (k for part, k in _CONTROLLERS.items() if part in word) if kind in KINDS)
@@ -119,7 +119,7 @@ def _transmission(draft: Draft, element: Element, found: dict[str, JointCommands
 
 
 def _unknown(draft: Draft, name: str, source: str, span: Span) -> bool:
-    """Return whether the description has no movable joint of this name; if so, add a remark."""
+    """Return whether the description has no moving joint with this name; add a remark if it has no such joint at all."""
     joint = draft.urdf.joints.get(name)
     if joint is None:
         draft.lost.append(Remark(f"{source}: the description has no joint {printable(name)!r}", span))

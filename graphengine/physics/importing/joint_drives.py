@@ -1,7 +1,8 @@
-"""Decides on the drives of a robot's joints.
+"""Chooses the drives of a robot's joints.
 
-A joint that a base commands, or that `<ros2_control>` or `<transmission>` lists, has the drive that they give. A joint
-without commands turns freely, because a drive would brake a passive wheel.
+A joint that is commanded by a base, a controller, `<ros2_control>` or `<transmission>` has a drive for that command. The other
+joints of such a robot turn freely, because a drive would brake a passive wheel. If the description lists no commands, the drives
+are guessed.
 """
 
 from __future__ import annotations
@@ -19,20 +20,20 @@ from graphengine.physics.importing.draft import Draft, Remark, rounded
 from graphengine.physics.importing.joint_commands import KINDS, JointCommands
 
 WHEEL_DAMPING = 50.0
-"""Least damping of the velocity drive of a wheel, N m s/rad: that of a small robot keeps within 0.02 % of its target."""
+"""Minimum damping of the velocity drive of a wheel, N m s/rad; with it, a small robot is within 0.02 % of its target speed."""
 _SPEED_ERROR = 0.01
-"""Deviation of a wheel's speed, rad/s, that the friction of the robot's whole weight may cause."""
+"""Maximum deviation of a wheel's speed, rad/s, caused by the friction of its share of the robot's weight."""
 _ANGLE_ERROR = 0.01
-"""Deviation of a steering angle, rad, that the same friction may cause at the rim."""
+"""Maximum deviation of a steering angle, rad, caused by the friction of a wheel's share of the robot's weight at its rim."""
 _ACCELERATION = 1.0
-"""Of a base whose controller has no ramps and whose description names no limit, m/s2."""
+"""Default acceleration limit of a mecanum or omni base, m/s2; the controllers of such bases have no ramps."""
 _GRAVITY = 9.81
 _MOST = 1e9
-"""Largest gain."""
+"""Maximum stiffness or damping of a drive, in SI units."""
 
 
 def plain(draft: Draft) -> None:
-    """Give every wheel a velocity drive; used for a description without a robot file."""
+    """Add a velocity drive for every wheel except casters; for descriptions that are used without a robot file."""
     moving = draft.urdf.moving()
     rolling = {wheel.joint: wheel.radius for wheel in draft.wheels.values() if not wheel.swivels}
     if not draft.wheels:
@@ -57,11 +58,11 @@ def fill(
     wheels: Sequence[BaseWheel],
     drivetrain: Drivetrain | None,
 ) -> None:
-    """Decide on the drive of each joint that moves.
+    """Choose the drive of each moving joint.
 
     Args:
         draft: receives the drives, and remarks on them.
-        commands: commands by joint, from the description.
+        commands: commands that joints take, by joint name.
         wheels: wheels on the floor.
         drivetrain: drivetrain of the base; None for a robot without a base.
     """
@@ -69,7 +70,7 @@ def fill(
     driven = [wheel.joint for wheel in drivetrain.wheels] if drivetrain is not None else []
     ranged = [joint for joint in driven if joint in commands and any(commands[joint].ranges.get("velocity", ()))]
     if ranged:
-        text = f"velocity ranges of {', '.join(map(printable, ranged))}: ros2_control enforces none unless told to"
+        text = f"velocity ranges of {', '.join(map(printable, ranged))}: by default, ros2_control does not enforce them"
         draft.lost.append(Remark(text, commands[ranged[0]].span))
     for joint in draft.urdf.moving():
         if joint.mimic is not None:
@@ -88,7 +89,7 @@ def fill(
     starts = {name: each for name, each in commands.items() if each.start}
     if starts:
         text = ", ".join(f"{printable(name)} {each.start:g}" for name, each in starts.items())
-        draft.carried.append(Remark(f"positions at the start: {text}", next(iter(starts.values())).span))
+        draft.carried.append(Remark(f"start positions: {text}", next(iter(starts.values())).span))
     drives = [entry.value.get("drive", {}) for entry in draft.sections["joints"].values()]
     if gains := sorted({drive["damping"] for drive in drives if drive.get("damping") and not drive.get("stiffness")}):
         told = ", ".join(f"{damping:g}" for damping in gains)
@@ -101,7 +102,7 @@ def fill(
 
 @dataclass(frozen=True, slots=True)
 class _Decision:
-    """The drive of a joint (`velocity`, `position`, `effort` or `free`), its reason, and whether it is guessed."""
+    """The chosen kind of drive of a joint (`velocity`, `position`, `effort` or `free`), the reason, and whether it is guessed."""
 
     kind: str
     why: str
@@ -141,14 +142,21 @@ def _decide(
     if joint.name in [wheel.swivel for wheel in wheels]:
         return _Decision("free", "swivels of casters", guessed=True)
     if joint.type == "continuous" and "wheel" in joint.name.lower():
-        return _Decision("velocity", "wheels by their names, though no collider says so", guessed=True)
+        return _Decision("velocity", "wheels by their names, though not by their colliders", guessed=True)
     if joint.effort is not None:
         return _Decision("position", "a limit of effort suggests a motor, which holds them", guessed=True)
     return _Decision("free", "nothing suggests a motor", guessed=True)
 
 
 def _of_base(kind: str, role: str, kinds: Mapping[str, object], source: str) -> _Decision:
-    """Return the decision for a joint of the base; it is guessed unless the description or a controller gives it."""
+    """Return the decision for a joint of a base; it is guessed unless the description or a controller commands the joint.
+
+    Args:
+        kind: kind of drive.
+        role: role of the joint in the base, for the remark.
+        kinds: kinds of commands that the joint takes.
+        source: remark on the source of the base; empty if the base is guessed.
+    """
     if kind in kinds:
         return _Decision(kind, f"{role} with a {kind} command")
     return _Decision(kind, f"{role}, {source}" if source else role, guessed=not source)
@@ -157,7 +165,7 @@ def _of_base(kind: str, role: str, kinds: Mapping[str, object], source: str) -> 
 def _drive(
     draft: Draft, joint: UrdfJoint, kind: str, wheels: Sequence[BaseWheel], drivetrain: Drivetrain | None
 ) -> dict[str, Any]:
-    """Return the value of a joint's key `drive`; empty for a joint without a drive."""
+    """Return a mapping with the key `drive` for a joint in the robot file; empty for a joint without a drive."""
     driven = drivetrain.wheels if drivetrain is not None else ()
     wheel = next((wheel for wheel in (*driven, *wheels) if wheel.joint == joint.name), None)
     carrying = [wheel for wheel in wheels if not wheel.caster] or list(driven)
@@ -182,7 +190,10 @@ def _drive(
 
 
 def _bounds(joint: UrdfJoint, drive: dict[str, Any] | None, commands: JointCommands) -> dict[str, Any]:
-    """Return start position and limits of a joint whose commands have a range; the speed limit is set on the drive itself."""
+    """Return the start position and limits that commands give a joint, as keys of the joint in the robot file.
+
+    A velocity range is written into `drive` as `max_velocity`.
+    """
     keys: dict[str, Any] = {}
     if commands.start:
         keys["start"] = commands.start
@@ -199,7 +210,10 @@ def _bounds(joint: UrdfJoint, drive: dict[str, Any] | None, commands: JointComma
 
 
 def servo(joint: UrdfJoint) -> dict[str, float]:
-    """Return gains that exert the full effort at a deviation of 0.1 rad or 10 mm, with less than critical damping."""
+    """Return the gains of a position drive that exerts its full effort at a deviation of 0.1 rad or 10 mm.
+
+    Without an effort limit, an effort of 10 N m or 10 N is assumed. The damping is a tenth of the stiffness.
+    """
     stiffness = (joint.effort or 10.0) / (0.01 if joint.type == "prismatic" else 0.1)
     return {"stiffness": _gain(stiffness), "damping": _gain(stiffness / 10)}
 

@@ -1,4 +1,4 @@
-"""Converts a description's properties of joints besides drives: limits, springs and start positions."""
+"""Converts limits, springs and start positions of joints in a description."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from graphengine.physics.importing.draft import Draft, Remark
 
 
 def fill(draft: Draft) -> None:
-    """Add soft limits, springs, velocity limits of drives, and a legal start position for each joint."""
+    """Add soft limits, springs, velocity limits of drives, and start positions within the limits to the draft."""
     joints = {joint.name: joint for joint in draft.urdf.moving()}
     for gazebo in draft.urdf.element.all("gazebo"):
         if gazebo.get("reference") in joints:
@@ -23,7 +23,7 @@ def fill(draft: Draft) -> None:
 
 
 def _soft_limits(draft: Draft, joint: UrdfJoint) -> None:
-    """Add the soft limits of a `<safety_controller>`, which are within the joint's limits; 0 to 0 means none."""
+    """Add the soft limits of a `<safety_controller>`, cut to the joint's limits; a range such as 0 to 0 means none."""
     safety, limits = joint.element.first("safety_controller"), _limits(draft, joint)
     if safety is None or limits is None:
         return
@@ -38,13 +38,13 @@ def _soft_limits(draft: Draft, joint: UrdfJoint) -> None:
 
 
 def _limits(draft: Draft, joint: UrdfJoint) -> tuple[float, float] | None:
-    """Return the limits in the robot file, else those of the description."""
+    """Return the limits of a joint in the robot file, else in the description; None without limits."""
     low, high = draft.entry("joints", joint.name).value.get("limits") or joint.limits or (None, None)
     return (low, high) if low is not None and high is not None else None
 
 
 def _spring(draft: Draft, joint: UrdfJoint, gazebo: Element) -> None:
-    """Add the spring that Gazebo's elements give a joint, such as that of a wheel drop."""
+    """Add the spring that a `<gazebo>` element gives a joint, e.g. for a wheel drop sensor."""
     stiffness, rest = gazebo.first("springStiffness"), gazebo.first("springReference")
     force = number(stiffness.text) if stiffness is not None else None
     if stiffness is None or force is None or force <= 0:
@@ -53,14 +53,14 @@ def _spring(draft: Draft, joint: UrdfJoint, gazebo: Element) -> None:
     if rest is not None and (at := number(rest.text)) is not None:
         spring["rest"] = at
     draft.entry("joints", joint.name).value["spring"] = spring
-    draft.carried.append(Remark(f"joint {joint.name}: a spring of {force:g}", stiffness.span))
+    draft.carried.append(Remark(f"joint {joint.name}: a spring with stiffness {force:g}", stiffness.span))
     for part in gazebo.children:
         if part.tag in ("springStiffness", "springReference", "implicitSpringDamper", "provideFeedback"):
             draft.use(part)
 
 
 def _start(draft: Draft, joint: UrdfJoint) -> None:
-    """Let a joint start within its limits, as near as possible to the start that it has so far, or to zero."""
+    """If the start position of a joint (by default zero) is outside of its limits, set it to the nearest limit."""
     limits, entry = _limits(draft, joint), draft.entry("joints", joint.name)
     if joint.mimic is not None or limits is None:
         return
@@ -73,7 +73,7 @@ def _start(draft: Draft, joint: UrdfJoint) -> None:
 
 
 def _velocities(draft: Draft, joints: Sequence[UrdfJoint]) -> None:
-    """Limit the velocities of drives; a joint without a drive has no set point to limit."""
+    """Add the velocity limits of the description to drives; a joint without a drive has no set point to limit."""
     bounded: dict[str, Element] = {}
     for joint in joints:
         limit, drive = joint.element.first("limit"), draft.entry("joints", joint.name).value.get("drive")
@@ -86,4 +86,4 @@ def _velocities(draft: Draft, joints: Sequence[UrdfJoint]) -> None:
             bounded[f"{joint.name} {fastest:g}"] = limit
     if bounded:
         told = ", ".join(map(printable, bounded))
-        draft.carried.append(Remark(f"limits of velocity: {told}", next(iter(bounded.values())).span))
+        draft.carried.append(Remark(f"velocity limits of drives: {told}", next(iter(bounded.values())).span))

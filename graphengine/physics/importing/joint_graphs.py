@@ -1,4 +1,4 @@
-"""Adds the graphs of joints outside of a base: joint states, commands, arms, grippers and legs."""
+"""Adds graphs for joints that do not belong to a base: joint states, commands, arms, grippers and legs."""
 
 from __future__ import annotations
 
@@ -11,7 +11,10 @@ from graphengine.physics.importing.draft import Draft
 
 
 def fill(draft: Draft, controllers: Sequence[Controller], drivetrain: Drivetrain | None) -> None:
-    """Add the graphs of joints with drives, apart from those of a base, whose graph publishes the states of all joints."""
+    """Add graphs for all joints with drives that do not belong to the base.
+
+    If there is a base, its graph publishes the states of all joints, so no graph for joint states is added.
+    """
     base = {wheel.joint for wheel in drivetrain.wheels} if drivetrain is not None else set()
     base |= {joint.name for joint in drivetrain.steering} if drivetrain is not None else set()
     driven, held = ([name for name in names if name not in base] for names in _drives(draft))
@@ -30,7 +33,7 @@ def fill(draft: Draft, controllers: Sequence[Controller], drivetrain: Drivetrain
 
 
 def _drives(draft: Draft) -> tuple[Collection[str], Collection[str]]:
-    """Return the joints that take commands, and those of them that take positions."""
+    """Return the names of the joints that take commands, and the names of those that take position commands."""
     model = draft.urdf.mjcf
     if model is not None:
         actuators = {actuator.joint: actuator.kind for actuator in model.actuators}

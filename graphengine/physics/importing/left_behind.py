@@ -1,4 +1,4 @@
-"""Lists the elements of a description that no part of an import has used."""
+"""Lists the elements of a description that no module of the import has used."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ from graphengine.physics.importing.draft import Draft, Remark
 
 
 def fill(draft: Draft) -> None:
-    """Add a line to `lost` for each kind of element that is not converted."""
+    """Add a remark to `draft.lost` for each kind of element that was not used."""
     root = draft.urdf.element
     unused = [element for element in root.children if not draft.used(element)]
     for tag in ("transmission", "ros2_control"):
         if found := [element for element in unused if element.tag == tag]:
             names = _names([each.get("name") for each in found])
-            draft.lost.append(Remark(f"{tag} {names}: it lists no joint that moves", found[0].span))
+            draft.lost.append(Remark(f"{tag} {names}: it lists no moving joint", found[0].span))
     _gazebo(draft, [element for element in unused if element.tag == "gazebo"])
     parts = [part for joint in draft.urdf.joints.values() for part in joint.element.children if not draft.used(part)]
     for tag in ("safety_controller", "calibration"):
@@ -32,7 +32,7 @@ def fill(draft: Draft) -> None:
 
 
 def _gazebo(draft: Draft, elements: Sequence[Element]) -> None:
-    """Group equal elements of several links or joints in one line each."""
+    """Add a remark for unused `<gazebo>` elements; equal elements of several links or joints share one remark."""
     alike: dict[str, list[Element]] = {}
     for gazebo in elements:
         left = [child for child in gazebo.children if not draft.used(child)]
@@ -44,7 +44,7 @@ def _gazebo(draft: Draft, elements: Sequence[Element]) -> None:
 
 
 def _described(element: Element) -> str:
-    """Return a short text for an element: its tag, and its name, type and text if present."""
+    """Return a short text for an element: its tag, name, type and text, as far as it has them."""
     words = (element.tag, element.get("name"), element.get("type"), element.text[:60])
     return printable(" ".join(word for word in words if word))
 

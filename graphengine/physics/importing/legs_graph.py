@@ -1,21 +1,21 @@
-"""Adds the graph that makes a legged robot with motors stand in its keyframe pose."""
+"""Adds the graph with which a legged robot with motors stands in the pose of its keyframe `home`."""
 
 from __future__ import annotations
 
 from graphengine.physics.importing.draft import Draft, Entry, Remark, rounded
 
 GRAPH = "stand"
-"""Name of the graph in the robot file."""
+"""Name of the legs' graph in the robot file."""
 KEYFRAME = "home"
-"""The keyframe in which robots start, as the models of MuJoCo's Menagerie call it."""
+"""Name of the keyframe in which robots start, as in the models of MuJoCo Menagerie."""
 _ANGLE = 0.4
-"""Deviation of a joint at which the graph commands its full torque, rad."""
+"""Deviation of a joint at which the graph commands the joint's full torque, rad."""
 _DAMPING = 0.05
-"""Damping by stiffness, s."""
+"""Ratio of damping to stiffness, s."""
 
 
 def fill(draft: Draft) -> None:
-    """Add the graph if the robot moves freely, motors drive all its joints, and it has the keyframe."""
+    """Add the graph if the robot can move freely, has the keyframe `home`, and has motors but no servos on its joints."""
     model = draft.urdf.mjcf
     joints = [joint for joint in draft.urdf.moving() if joint.mimic is None]
     if model is None or KEYFRAME not in model.keyframes or not model.free or draft.fixed_base:

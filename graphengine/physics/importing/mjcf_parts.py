@@ -1,6 +1,7 @@
-"""Entries of a robot file for the parts of a MuJoCo model: actuators of its joints, cameras and inertial units.
+"""Adds entries for actuators, cameras and IMUs of a MuJoCo model to a robot file.
 
-The model itself defines the actuators; the robot file only lists them, and mounts sensors on frames of cameras and sites.
+The model itself defines the actuators; the robot file only lists them in comments. Sensors are mounted on the frames of the
+model's cameras and sites.
 """
 
 from __future__ import annotations
@@ -25,7 +26,7 @@ _STATES = {
     _SENSOR.mjSENS_ACTUATORPOS,
     _SENSOR.mjSENS_ACTUATORVEL,
 }
-"""Sensors whose values JointState messages contain."""
+"""Types of sensors whose values JointState messages contain."""
 _POSES = {
     _SENSOR.mjSENS_FRAMEPOS,
     _SENSOR.mjSENS_FRAMEQUAT,
@@ -33,16 +34,16 @@ _POSES = {
     _SENSOR.mjSENS_FRAMEANGVEL,
     _SENSOR.mjSENS_VELOCIMETER,
 }
-"""Sensors whose values transforms and odometry of a frame contain."""
+"""Types of sensors whose values TF and odometry messages contain."""
 _INERTIAL = (_SENSOR.mjSENS_ACCELEROMETER, _SENSOR.mjSENS_GYRO)
 _KINDS = {"position": "position servo", "velocity": "velocity servo", "effort": "motor"}
 _UNITS = {"position": ("rad", "m"), "velocity": ("rad/s", "m/s"), "effort": ("N m", "N")}
 _PIXELS = (640, 480)
-"""Size of a camera whose model gives none; MuJoCo's own default is one pixel."""
+"""Image size (width, height) of a camera for which the model gives no resolution; MuJoCo's own default is one pixel."""
 
 
 def fill(draft: Draft) -> None:
-    """List the actuators of each joint, and add a sensor for each camera and inertial unit."""
+    """List the actuators of each joint, and add a sensor for each camera and IMU of the model."""
     model = draft.urdf.mjcf
     assert model is not None
     _joints(draft, model)
@@ -50,13 +51,13 @@ def fill(draft: Draft) -> None:
     for actuator in others:
         kind = _KINDS[actuator.kind]
         draft.carried.append(
-            Remark(f"{kind} {printable(actuator.name)}: commanded by its name, as it does not move exactly one joint")
+            Remark(f"{kind} {printable(actuator.name)}: commands use its name, as it does not move exactly one joint")
         )
     if KEYFRAME in model.keyframes and draft.library is not None:
         draft.settings["start"] = KEYFRAME
     if model.keyframes:
         names = ", ".join(map(printable, model.keyframes))
-        draft.carried.append(Remark(f"keyframes, to begin in with `start:`: {names}"))
+        draft.carried.append(Remark(f"keyframes, which `start:` can select: {names}"))
     _cameras(draft, model.spec)
     _sensors(draft, model.spec)
 
@@ -78,7 +79,7 @@ def _joints(draft: Draft, model: MjcfModel) -> None:
             draft.carried.append(Remark(f"{_KINDS[kind]}s of the model: {', '.join(map(printable, found))}"))
     if model.floating:
         floating = ", ".join(map(printable, model.floating))
-        draft.noticed.append(Remark(f"joints of several coordinates, which graphs cannot read or command: {floating}"))
+        draft.noticed.append(Remark(f"ball and free joints, which graphs cannot read or command: {floating}"))
 
 
 def _about(name: str, drive: Drive, slides: bool) -> str:
@@ -90,7 +91,7 @@ def _about(name: str, drive: Drive, slides: bool) -> str:
 
 
 def _cameras(draft: Draft, spec: mujoco.MjSpec) -> None:
-    """Mount a camera on the frame of each camera of the model."""
+    """Add a camera sensor on the frame of each named camera of the model."""
     for camera in spec.cameras:
         link = _link(draft, camera.name, "camera")
         if not link:
@@ -103,20 +104,23 @@ def _cameras(draft: Draft, spec: mujoco.MjSpec) -> None:
         if not (0.1 <= tall <= 179.0 and 0.1 <= wide <= 179.0 and width <= 4096 and height <= 4096):
             draft.lost.append(
                 Remark(
-                    f"camera {printable(camera.name)} of {wide:g} x {tall:g} degrees: not supported; a camera has 0.1 to 179 "
-                    "degrees and up to 4096 pixels a side"
+                    f"camera {printable(camera.name)} of {wide:g} x {tall:g} degrees: not supported; legal are 0.1 to 179 "
+                    "degrees and up to 4096 pixels per side"
                 )
             )
             continue
         profile = {"size": [width, height], "fov_deg": [rounded(wide), rounded(tall)], "rate": 30.0}
         _mount(draft, f"{link}_sensor", {"type": "camera", "parent": link, "profile": profile})
         draft.carried.append(
-            Remark(f"camera {printable(camera.name)}: {width} x {height} pixels, 30 pictures a second")
+            Remark(f"camera {printable(camera.name)}: {width} x {height} pixels, 30 images per second")
         )
 
 
 def _sensors(draft: Draft, spec: mujoco.MjSpec) -> None:
-    """Mount an inertial unit where the model has an accelerometer or a gyroscope; report other sensors."""
+    """Add an IMU at each site with an accelerometer or gyroscope; report other sensors as lost.
+
+    Sensors whose values other messages contain are not reported.
+    """
     units: dict[str, None] = {}
     lost: list[str] = []
     for sensor in spec.sensors:
@@ -128,15 +132,15 @@ def _sensors(draft: Draft, spec: mujoco.MjSpec) -> None:
         if link := _link(draft, site, "site"):
             _mount(draft, f"{link}_sensor", {"type": "imu", "parent": link, "profile": {"rate": 100.0}})
             draft.carried.append(
-                Remark(f"inertial unit at site {printable(site)}: 100 samples a second, without errors")
+                Remark(f"IMU at site {printable(site)}: 100 samples per second, without noise or bias")
             )
     if lost:
-        text = "sensors of the model that have no ROS 2 message; they stay in the model"
+        text = "sensors of the model that no node publishes; they stay in the model"
         draft.lost.append(Remark(f"{text}: {', '.join(map(printable, lost))}"))
 
 
 def _link(draft: Draft, name: str, kind: str) -> str:
-    """Return the name of the link that represents a site or camera, or an empty string."""
+    """Return the name of the link that represents a site or camera in the description; empty if there is none."""
     if not name:
         return ""
     given = f"{name}_{kind}"

@@ -1,6 +1,6 @@
-"""Simulates a robot at rest on a flat floor: which links carry its weight, and where its centre of mass lies.
+"""Simulates a robot at rest on a flat floor, to find the links that carry its weight and the position of its centre of mass.
 
-A link that rests on the floor and does not roll would brake the robot, so it gets a material without friction.
+A link that rests on the floor and does not roll would brake the robot, so it is bound to a material without friction.
 """
 
 from __future__ import annotations
@@ -20,35 +20,37 @@ from graphengine.physics.model.robot import RobotInstance
 
 NAME = "CasterMaterial"
 MOST_JOINTS = 120
-"""Moving joints of a robot that is tried on a floor: with more it would take long."""
+"""Maximum number of moving joints of a robot that is simulated; a robot with more joints would take too long."""
 STEP = 1 / 240
-"""s; that of a scene."""
+"""Physics step, s; the same as in a scene."""
 SECONDS = 2.0
-"""Time to come to rest, before the forces are measured."""
+"""Simulated time, s."""
 MEASURED = 0.25
-"""Last part of that time, over which forces are averaged, s."""
+"""Last part of the simulated time, over which contact forces are averaged, s."""
 STIFF = 1e5
-"""Damping of joints that nothing holds, N m s/rad or N s/m: an arm keeps its pose while the base comes to rest."""
+"""Damping of joints without a drive, N m s/rad or N s/m; it keeps an arm in its pose while the base comes to rest."""
 LEANING = 1.0
-"""Tilt (degrees) from which it is told: a lidar that leans sees the floor."""
+"""A larger tilt (degrees) of the root link is reported, because a tilted lidar sees the floor."""
 FALLEN = math.cos(math.radians(20))
-"""Cosine of the tilt from which a robot lies on its side."""
+"""Cosine of the tilt beyond which a robot counts as fallen."""
 OFF_CENTRE = 0.05
-"""Part of the track by which a centre of mass lies to one side before it is told."""
+"""A larger lateral offset of the centre of mass, as a fraction of the track, is reported."""
 LEAST_SHARE = 0.001
-"""Part of the weight below which a link does not rest on the floor."""
+"""A link that carries a smaller fraction of the weight does not count as resting on the floor."""
 NEAR = 0.01
-"""Height (m) above the floor below which a link touches it when the robot pitches."""
+"""A link that reaches down to this height (m) above the floor counts as touching it, because the robot can pitch."""
 
 
 def fill(draft: Draft) -> None:
-    """Add remarks on the links that carry the robot, and bind those that do not roll to a material without friction."""
+    """Add remarks on how a wheeled robot rests on a floor; bind links that rest but do not roll to a frictionless material."""
     standing = [wheel for wheel in draft.wheels.values() if wheel.on_floor]
     driven = [wheel for wheel in standing if not wheel.swivels]
     if not driven or draft.fixed_base or draft.urdf.root == WORLD:
         return
     if len(draft.urdf.moving()) > MOST_JOINTS:
-        draft.noticed.append(Remark(f"with more than {MOST_JOINTS} moving joints the robot is not tried on a floor"))
+        draft.noticed.append(
+            Remark(f"with more than {MOST_JOINTS} moving joints the robot is not simulated on a floor")
+        )
         return
     trial = trial_spec(draft)
     model = _model(draft, *trial) if trial is not None else None
@@ -69,7 +71,10 @@ def fill(draft: Draft) -> None:
 
 
 def _model(draft: Draft, spec: mujoco.MjSpec, robot: RobotInstance) -> mujoco.MjModel | None:
-    """Return a model of the robot above a plane; joints without a drive that carry no wheel are locked."""
+    """Return a model of the robot on a plane; None without colliders, or if MuJoCo refuses the model.
+
+    Joints without a drive that carry no wheel are strongly damped.
+    """
     options = spec.option
     options.timestep, options.integrator = STEP, mujoco.mjtIntegrator.mjINT_DISCRETE
     options.cone, options.impratio = mujoco.mjtCone.mjCONE_ELLIPTIC, 10.0
@@ -97,7 +102,7 @@ def _model(draft: Draft, spec: mujoco.MjSpec, robot: RobotInstance) -> mujoco.Mj
 
 
 def _at_rest(model: mujoco.MjModel) -> mujoco.MjData | None:
-    """Return the state after some seconds; None if the simulation diverges."""
+    """Return the state after the robot has come to rest; None if the simulation diverges."""
     data = mujoco.MjData(model)
     for _ in range(round((SECONDS - MEASURED) / STEP)):
         mujoco.mj_step(model, data)
@@ -106,7 +111,7 @@ def _at_rest(model: mujoco.MjModel) -> mujoco.MjData | None:
 
 
 def _forces(model: mujoco.MjModel, data: mujoco.MjData) -> dict[str, float]:
-    """Return mean force (N) with which the floor carries each link."""
+    """Simulate `MEASURED` seconds, and return the mean vertical force (N) of the floor on each link that touches it, by name."""
     names, forces = body_names(model), defaultdict[str, float](float)
     steps = round(MEASURED / STEP)
     for _ in range(steps):
@@ -120,7 +125,7 @@ def _forces(model: mujoco.MjModel, data: mujoco.MjData) -> dict[str, float]:
 
 
 def _near(draft: Draft, model: mujoco.MjModel, data: mujoco.MjData) -> list[str]:
-    """Return links whose colliders reach down nearly as far as the floor."""
+    """Return the names of links whose colliders reach down to less than `NEAR` above the floor."""
     floor, solid = data.geom_xpos[model.geom_bodyid == 0][0][2], np.flatnonzero(collides(model))
     found: list[str] = []
     for link in draft.urdf.links:
@@ -132,7 +137,14 @@ def _near(draft: Draft, model: mujoco.MjModel, data: mujoco.MjData) -> list[str]
 
 
 def _free(draft: Draft, forces: dict[str, float], near: list[str], weight: float) -> None:
-    """Bind links that rest on the floor, or nearly so, and do not roll to a material without friction."""
+    """Bind links that rest on the floor, or are near it, to a material without friction; report the resting links.
+
+    Args:
+        draft: draft of the robot file.
+        forces: vertical force (N) of the floor on each link that is not a wheel, by name.
+        near: names of links near the floor that are not wheels.
+        weight: sum of all vertical forces, N.
+    """
     resting = {link: force for link, force in forces.items() if force > LEAST_SHARE * weight}
     for link, force in resting.items():
         text = f"{force:.3g} N, {force / weight:.0%} of the weight, rest on {link}, which does not roll"
@@ -140,12 +152,12 @@ def _free(draft: Draft, forces: dict[str, float], near: list[str], weight: float
         draft.noticed.append(Remark(text, colliders[0].span if colliders else None))
     if links := [link for link in dict.fromkeys([*resting, *near]) if link not in draft.bound()]:
         entry = draft.entry("materials", NAME)
-        entry.comments.append("slides: with friction, what touches the floor and does not roll would brake the robot")
+        entry.comments.append("without friction: links that touch the floor and do not roll would brake the robot")
         entry.value = {"static_friction": 0.0, "dynamic_friction": 0.0, "combine": "min", "bind": links}
 
 
 def _tell_centre(draft: Draft, model: mujoco.MjModel, data: mujoco.MjData, driven: list[WheelShape]) -> None:
-    """Add a remark if the centre of mass is off the centre between the wheels."""
+    """Add a remark if the centre of mass is not midway between the left and right driven wheels."""
     root = data.body(draft.urdf.root)
     centre = root.xmat.reshape(3, 3).T @ (data.subtree_com[model.body_rootid[root.id]] - root.xpos)
     axle = np.array(driven[0].axis)

@@ -1,4 +1,4 @@
-"""Reads the description to import from a URDF, xacro or SDF file."""
+"""Reads the description to import from a URDF, xacro or SDF file, according to the user's options."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from graphengine.physics.sdf.sdf_files import is_sdf
 from graphengine.physics.sdf.sdf_reader import read_sdf
 
 WRAPPER = ".urdf.xacro"
-"""Suffix of the generated file that instantiates a macro as a robot."""
+"""Suffix of the generated xacro file that calls a macro as the robot."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -24,10 +24,10 @@ class Wishes:
     """The user's options for reading a description.
 
     Attributes:
-        arguments: values of xacro arguments and macro parameters by name.
-        macro: name of the macro that defines the robot.
-        without: packages to leave out.
-        model: name of the robot's model in an SDF file with several.
+        arguments: values of xacro arguments and macro parameters, by name.
+        macro: name of the macro that defines the robot; None if the user names none.
+        without: names of packages to leave out.
+        model: name of the robot's model in an SDF file with several models; empty if the user names none.
     """
 
     arguments: Mapping[str, str] = field(default_factory=dict)
@@ -41,9 +41,9 @@ class RobotSource:
     """A description after xacro expansion.
 
     Attributes:
-        element: root element.
-        as_given: whether the file itself is the description, without expansion or conversion.
-        wrapper: text of the xacro file that instantiates the macro; empty without a macro.
+        element: root element of the description as URDF.
+        as_given: whether the file itself is that description, without expansion, conversion or omission.
+        wrapper: text of the generated xacro file that calls the macro; empty without a macro.
     """
 
     element: Element
@@ -54,14 +54,14 @@ class RobotSource:
 def read_source(
     path: Path, root: Element, target: Path, wishes: Wishes, packages: Packages, findings: Findings
 ) -> RobotSource | None:
-    """Expand xacro and convert SDF to URDF; errors are added to `findings`.
+    """Return a description as URDF: expand xacro, and convert SDF. Return None after an error.
 
     Args:
-        path: path of the description.
-        root: its parsed root element.
+        path: path of the description's file.
+        root: root element of that file.
         target: path of the robot file to write.
         wishes: the user's options.
-        packages: packages that it may refer to.
+        packages: packages to which the description may refer.
         findings: receives errors, and notes on choices and omissions.
     """
     before = len(findings.errors)
@@ -93,7 +93,7 @@ def read_source(
         others = {key: value for key, value in wishes.arguments.items() if key not in macro.parameters}
         element = xacro.expand(file, others, packages, findings, text=trial, without=wishes.without)
         if wishes.macro is None:
-            told = f"the file makes no robot; {file.name} calls its macro {macro.name!r}"
+            told = f"the file defines macros but no robot; {file.name} calls its macro {macro.name!r}"
             findings.add("N103", told, macro.span)
     return _checked(element, wishes, packages, findings, before, text) if element is not None else None
 
@@ -101,19 +101,19 @@ def read_source(
 def _checked(
     element: Element, wishes: Wishes, packages: Packages, findings: Findings, before: int, wrapper: str = ""
 ) -> RobotSource | None:
-    """Apply `without` and report meshes in missing packages; return None after an error."""
+    """Remove meshes of packages to leave out, report meshes of missing packages, and return the source; None after an error."""
     drop_meshes(element, wishes.without, findings)
     report_mesh_packages(element, packages, findings)
     return RobotSource(element, False, wrapper) if len(findings.errors) == before else None
 
 
 def arguments_of(path: Path, root: Element, packages: Packages, findings: Findings) -> list[str]:
-    """Return a listing of a xacro file's arguments and its robot macros' parameters with defaults."""
+    """Return lines of text that list the arguments of a xacro file and the parameters of its robot macros, with defaults."""
     if not xacro.is_xacro(path, root):
         return [f"{path}: no xacro syntax, so it takes no arguments"]
     lines = [f"arguments of {path}:", *_listed(xacro.defaults(path, packages, findings))]
     for macro in robot_macros(root):
-        lines += [f"parameters of the macro {macro.name}, which --macro {macro.name} makes a robot of:"]
+        lines += [f"parameters of the macro {macro.name}, which --macro {macro.name} imports as a robot:"]
         lines += _listed(macro.parameters)
     return lines
 

@@ -1,9 +1,10 @@
-"""The `<ros2_control>` element with which ros2_control drives a simulated robot over topics.
+"""Writes the `<ros2_control>` element with which ros2_control drives a simulated robot over topics.
 
-Its hardware is JointStateTopicSystem of joint_state_topic_hardware_interface (ROS 2 Jazzy and later), formerly TopicBasedSystem
-of topic_based_ros2_control. It publishes sensor_msgs/JointState with the names of all joints, but with one number for each
-command interface that exists. A joint without command interfaces would make the arrays shorter than the names, so all joints have
-the same interfaces, and joints that mimic another one are left out: robot_state_publisher and MoveIt compute them.
+The hardware component is JointStateTopicSystem of joint_state_topic_hardware_interface (ROS 2 Jazzy and later), formerly
+TopicBasedSystem of topic_based_ros2_control. It publishes commands as sensor_msgs/JointState with the names of all joints, but
+with one value per existing command interface. If a joint had no command interface, the arrays would be shorter than the list of
+names. Therefore all joints have the same interfaces, and mimic joints are left out; robot_state_publisher and MoveIt compute
+them.
 """
 
 from __future__ import annotations
@@ -15,7 +16,7 @@ from graphengine.physics.description.urdf import UrdfJoint
 
 PLUGIN = "joint_state_topic_hardware_interface/JointStateTopicSystem"
 STATES, COMMANDS = "topic_based_joint_states", "topic_based_joint_commands"
-"""Default topics; `joint_states` is not used, because joint_state_broadcaster publishes it."""
+"""Default topics; joint states are not on `joint_states`, because joint_state_broadcaster publishes that topic."""
 
 
 def block(
@@ -27,14 +28,14 @@ def block(
     commands: str = COMMANDS,
     plugin: str = PLUGIN,
 ) -> str:
-    """Return the element as XML, indented for the body of a `<robot>`.
+    """Return the `<ros2_control>` element as XML, indented for the body of a `<robot>`.
 
     Args:
         name: name of the ros2_control system.
-        joints: joints to command; fixed joints and joints that mimic another one are left out.
-        starts: initial positions by joint, rad or m; 0 for others.
+        joints: joints to command; fixed joints and mimic joints are left out.
+        starts: initial positions by joint name, rad or m; other joints start at 0.
         states: topic on which the simulation publishes joint states.
-        commands: topic on which it receives joint commands.
+        commands: topic on which the simulation receives joint commands.
         plugin: class of the hardware component.
     """
     starts = starts or {}

@@ -1,4 +1,4 @@
-"""Compiles a draft of a robot as a MuJoCo model, for modules that measure it."""
+"""Compiles the draft of a robot file as a MuJoCo model, for modules that measure the robot."""
 
 from __future__ import annotations
 
@@ -15,11 +15,14 @@ from graphengine.physics.model.robot import RobotInstance, load_robot
 from graphengine.physics.model.robot_model import robot_spec
 
 FLOOR_FRICTION = 1.0
-"""Of the floor that an imported robot is tried on."""
+"""Friction coefficient of the floor on which an imported robot is simulated."""
 
 
 def trial_spec(draft: Draft) -> tuple[mujoco.MjSpec, RobotInstance] | None:
-    """Return the robot that a draft describes so far; None if it has errors, which the import reports later."""
+    """Return the robot that a draft describes so far; None if the draft has errors, or its description is not being imported.
+
+    Errors are not reported here, but later by the import.
+    """
     if draft.library is None:
         return None
     scratch = Findings()
@@ -35,9 +38,9 @@ def trial_spec(draft: Draft) -> tuple[mujoco.MjSpec, RobotInstance] | None:
 
 
 def trial_model(draft: Draft, spec: mujoco.MjSpec) -> mujoco.MjModel | None:
-    """Return the model of a description; None if MuJoCo refuses it.
+    """Return the compiled model; None if MuJoCo refuses to compile it.
 
-    MuJoCo warns of a file only when it decodes it first, so its warnings are kept in the draft.
+    MuJoCo warns about a mesh file only when it decodes the file for the first time. Therefore its warnings are kept in the draft.
     """
     try:
         model, warnings = compiled(spec)

@@ -1,4 +1,4 @@
-"""Adds the material of wheels, which grips on any floor."""
+"""Adds a material with full grip on any floor for the wheels of a robot."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ _FULL = 1.0
 
 
 def fill(draft: Draft) -> None:
-    """Bind the material to each wheel that stands on the floor and has no material yet."""
+    """Bind the material to each wheel that stands on the floor, is not a caster's wheel, and has no material yet."""
     bound = draft.bound()
     links = [wheel.link for wheel in draft.wheels.values() if wheel.on_floor and not wheel.swivels]
     links = [link for link in dict.fromkeys(links) if link not in bound]
     if not links or NAME in draft.sections["materials"]:
         return
     entry = draft.entry("materials", NAME)
-    entry.comments.append("full grip; `max` takes the greater of this friction and the floor's")
+    entry.comments.append("full grip; `max` selects the larger of this friction and the floor's")
     draft.guessed.append(Remark(f"friction of wheels: {_FULL:g} on any floor: {', '.join(map(printable, links))}"))
     entry.value = {"static_friction": _FULL, "dynamic_friction": _FULL, "combine": "max", "bind": links}

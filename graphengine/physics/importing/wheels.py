@@ -1,4 +1,4 @@
-"""Finds the wheels of a robot, including wheels with mesh colliders, and replaces colliders that roll badly."""
+"""Finds the wheels of a robot, including wheels with mesh colliders, and replaces colliders that do not roll smoothly."""
 
 from __future__ import annotations
 
@@ -17,22 +17,22 @@ from graphengine.physics.importing.trial import trial_model, trial_spec
 from graphengine.physics.model.geoms import extents, mesh_vertices
 
 WIDE = 8 * math.pi
-"""Range (rad) of a revolute joint that turns on and on, as a continuous one does: four turns."""
+"""A revolute joint with a larger range (rad) counts as continuous; the value is four turns."""
 ROUND = 0.93
-"""Least reach of a wheel in any direction about its axis, by the greatest: a wheel of ten corners is round."""
+"""Minimum ratio of the smallest to the largest radius of a wheel; a regular polygon with ten corners counts as round."""
 LEVEL = 0.3
-"""Greatest slope of a wheel's axis: cosine of its angle with the vertical."""
+"""Maximum cosine of the angle between the axis of a wheel on the floor and the vertical."""
 ALIGNED = 0.99
-"""Least cosine of the angle between a cylinder's axis and that of the joint which turns it as a wheel."""
+"""Minimum cosine of the angle between the axis of a cylindrical wheel and the axis of its joint."""
 STANDING = 0.02
-"""Height (m) above the lowest collider up to which a link stands on the floor."""
+"""A link that reaches down to this height (m) above the lowest collider counts as standing on the floor."""
 PLUMB = 0.9
-"""Least cosine of the angle between a caster's swivel and the vertical."""
+"""Minimum cosine of the angle between the axis of a caster's swivel and the vertical."""
 _DIRECTIONS = np.linspace(0.0, 2 * math.pi, 72, endpoint=False)
 
 
 def fill(draft: Draft) -> None:
-    """Find the wheels, and write `wheel_colliders` for wheels with colliders that roll badly."""
+    """Find the wheels, and add `wheel_colliders` entries for wheels whose colliders do not roll smoothly."""
     trial = trial_spec(draft)
     model = trial_model(draft, trial[0]) if trial is not None else None
     if model is None:
@@ -60,7 +60,7 @@ def fill(draft: Draft) -> None:
 
 
 def turns_on(joint: UrdfJoint) -> bool:
-    """Return whether a joint turns without limits, or in a range wider than `WIDE`."""
+    """Return whether a joint is a rotating joint without limits, or with a range larger than `WIDE`."""
     limits = joint.limits
     return joint.type in TURNING and (limits is None or limits[1] - limits[0] > WIDE)
 
@@ -74,7 +74,17 @@ def _wheel(
     geoms: list[int],
     lowest: float,
 ) -> WheelShape | None:
-    """Return the wheel that a joint turns about an axis in the root link; None without colliders round about that axis."""
+    """Return the wheel that a joint turns; None if the colliders of the joint's child link are not round about its axis.
+
+    Args:
+        draft: receives a remark if a cylinder on the floor does not turn about its own axis.
+        joint: joint that may turn a wheel.
+        axis: axis of the joint in the root link's frame.
+        model: compiled model of the robot.
+        data: state of the model with all joints at position zero.
+        geoms: indices of the colliders of the child link.
+        lowest: height of the lowest point of the robot, m.
+    """
     body = model.body(joint.child).id
     if (crooked := _crooked(draft, joint)) is not None:
         reach = extents(model, data, geoms)
@@ -99,7 +109,10 @@ def _wheel(
 
 
 def _surface(model: mujoco.MjModel, data: mujoco.MjData, geom: int) -> Floats:
-    """Return points of a geom's surface in the world, shape (n, 3), m: corners, circles, or all vertices of a mesh."""
+    """Return points on the surface of a geom in world coordinates, m, shape (number of points, 3).
+
+    The points are the vertices of a mesh, the corners of a box, or circles on other shapes.
+    """
     kind, size = model.geom_type[geom], model.geom_size[geom]
     circle = np.stack([np.cos(_DIRECTIONS), np.sin(_DIRECTIONS), np.zeros_like(_DIRECTIONS)], axis=1)
     if kind == mujoco.mjtGeom.mjGEOM_MESH:
@@ -116,7 +129,10 @@ def _surface(model: mujoco.MjModel, data: mujoco.MjData, geom: int) -> Floats:
 
 
 def _size(points: Floats, axle: Floats) -> tuple[float, float, float] | None:
-    """Radius, width and offset along the axle (m) of what is round about an axle through the origin, and no roller; else None."""
+    """Return radius, width and offset along the axle (m) of points that form a wheel about an axle through the origin.
+
+    Return None if the points are not round about the axle, or if the width exceeds four times the radius, as in a roller.
+    """
     along = points @ axle
     across = np.cross(axle, [1.0, 0.0, 0.0] if abs(axle[0]) < 0.9 else [0.0, 1.0, 0.0])
     across /= np.linalg.norm(across)
@@ -129,7 +145,7 @@ def _size(points: Floats, axle: Floats) -> tuple[float, float, float] | None:
 
 
 def _swivelling(draft: Draft, axes: Mapping[str, Vector3]) -> set[str]:
-    """Return the joints at or below a vertical joint that turns freely, down to the first joint with a command."""
+    """Return the names of joints that swivel: uncommanded vertical joints without limits, and uncommanded joints below them."""
     commanded, found = _commanded(draft), set[str]()
     for joint in (joint for link in draft.urdf.depth_first() for joint in link.below):
         above = draft.urdf.links[joint.parent].carrier
@@ -140,7 +156,10 @@ def _swivelling(draft: Draft, axes: Mapping[str, Vector3]) -> set[str]:
 
 
 def _commanded(draft: Draft) -> set[str]:
-    """Return the joints for which the description has a transmission, a ros2_control interface or a Gazebo plugin."""
+    """Return the names of joints in transmissions, ros2_control command interfaces and Gazebo plugins.
+
+    The result also contains other texts of the plugins.
+    """
     found: set[str] = set()
     for owner in draft.urdf.element.children:
         if owner.tag == "transmission":
@@ -156,14 +175,19 @@ def _commanded(draft: Draft) -> set[str]:
 
 
 def _shape(draft: Draft, wheel: WheelShape) -> None:
-    """Write the collider of a wheel that would not roll smoothly: corners of a mesh, and the rims of a cylinder."""
+    """Add an ellipsoid as the collider of a wheel on the floor, unless the wheel is a sphere.
+
+    The corners of a mesh and the rims of a cylinder would not roll smoothly.
+    """
     colliders = draft.urdf.links[wheel.link].colliders
     if not wheel.on_floor or wheel.collider == "sphere":
         return
     first = not draft.sections["wheel_colliders"]
     entry = draft.entry("wheel_colliders", wheel.link)
     if first:
-        entry.comments.append("touch the floor at one point each; the rims of a cylinder would scrub in a turn")
+        entry.comments.append(
+            "ellipsoids touch the floor at one point each; the rims of a cylinder would scrub in a turn"
+        )
     if wheel.collider == "cylinder" and len(colliders) == 1:
         entry.value = "ellipsoid"
         return
@@ -175,7 +199,7 @@ def _shape(draft: Draft, wheel: WheelShape) -> None:
 
 
 def _crooked(draft: Draft, joint: UrdfJoint) -> Remark | None:
-    """Return a remark on a joint that turns a cylinder which does not lie about its axis."""
+    """Return a remark if a joint turns a cylinder about an axis other than the cylinder's own; else None."""
     colliders = draft.urdf.links[joint.child].colliders
     shape, pose = (shape_of(colliders[0]), origin_of(colliders[0])) if len(colliders) == 1 else (None, None)
     if shape is None or pose is None or shape.tag != "cylinder":

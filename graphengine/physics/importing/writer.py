@@ -1,4 +1,4 @@
-"""Renders a draft as the text of a robot file: every link and joint, and what was guessed and lost."""
+"""Renders a draft as the text of a robot file, with comments on every link and joint and on values guessed and lost."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ from graphengine.physics.importing.draft import Draft, Entry, Remark
 
 _WIDTH = 120
 _SECTIONS = ("links", "wheel_colliders", "materials", "frames", "sensors", "namespaces", "graphs")
-"""The sections after the joints."""
+"""Sections of the robot file after `joints`, in order of the file."""
 
 
 def render(draft: Draft) -> str:
-    """Return the text of the robot file."""
+    """Return the text of the robot file that a draft describes."""
     urdf = draft.urdf
     lines = [f"# Imported by `graphrun import-robot` from {printable(draft.source)}."]
     lines += [
@@ -72,7 +72,7 @@ def _entry(key: str, entry: Entry) -> Iterator[str]:
 
 
 def _value(key: str, value: Any, indent: str) -> Iterator[str]:
-    """Yield a key with its value: on one line, or if that is too long, on a line for each key of the value."""
+    """Yield the lines of a key with its value: one line, or if that is too long, a line for each key of the value."""
     line = f"{indent}{scalar(key)}: {flow(value)}"
     if len(line) <= _WIDTH or not isinstance(value, dict) or not value:
         yield line

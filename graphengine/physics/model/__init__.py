@@ -1,1 +1,1 @@
-"""Builds the world and the robots of a scene as MuJoCo's editable models, and as the prims of a stage."""
+"""Builds the world and the robots of a scene: as editable MuJoCo models (`MjSpec`), and as prims of a stage."""

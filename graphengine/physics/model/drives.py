@@ -20,11 +20,11 @@ from graphengine.format.robot_spec import JointSpec
 from graphengine.physics.engine import Indices, mujoco
 
 DEGREES = 180 / math.pi
-"""Degrees per radian: PhysX multiplies angular gains of USD, which are per degree, by this."""
+"""Degrees per radian, the factor that converts angular gains in USD (per degree) to gains per radian."""
 
 
 Kind = Literal["position", "velocity", "effort"]
-"""Kind of a joint command."""
+"""Kinds of joint commands."""
 KINDS: tuple[Kind, ...] = ("position", "velocity", "effort")
 
 
@@ -33,10 +33,12 @@ class Servo:
     """An actuator of a MuJoCo model; its control signal is `offset + scale * command`.
 
     Attributes:
-        kind: kind of command, in rad, rad/s and N m, or m, m/s and N.
+        kind: kind of command: a position (rad or m), a velocity (rad/s or m/s) or an effort (N m or N).
         name: name of the actuator in its model.
+        scale: factor of a command in the control signal.
+        offset: control signal for the command 0.
         lowest: lowest command within the range of the control signal.
-        highest: highest command within this range.
+        highest: highest command within the range of the control signal.
     """
 
     kind: Kind
@@ -59,21 +61,21 @@ class Drive:
     damping: float = 0.0
     target_velocity: float = 0.0
     max_acceleration: float = math.inf
-    """Limit on the slope of the velocity set point."""
+    """Maximum rate of change of the velocity set point, rad/s2 or m/s2."""
     max_velocity: float = math.inf
-    """Limit of the velocity set point and of the slope of the position set point."""
+    """Maximum velocity set point, and maximum rate of change of the position set point, rad/s or m/s."""
     max_force: float = math.inf
     carries: float = 0.0
-    """Inertia about a wheel's axis due to the robot's mass, divided by that mass, m²."""
+    """Inertia that the robot's mass adds about the axis of a driven wheel, divided by that mass, m2; 0 for other joints."""
     interpolate: bool = False
-    """Whether set points reach a new target at the end of a tick, not at its beginning."""
+    """Whether set points move to a new target during a tick and reach it at the end, instead of jumping at the beginning."""
     gravity_compensation: bool = False
     """Whether the drive carries the weight of the links beyond its joint."""
     servos: tuple[Servo, ...] | None = None
     """Actuators of the MuJoCo model, one per kind of command; None if actuators are created from the gains."""
 
     def servo(self, joint: str, kind: Kind) -> Servo | None:
-        """Return the actuator of the compiled model that takes commands of a kind, or None.
+        """Return the actuator of the compiled model that takes commands of the given kind; None if there is none.
 
         Args:
             joint: name of the joint in the compiled model, which begins with the robot's name.
@@ -87,11 +89,13 @@ class Drive:
 
 
 def drive_of(joint: JointSpec, effort: float, *, prismatic: bool) -> Drive | None:
-    """Return the drive of a joint in SI units, or None. Lengths and forces in USD are SI, so only angles are converted.
+    """Return the drive of a joint in SI units; None if the robot file gives the joint no drive.
+
+    Lengths and forces in USD are SI, so only angles are converted.
 
     Args:
         joint: the joint's entry in the robot file.
-        effort: effort limit in the description, N m or N; used if the drive has no maximum force.
+        effort: effort limit in the description, N m or N, infinite without one; used if the drive has no maximum force.
         prismatic: whether the joint is prismatic.
     """
     if joint.drive is not None:
@@ -113,7 +117,7 @@ def drive_of(joint: JointSpec, effort: float, *, prismatic: bool) -> Drive | Non
 
 
 def in_si(drive: Drive) -> str:
-    """Return the parameters of a rotary joint's drive in SI units, as text."""
+    """Return the gains and target velocity of a rotary joint's drive in SI units, as text for a message."""
     parts = {
         "damping": (drive.damping, "N m s/rad"),
         "stiffness": (drive.stiffness, "N m/rad"),
@@ -123,12 +127,15 @@ def in_si(drive: Drive) -> str:
 
 
 def servos(joint: str, drive: Drive) -> tuple[tuple[str, float], tuple[str, float]]:
-    """Return names and gains of a joint's position and velocity actuators."""
+    """Return (name, gain) of a joint's position actuator, then of its velocity actuator; actuators with gain 0 do not exist."""
     return (f"{joint}.position", drive.stiffness), (f"{joint}.velocity", drive.damping)
 
 
 def servo_ids(model: mujoco.MjModel, drives: Iterable[tuple[str, Drive]]) -> Indices:
-    """Return the actuator ids of joints, shape (3, joints): position, velocity, effort; -1 without such an actuator."""
+    """Return the actuator ids of joints, shape (3, number of joints); -1 where a joint has no such actuator.
+
+    The rows are the position, velocity and effort actuators.
+    """
     found = [[drive.servo(joint, kind) for kind in KINDS] for joint, drive in drives]
     ids = [[model.actuator(servo.name).id if servo is not None else -1 for servo in row] for row in found]
     return np.array(ids, np.intp).reshape(-1, 3).T.copy()

@@ -1,4 +1,4 @@
-"""Reads the geoms of a compiled model: meshes, height fields, and extents along the axes of a frame."""
+"""Reads shapes from a compiled model: meshes, height fields, and the extents of geoms along the axes of a frame."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ _ORIGIN, _AXES = np.zeros(3), np.eye(3)
 
 
 def mesh_vertices(model: mujoco.MjModel, mesh: int) -> Floats:
-    """Return the vertices of a mesh, shape (n, 3), m."""
+    """Return the vertices of a mesh in the mesh's frame, shape (number of vertices, 3), m."""
     start = model.mesh_vertadr[mesh]
     vertices: Floats = model.mesh_vert[start : start + model.mesh_vertnum[mesh]].astype(float)
     return vertices
 
 
 def mesh_faces(model: mujoco.MjModel, mesh: int) -> Indices:
-    """Return the triangles of a mesh as indices of its vertices, shape (n, 3)."""
+    """Return the triangles of a mesh as indices of its vertices, shape (number of triangles, 3)."""
     start = model.mesh_faceadr[mesh]
     faces: Indices = model.mesh_face[start : start + model.mesh_facenum[mesh]]
     return faces
@@ -37,9 +37,9 @@ def height_field_points(model: mujoco.MjModel, field: int) -> Floats:
 
 
 def height_field_triangles(model: mujoco.MjModel, field: int) -> Floats:
-    """Return the triangles of a height field's surface, as `mj_rayHfield` sees it, shape (triangles, 3, 3), m.
+    """Return the triangles of a height field that rays hit in MuJoCo (`mj_rayHfield`), shape (number of triangles, 3, 3), m.
 
-    They are the terrain, the walls from height zero up to the terrain's four edges, and the box below height zero.
+    They form the terrain, the walls from height zero up to the terrain's four edges, and the box below height zero.
     """
     ground = height_field_points(model, field)
     rows, columns, _ = ground.shape
@@ -52,7 +52,7 @@ def height_field_triangles(model: mujoco.MjModel, field: int) -> Floats:
 
 
 def _sheet_triangles(points: Floats) -> Floats:
-    """Return two triangles for each cell of a grid of points, divided by the diagonal from the cell's first corner."""
+    """Return two triangles for each cell of a grid of points; the diagonal from the cell's first corner divides the cell."""
     here, right = points[:-1, :-1], points[:-1, 1:]
     above, opposite = points[1:, :-1], points[1:, 1:]
     pairs = [np.stack([here, right, opposite], axis=-2), np.stack([here, opposite, above], axis=-2)]
@@ -62,13 +62,13 @@ def _sheet_triangles(points: Floats) -> Floats:
 def extents(
     model: mujoco.MjModel, data: mujoco.MjData, geoms: Iterable[int], origin: Floats = _ORIGIN, axes: Floats = _AXES
 ) -> tuple[Floats, Floats] | None:
-    """Return smallest and largest coordinates of some geoms, m; None without a geom of finite size.
+    """Return the smallest and the largest coordinates of geoms along the axes of a frame, m; None without a finite geom.
 
     The result is exact for all shapes except height fields and signed distance fields.
 
     Args:
         model: model with the geoms.
-        data: state with their poses.
+        data: state with the poses of the geoms.
         geoms: ids of the geoms.
         origin: origin of the frame in the world, m.
         axes: rotation matrix from the frame to the world, shape (3, 3).

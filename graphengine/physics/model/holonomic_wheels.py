@@ -1,4 +1,4 @@
-"""Finds the mecanum and omnidirectional wheels of a robot by the friction of their materials."""
+"""Finds the mecanum and omni wheels of a robot by the friction of their materials."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from graphengine.physics.model.robot import RobotInstance
 
 
 def holonomic_wheels(robot: RobotInstance) -> Iterator[HolonomicWheel]:
-    """Yield the wheels whose material has friction in two directions, in the order of the robot's joints.
+    """Yield the wheels whose material has different friction in two directions, in the order of the robot's joints.
 
     The direction with the greater friction is the axis of the roller that touches the floor.
     """
@@ -32,7 +32,7 @@ def holonomic_wheels(robot: RobotInstance) -> Iterator[HolonomicWheel]:
 
 
 def _grip(material: MaterialSpec, along: Vector3) -> Vector3:
-    """Return the direction of the greater friction on a level floor, given the direction of `dynamic_friction`."""
+    """Return the horizontal direction of a material's greater friction; `along` is the direction of `dynamic_friction`."""
     x, y, _ = along
     return along if material.dynamic_friction > (material.across or 0.0) else (-y, x, 0.0)
 

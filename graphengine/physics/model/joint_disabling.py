@@ -1,9 +1,9 @@
-"""Disables joints that a robot file names.
+"""Disables joints according to a robot file.
 
-PhysX releases the child of a disabled joint. Descriptions have many joints that carry only frames or light links, and these are
-what users disable: here they become fixed. A joint whose child would really fall off causes an error, unless the file welds it.
+PhysX releases the child of a disabled joint. Users disable mostly joints that carry only frames or light links; here, such
+joints become fixed. A joint whose child would fall off is an error, unless the file also welds the joint.
 
-If all mass is below a disabled joint, its child moves freely, and the links above the joint are frames on it.
+If all mass is below a disabled joint, the joint's child moves freely, and the links above the joint become frames on it.
 """
 
 from __future__ import annotations
@@ -17,16 +17,16 @@ from graphengine.physics.description.robot_file import RobotFile
 from graphengine.physics.description.urdf import Urdf, UrdfJoint, UrdfLink
 
 NEGLIGIBLE = 0.01
-"""Greatest share of a robot's mass on one side of a disabled joint that becomes fixed."""
+"""A disabled joint becomes fixed if the links on one side of it have at most this fraction of the robot's mass."""
 
 
 @dataclass(frozen=True, slots=True)
 class Disabled:
-    """The joints that a file disables, and the consequences.
+    """The joints that a robot file disables, and the link that moves freely as a result.
 
     Attributes:
-        joints: names of the joints, parents first.
-        free_link: link that moves freely and carries all other links; None if the base is fixed.
+        joints: names of the disabled joints; parents come before their children.
+        free_link: name of the link that moves freely and carries all other links; None if the base is fixed.
     """
 
     joints: tuple[str, ...]
@@ -34,7 +34,7 @@ class Disabled:
 
 
 def disable_joints(file: RobotFile, urdf: Urdf, findings: Findings) -> Disabled:
-    """Check and apply all joints that a robot file disables.
+    """Check the joints that a robot file disables, weld joints in the description, and return the result.
 
     Args:
         file: robot file with `joints` and `keep_only_joints`.
@@ -67,13 +67,13 @@ def disable_joints(file: RobotFile, urdf: Urdf, findings: Findings) -> Disabled:
         findings.add("N103", text, off[staying[0]], listing(staying, "joints"))
     for name, spec in file.spec.joints.items():
         if spec.weld and name not in off:
-            text = f"joint {name!r} is not disabled: weld applies only to disabled joints"
-            findings.add("G109", text, file.span("joints", name, "weld"), "write enabled: false beside it")
+            text = f"joint {name!r} is not disabled, and weld applies only to disabled joints"
+            findings.add("G109", text, file.span("joints", name, "weld"), "also write enabled: false")
     return Disabled(tuple(off), free_link)
 
 
 def _disabled(file: RobotFile, urdf: Urdf) -> dict[str, Span]:
-    """Return the joints that a robot file disables, parents first, and the places in the file that disable them."""
+    """Return the source location that disables each joint, by joint name; parents come before their children."""
     spec = file.spec
     off: dict[str, Span] = {}
     for link in urdf.depth_first():
@@ -90,7 +90,7 @@ def _matters(links: Sequence[UrdfLink], urdf: Urdf) -> bool:
 
 
 def _described(links: Sequence[UrdfLink]) -> str:
-    """Return the name of the first link and the mass of all links, for messages."""
+    """Return the name of the first link and the mass of all given links, as text for messages."""
     mass = sum(link.mass for link in links)
     return f"{links[0].name!r} ({mass:g} kg)"
 
@@ -111,7 +111,9 @@ def _weld(
     ]
     if followers:
         held = listing(followers, "joints")
-        findings.add("S106", f"joint {joint.name!r} cannot be welded: others mimic it", span, held, "disable them, too")
+        findings.add(
+            "S106", f"joint {joint.name!r} cannot be welded: others mimic it", span, held, "disable these joints, too"
+        )
     place = ", where it is with the joint at zero" if joint.moves else ""
     findings.add("N103", f"joint {joint.name!r} is disabled and welded: {_described(below)} stays{place}", span)
     joint.type, joint.mimic = "fixed", None

@@ -1,4 +1,4 @@
-"""Start positions of joints, from robot files, scenes and keyframes."""
+"""Combines and checks the start positions of joints in robot files, scenes and keyframes."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from graphengine.physics.description.urdf import Urdf, UrdfJoint
 
 
 def check_keyframe(name: str, urdf: Urdf, span: Span | None, findings: Findings) -> None:
-    """Report a keyframe that a robot does not have."""
+    """Add an error if a robot does not have the keyframe."""
     known = urdf.mjcf.keyframes if urdf.mjcf is not None else {}
     if name not in known:
         near = did_you_mean(name, known) or listing(known, "keyframes")
@@ -31,7 +31,7 @@ def joint_starts(
     A mimic joint without a start position of its own gets the position that follows from its leader's.
 
     Args:
-        moving: the joints of the robot that move.
+        moving: the moving joints of the robot.
         joints: `joints` of the robot file; their start positions override the keyframe.
         use: the robot's entry in the scene, which overrides the robot file.
         keyframe: keyframe in which the robot starts.
@@ -58,14 +58,14 @@ def check_starts(
     disabled: Collection[str],
     findings: Findings,
 ) -> None:
-    """Report positions at the start that joints cannot have.
+    """Add an error for each start position that a joint cannot have.
 
     Args:
-        joints: what a file says about joints.
-        places: of the positions at the start in the file, by joint.
-        urdf: has the joints.
-        disabled: names of joints that do not move.
-        findings: takes the errors.
+        joints: entries of joints in a robot file or scene, by joint name.
+        places: source locations of the start positions, by joint name.
+        urdf: robot description with the joints.
+        disabled: names of disabled joints, which do not move.
+        findings: receives the errors.
     """
     for name, span in places.items():
         start, joint = joints[name].start, urdf.joints.get(name)
@@ -75,13 +75,18 @@ def check_starts(
             near = did_you_mean(name, urdf.joints) or listing(urdf.joints, "joints")
             findings.add("S104", f"the robot has no joint {name!r}", span, near)
         elif not joint.moves or name in disabled:
-            findings.add("S104", f"joint {name!r} does not move, so it has no position at the start", span)
+            findings.add("S104", f"joint {name!r} does not move, so it cannot have a start position", span)
         elif joint.mimic is not None:
             leader = joint.mimic.leader
-            findings.add("S104", f"joint {name!r} starts where {leader!r} puts it", span, f"give the start of {leader}")
+            findings.add(
+                "S104",
+                f"joint {name!r} mimics {leader!r}, so its start position follows from that joint",
+                span,
+                f"give {leader} a start position instead",
+            )
         elif joint.limits is not None and not joint.limits[0] <= start <= joint.limits[1]:
             unit = "m" if joint.type == "prismatic" else "rad"
             legal = f"legal: {joint.limits[0]:g} to {joint.limits[1]:g} {unit}"
             findings.add(
-                "G109", f"joint {name!r} cannot start at {start:g} {unit}, which is outside its limits", span, legal
+                "G109", f"joint {name!r} cannot start at {start:g} {unit}, which is outside of its limits", span, legal
             )

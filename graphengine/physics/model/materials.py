@@ -1,4 +1,4 @@
-"""Physics materials, combined with the floor's friction when the model is built.
+"""Converts physics materials to contact parameters of MuJoCo, combined with the friction of the floor.
 
 PhysX combines the materials of both colliders at each contact. Each collider has a static and a dynamic friction and a combine
 mode; if the modes differ, PhysX uses the later one in the order average, min, multiply, max. MuJoCo uses the greater friction of
@@ -24,7 +24,7 @@ from typing import Any
 from graphengine.format.robot_spec import MaterialSpec
 
 RULES = {"average": "average", "min": "lesser", "multiply": "product", "max": "greater"}
-"""Combine modes and their names in messages; if two materials differ in the mode, the later one in this order is used."""
+"""Combine modes, and their names in messages. If the modes of two materials differ, the later mode in this order is used."""
 _COMBINED: dict[str, Callable[[float, float], float]] = {
     "average": lambda first, second: (first + second) / 2,
     "min": min,
@@ -32,12 +32,12 @@ _COMBINED: dict[str, Callable[[float, float], float]] = {
     "max": max,
 }
 FLOOR_RULE = "average"
-"""Combine mode of the floor: the default of PhysX, because MJCF has no combine modes."""
+"""Combine mode of the floor. MJCF has no combine modes, so it is the default of PhysX."""
 NO_FLOOR_FRICTION = 0.5
-"""Floor friction in a world without a plane: that of a PhysX collider without a material."""
+"""Floor friction for a world without a plane, which is the friction of a PhysX collider without a material."""
 
 STIFF_SOLREF = (0.004, 1.0)
-"""Time constant (s) and damping ratio of wheel contacts; bodies sink in by 1/25 of the depth of MuJoCo's default.
+"""Time constant (s) and damping ratio of wheel contacts; bodies penetrate by 1/25 of the depth with MuJoCo's default.
 
 A wheel rolls on its radius minus half the penetration: 0.9998 of the radius with these values, 0.9982 with the default. Colliders
 that slide with friction would chatter (a caster with friction 0.4 costs a random 6 % of yaw rate), so they keep the default."""
@@ -46,7 +46,7 @@ DEFAULT_SOLREF = (0.02, 1.0)
 
 @dataclass(frozen=True, slots=True)
 class Contact:
-    """Contact parameters of a collider in MuJoCo."""
+    """Contact parameters of a collider, as attributes of a MuJoCo geom."""
 
     friction: float
     condim: int
@@ -62,24 +62,24 @@ class Contact:
 
 
 def stronger(first: str, second: str) -> str:
-    """Return which of two combine modes PhysX uses at a contact."""
+    """Return the combine mode that PhysX uses at a contact of colliders with two given modes."""
     return max(first, second, key=list(RULES).index)
 
 
 def combine(first: float, second: float, rule: str) -> float:
-    """Return the friction of a contact from the frictions of both colliders, with a combine mode of PhysX."""
+    """Return the friction of a contact from the friction of both colliders, according to a combine mode of PhysX."""
     return _COMBINED[rule](first, second)
 
 
 def greatest_friction(material: MaterialSpec) -> float:
-    """Return the friction of a material in the direction in which the friction is greatest."""
+    """Return the friction of a material in the direction with the greatest friction."""
     return max(material.dynamic_friction, material.across or 0.0)
 
 
 def against_floor(material: MaterialSpec, floor: float, *, wheel: bool) -> Contact:
-    """Return the contact parameters of a material on a floor with a given friction.
+    """Return the contact parameters of colliders with a material on a floor with the given friction.
 
-    Without friction the contact has one dimension and the higher priority, so that no other collider adds friction.
+    Without friction, `condim` is 1 and the priority is higher than that of other materials, so that no collider adds friction.
     """
     friction = combine(greatest_friction(material), floor, stronger(material.combine, FLOOR_RULE))
     if friction == 0:
@@ -88,9 +88,9 @@ def against_floor(material: MaterialSpec, floor: float, *, wheel: bool) -> Conta
 
 
 def sentences(name: str, material: MaterialSpec, floor: float) -> tuple[str, ...]:
-    """Return a sentence on a material's friction on the floor, and one on properties that MuJoCo does not have.
+    """Return a text on a material's friction on the floor and, if any, a text on properties that MuJoCo does not have.
 
-    Empty if the combine mode in the robot file keeps the material's friction, and no property is lost.
+    Return no text if the combine mode in the robot file keeps the material's friction, and no property is lost.
     """
     static, restitution, dynamic = material.static_friction, material.restitution, greatest_friction(material)
     rule = stronger(material.combine, FLOOR_RULE)
@@ -109,4 +109,4 @@ def sentences(name: str, material: MaterialSpec, floor: float) -> tuple[str, ...
     lost += [f"restitution ({restitution:g})"] if restitution else []
     if chosen and friction == dynamic and not lost:
         return ()
-    return (text, f"left out, as MuJoCo has no such thing: {', '.join(lost)}") if lost else (text,)
+    return (text, f"without effect, because MuJoCo does not support it: {', '.join(lost)}") if lost else (text,)

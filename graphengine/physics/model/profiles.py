@@ -1,6 +1,6 @@
-"""Sensor profiles: the parameters of a sensor, or the devices of a rig of several sensors.
+"""Reads sensor profiles: the parameters of a sensor, or the devices of a rig with several sensors.
 
-A profile is a file `scenes/sensors/<name>.yaml` that robot files name, or a mapping of parameters in the robot file itself.
+A profile is a file `sensors/NAME.yaml` to which robot files refer, or a mapping of parameters in the robot file itself.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ Length = Annotated[float, Field(gt=0.0, le=10.0)]
 
 
 class DeviceSections(Spec):
-    """A pydantic model with an optional section for each kind of device; a file gives exactly one of them."""
+    """A pydantic model with an optional section for each kind of device; a file contains exactly one of these sections."""
 
     @classmethod
     def kinds(cls) -> list[Device]:
@@ -36,12 +36,12 @@ class DeviceSections(Spec):
         return [device for device in DEVICES.all.values() if device.kind in cls.model_fields]
 
     def devices(self) -> list[tuple[Device, Profile]]:
-        """Return the sections that are given, each after its kind of device."""
+        """Return the sections in the file as (kind of device, profile)."""
         return [(kind, profile) for kind in self.kinds() if (profile := getattr(self, kind.kind)) is not None]
 
 
 def _with_sections(*, only_in_rigs: bool = False) -> Callable[[type[S]], type[S]]:
-    """Return a class decorator that adds a section for each kind of device, or only for the kinds that a rig can have."""
+    """Return a class decorator that adds a section for each kind of device, or only for kinds that a rig can contain."""
 
     def add(model: type[S]) -> type[S]:
         kinds = [device.kind for device in DEVICES.all.values() if device.in_rigs or not only_in_rigs]
@@ -53,7 +53,7 @@ def _with_sections(*, only_in_rigs: bool = False) -> Callable[[type[S]], type[S]
 
 @_with_sections(only_in_rigs=True)
 class PartSpec(DeviceSections):
-    """A device of a rig. A camera looks along its -z axis, +y is up in its picture."""
+    """A device of a rig. A camera looks along its -z axis, with +y up in the image."""
 
     position: Vector = (0.0, 0.0, 0.0)
     orientation: Orientation = UPRIGHT
@@ -66,14 +66,14 @@ class PartSpec(DeviceSections):
 
 
 class RigProfile(Spec):
-    """Cameras and inertial units in one housing."""
+    """Several devices, such as cameras and IMUs, in one housing."""
 
     housing: Name = Field(description="Name of the prim that carries the devices of the rig.")
     parts: dict[Name, PartSpec]
 
 
 class ShapeSpec(Spec):
-    """A part of a sensor's body, visible to cameras and other robots' rays, without collisions."""
+    """A part of a sensor's body. It is visible to cameras and to rays of other robots, and does not collide."""
 
     shape: Literal["box", "cylinder"]
     size: Annotated[tuple[Length, Length, Length], Field(strict=False)] = Field(
@@ -93,7 +93,7 @@ class ShapeSpec(Spec):
 
 @_with_sections()
 class DeviceProfile(DeviceSections):
-    """The content of a profile file for a single device."""
+    """The content of a sensor profile for a single device."""
 
     format: Format = 1
     sensor: Name
@@ -101,7 +101,7 @@ class DeviceProfile(DeviceSections):
 
 
 class SensorProfile(DeviceProfile):
-    """A sensor profile file."""
+    """The content of a sensor profile, for a single device or a rig."""
 
     rig: RigProfile | None = None
     appearance: Annotated[tuple[ShapeSpec, ...], Field(strict=False, max_length=100)] = Field(
@@ -116,7 +116,7 @@ class SensorProfile(DeviceProfile):
 
 
 def read_profiles(robot: RobotFile, files: Files, findings: Findings) -> dict[str, SensorProfile]:
-    """Return the profile of each sensor of a robot, by the sensor's name."""
+    """Return the profile of each sensor of a robot, by sensor name; sensors whose profile has errors are left out."""
     found: dict[str, SensorProfile] = {}
     loaded: dict[str, Loaded[SensorProfile] | None] = {}
     for name, sensor in robot.spec.sensors.items():
@@ -130,7 +130,7 @@ def read_profiles(robot: RobotFile, files: Files, findings: Findings) -> dict[st
 
 
 def _section(sensor_type: str) -> str:
-    """Return the name of the profile section that a type of sensor needs."""
+    """Return the name of the profile section that a sensor of this type requires."""
     return "rig" if sensor_type == "realsense_d455" else sensor_type
 
 
@@ -156,7 +156,10 @@ def _from_file(
     files: Files,
     findings: Findings,
 ) -> SensorProfile | None:
-    """Return the profile in a file, by default the included file with the name of the sensor type; None after an error."""
+    """Return the profile in a file; None after an error.
+
+    If the robot file names no profile, the built-in profile with the name of the sensor type is used.
+    """
     profile = profile or _own_profile(sensor_type)
     span = robot.span("sensors", name, "profile")
     if not profile:
@@ -181,11 +184,11 @@ def _from_file(
 
 
 def _own_profile(sensor_type: str) -> str:
-    """Return the included profile with the name of a sensor type, for sensors without `profile:`; empty if there is none."""
+    """Return the name of the built-in profile for a sensor type, for sensors without `profile:`; empty if there is none."""
     return sensor_type if (shipped() / f"scenes/sensors/{sensor_type}.yaml").is_file() else ""
 
 
 def _known() -> str:
-    return "profiles that ship: " + ", ".join(
+    return "built-in profiles: " + ", ".join(
         sorted(path.stem for path in (shipped() / "scenes/sensors").glob("*.yaml"))
     )

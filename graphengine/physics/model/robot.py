@@ -1,4 +1,4 @@
-"""A robot of a scene: its description with the changes of its robot file, all names checked, without physics."""
+"""Loads a robot of a scene: its description with the changes in its robot file. All names are checked; physics is not built."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from graphengine.physics.model.materials import NO_FLOOR_FRICTION
 from graphengine.physics.model.profiles import SensorProfile, read_profiles
 
 _LEVEL = 1e-3
-"""Least share of a friction direction's length that must lie in the plane of the floor."""
+"""Minimum length of the horizontal part of a friction direction, as a fraction of the direction's length."""
 
 
 @dataclass(slots=True, eq=False, repr=False)
@@ -33,16 +33,15 @@ class RobotInstance:
     """A robot of a scene.
 
     Attributes:
-        placement: name, pose and namespace in the scene.
-        file: robot file with those that it extends; `file.spec.graphs` are its graphs, `file.folder(…)` gives the folder of
-            paths.
-        urdf: robot description, with origins of the robot file applied.
-        urdf_text: the same as XML, for robot_state_publisher.
-        profiles: profiles of its sensors, by name.
-        moving: joints of the articulation, in order.
-        drives: drives of the moving joints that have one, by joint name.
-        disabled: disabled joints, and the link that moves freely because of them.
-        floor: friction of the floor.
+        placement: name, pose and namespace of the robot in the scene.
+        file: robot file, merged with the files that it extends.
+        urdf: robot description, with the joint origins and limits of the robot file applied.
+        urdf_text: the same description as XML, for robot_state_publisher.
+        profiles: profiles of the robot's sensors, by sensor name.
+        moving: moving joints, in order of the articulation.
+        drives: drives of moving joints, by joint name; joints without a drive are absent.
+        disabled: disabled joints, and the link that moves freely as a result.
+        floor: friction coefficient of the floor.
     """
 
     placement: RobotPlacement
@@ -57,12 +56,12 @@ class RobotInstance:
 
     @property
     def name(self) -> str:
-        """Name in the scene, which is also the prefix of the robot's names in the physics model."""
+        """Name of the robot in the scene; it is also the prefix of the robot's names in the physics model."""
         return self.placement.name
 
     @property
     def spec(self) -> RobotSpec:
-        """The merged robot file."""
+        """The contents of the robot file, merged with the files that it extends."""
         return self.file.spec
 
     @property
@@ -72,7 +71,7 @@ class RobotInstance:
 
     @property
     def articulation_root(self) -> str:
-        """Link by which graphs address the robot."""
+        """Name of the link whose prim graphs name to address the robot."""
         return self.spec.articulation_root or self.disabled.free_link or self.spec.base_link
 
     @property
@@ -88,13 +87,16 @@ class RobotInstance:
 
     @property
     def keyframe(self) -> Keyframe | None:
-        """The keyframe of the robot's MuJoCo model in which the robot starts; None without one."""
+        """The keyframe of the robot's MuJoCo model in which the robot starts; None if it starts in no keyframe."""
         name = self.placement.use.start or self.spec.start
         return self.urdf.mjcf.keyframes.get(name) if self.urdf.mjcf is not None else None
 
     @property
     def actuators(self) -> dict[str, str]:
-        """Joint that each actuator of the model drives, by the actuator's name; empty if it does not drive exactly one."""
+        """Name of the joint that each actuator of the MuJoCo model drives, by actuator name; empty for other targets.
+
+        Actuators are left out if they have the name of a joint, or if the robot file replaces them by a drive.
+        """
         known, joints = self.urdf.mjcf.actuators if self.urdf.mjcf is not None else (), {j.name for j in self.moving}
         own = [actuator for actuator in known if actuator.name not in joints]
         driven = {actuator.joint: self.drives.get(actuator.joint, Drive()).servos for actuator in own}
@@ -102,13 +104,13 @@ class RobotInstance:
 
     @property
     def other_actuators(self) -> dict[str, Drive]:
-        """The actuators of the model that do not move a single joint, by name."""
+        """Drives of actuators in the MuJoCo model whose target is not a single hinge or slide joint, by actuator name."""
         known = {each.name: each.drive for each in (self.urdf.mjcf.actuators if self.urdf.mjcf is not None else ())}
         return {name: known[name] for name, joint in self.actuators.items() if not joint}
 
     @property
     def wheel_radii(self) -> dict[str, float]:
-        """Radius (m) of the wheel on each moving joint that carries one."""
+        """Radius (m) of the wheel on each moving joint that carries a wheel, by joint name."""
         return {wheel.joint: wheel.radius for wheel in self.urdf.wheels(self.moving, wheel_shapes(self.spec))}
 
     @property
@@ -122,7 +124,7 @@ class RobotInstance:
 
 
 def wheel_shapes(spec: RobotSpec) -> dict[str, tuple[float, float]]:
-    """Return radius and offset (m) of the wheels whose collider the robot file replaces, by link."""
+    """Return radius and offset along the axle (m) of wheels whose colliders the robot file replaces, by link name."""
     shapes = spec.wheel_colliders.items()
     return {link: (shape.radius, shape.offset) for link, shape in shapes if isinstance(shape, WheelColliderSpec)}
 
@@ -130,7 +132,14 @@ def wheel_shapes(spec: RobotSpec) -> dict[str, tuple[float, float]]:
 def load_robot(
     placement: RobotPlacement, file: RobotFile, library: Library, urdf: Urdf | None = None
 ) -> RobotInstance | None:
-    """Check a robot file against its description, which is read unless given; errors go to the library's findings."""
+    """Check a robot file against its description and return the robot; None after an error.
+
+    Args:
+        placement: name, pose and namespace of the robot.
+        file: robot file.
+        library: reads the files to which the robot refers; its findings receive errors and notes.
+        urdf: description of the robot; by default it is read according to the robot file.
+    """
     findings = library.findings
     urdf = urdf or read_description(file, library)
     profiles = read_profiles(file, library.files, findings)
@@ -167,7 +176,7 @@ def _check_names(file: RobotFile, urdf: Urdf, findings: Findings) -> None:
     if spec.base_link != urdf.root:
         span = file.span("base_link")
         findings.add(
-            "S104", f"{spec.base_link!r} is not the description's root link", span, f"write base_link: {urdf.root}"
+            "S104", f"{spec.base_link!r} is not the root link of the description", span, f"write base_link: {urdf.root}"
         )
     if spec.articulation_root:
         _known("link", spec.articulation_root, urdf.links, file.span("articulation_root"), findings)
@@ -192,7 +201,7 @@ def _check_names(file: RobotFile, urdf: Urdf, findings: Findings) -> None:
 
 
 def _check_model(file: RobotFile, urdf: Urdf, findings: Findings) -> None:
-    """Check the start keyframe, and report keys that have no effect on a MuJoCo model."""
+    """Add errors for an unknown start keyframe, and for keys that have no effect on a MuJoCo model."""
     spec = file.spec
     if spec.start:
         check_keyframe(spec.start, urdf, file.span("start"), findings)
@@ -203,11 +212,11 @@ def _check_model(file: RobotFile, urdf: Urdf, findings: Findings) -> None:
         given = {"enabled": not joint.enabled, "weld": joint.weld, "position": joint.position is not None}
         places |= {key: file.key_span("joints", name, key) for key, is_given in given.items() if is_given}
     for key, span in places.items():
-        findings.add("G109", f"{key}: has no effect on a MuJoCo model", span, "change the model's own file instead")
+        findings.add("G109", f"{key}: has no effect on a MuJoCo model", span, "change the file of the model instead")
 
 
 def _drives(file: RobotFile, urdf: Urdf, disabled: Disabled, findings: Findings) -> dict[str, Drive]:
-    """Return the drives of movable joints that have one."""
+    """Return the drives of moving joints by joint name, from the robot file and the actuators of a MuJoCo model."""
     drives: dict[str, Drive] = {}
     for name, spec in file.spec.joints.items():
         joint = urdf.joints[name]
@@ -242,22 +251,24 @@ def _limit(name: str, limits: tuple[float, float], file: RobotFile, urdf: Urdf, 
     if joint.type in ("revolute", "prismatic"):
         joint.limit(*limits)
     else:
-        findings.add("S104", f"joint {name!r} is {joint.type}: it has no limits", file.span("joints", name, "limits"))
+        findings.add(
+            "S104", f"joint {name!r} is {joint.type} and cannot have limits", file.span("joints", name, "limits")
+        )
 
 
 def _check_joints(file: RobotFile, urdf: Urdf, disabled: Disabled, findings: Findings) -> None:
-    """Check positions at the start, and springs."""
+    """Add errors for start positions that joints cannot have, and for springs on joints that do not move."""
     joints = file.spec.joints
     places = {name: file.span("joints", name, "start") for name, joint in joints.items() if joint.start is not None}
     check_starts(joints, places, urdf, disabled.joints, findings)
     for name, joint in joints.items():
         if joint.spring is not None and (not urdf.joints[name].moves or name in disabled.joints):
             span = file.key_span("joints", name, "spring")
-            findings.add("S104", f"joint {name!r} does not move: a spring has nothing to push", span)
+            findings.add("S104", f"joint {name!r} does not move, so a spring has no effect", span)
 
 
 def _check_directions(file: RobotFile, urdf: Urdf, findings: Findings) -> None:
-    """Report friction directions of materials that are perpendicular to the floor."""
+    """Add an error for each material whose friction direction is perpendicular to the floor."""
     for name, material in file.spec.materials.items():
         if material.direction is None:
             continue
@@ -265,7 +276,9 @@ def _check_directions(file: RobotFile, urdf: Urdf, findings: Findings) -> None:
             frame = material.expressed_in or urdf.turns_in(link)
             x, y, z = rotate(urdf.pose_in_root(frame)[1], material.direction)
             if math.hypot(x, y) < _LEVEL * math.hypot(x, y, z):
-                text = f"material {name!r}: its direction points along the z axis of {urdf.root!r}, none of it along a floor"
+                text = (
+                    f"material {name!r}: its direction, along the z axis of {urdf.root!r}, is perpendicular to a floor"
+                )
                 advice = f"give the direction along which it grips the floor with dynamic_friction, in the frame of {frame!r}"
                 findings.add("S106", text, file.span("materials", name, "direction"), advice)
                 break
@@ -288,7 +301,7 @@ def _check_colliders(file: RobotFile, urdf: Urdf, findings: Findings) -> None:
         carrier = urdf.links[link].carrier
         if isinstance(shape, WheelColliderSpec) and (carrier is None or carrier.type not in TURNING):
             span = file.key_span("wheel_colliders", link)
-            findings.add("S106", f"link {link!r} is no wheel: no joint turns it", span)
+            findings.add("S106", f"link {link!r} is not a wheel: no joint turns it", span)
     for name, material in file.spec.materials.items():
         for index, link in enumerate(material.bind):
             if not urdf.links[link].colliders:

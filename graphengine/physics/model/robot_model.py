@@ -1,4 +1,4 @@
-"""Builds the MjSpec of a checked robot, which worlds attach."""
+"""Builds the MjSpec of a checked robot; copies of it are attached to the world of a scene."""
 
 from __future__ import annotations
 
@@ -22,18 +22,18 @@ from graphengine.physics.model.materials import against_floor, sentences
 from graphengine.physics.model.robot import RobotInstance
 
 _HARD_SOLREF, _HARD_SOLIMP = (0.004, 1.0), (0.99, 0.999)
-"""Solver parameters of joint limits: a drive of 1e4 N m/rad pushes 0.3 mrad past a limit; 40 mrad with MuJoCo's defaults."""
+"""Solver parameters of joint limits. A drive of 1e4 N m/rad exceeds a limit by 0.3 mrad; with MuJoCo's defaults, by 40 mrad."""
 _TIGHT_SOLREF = (0.005, 1.0)
 """Time constant (s) and damping ratio of the constraints of mimic joints."""
 _TIGHT_SOLIMP = (0.999, 0.9999)
-"""Impedance of these constraints: a mimic joint with a load of 30 N deviates by micrometres."""
+"""Minimum and maximum impedance of mimic joint constraints; with a load of 30 N, a mimic joint deviates by micrometres."""
 
 
 def robot_spec(robot: RobotInstance, library: Library, floor: float, findings: Findings) -> mujoco.MjSpec | None:
-    """Return the robot as an MjSpec, or None after errors.
+    """Return the robot as an MjSpec; None after an error.
 
     Args:
-        robot: robot whose file was checked against its description.
+        robot: robot whose file has been checked against its description.
         library: reads the meshes.
         floor: sliding friction of the floor.
         findings: receives errors and notes.
@@ -70,7 +70,10 @@ def _of_mjcf(robot: RobotInstance, model: MjcfModel) -> mujoco.MjSpec:
 
 
 def _of_urdf(robot: RobotInstance, library: Library, findings: Findings) -> mujoco.MjSpec | None:
-    """Return MuJoCo's model of a URDF; the root link gets a free joint unless it is fixed to the world."""
+    """Return the MjSpec of a URDF description; None after an error.
+
+    The freely moving link gets a free joint unless the base is fixed to the world.
+    """
     before = len(findings.errors)
     free_link = robot.disabled.free_link
     colours = {name: link.colour for name, link in robot.spec.links.items() if link.colour is not None}
@@ -97,7 +100,10 @@ def _unused(name: str, taken: Collection[str]) -> str:
 def _turn_round(element: Element, robot: RobotInstance) -> dict[str, Pose]:
     """Reverse the chain of links above the freely moving link, because in MuJoCo only topmost bodies can move freely.
 
-    The links are frames on fixed joints, whose parent and child are swapped. Returns the new poses of their bodies.
+    Only fixed joints connect these links; parent and child of each joint are swapped in `element`.
+
+    Returns:
+        the new pose of each body of the chain in its new parent, by link name.
     """
     link = robot.urdf.links[robot.disabled.free_link or robot.urdf.root]
     poses = {link.name: robot.urdf.pose_in_root(link.name)} if link.carrier is not None else {}
@@ -144,7 +150,7 @@ def _delete_actuators(spec: mujoco.MjSpec, robot: RobotInstance, joint: str) -> 
 
 
 def _add_servos(spec: mujoco.MjSpec, joint: str, drive: Drive) -> None:
-    """Add the spring, damper and actuators of a joint's drive; `ForceLimits` limits their force."""
+    """Add the spring, damper and actuators of a joint's drive; the class `ForceLimits` limits their force while stepping."""
     for servo, gain in servos(joint, drive):
         if gain > 0:
             _add_actuator(spec, servo, joint, gain)
@@ -169,7 +175,10 @@ def _add_spring(joint: mujoco.MjsJoint, stiffness: float, rest: float) -> None:
 
 
 def _tie(spec: mujoco.MjSpec, joint: str, mimic: Mimic) -> None:
-    """Add the constraint of a mimic joint, q = offset + multiplier * leader; both joints are zero in qpos0."""
+    """Add the constraint of a mimic joint: its position is offset + multiplier * position of the leader.
+
+    Both joints are at position zero in `qpos0`.
+    """
     equality = spec.add_equality(name=f"{joint}.mimic", type=mujoco.mjtEq.mjEQ_JOINT)
     equality.name1, equality.name2 = joint, mimic.leader
     equality.data[:5] = mimic.offset, mimic.multiplier, 0.0, 0.0, 0.0
@@ -177,7 +186,10 @@ def _tie(spec: mujoco.MjSpec, joint: str, mimic: Mimic) -> None:
 
 
 def _hollow_meshes(spec: mujoco.MjSpec) -> None:
-    """Treat meshes as shells, except where a body's mass is that of its colliders: MuJoCo rejects a flat mesh without volume."""
+    """Set the inertia of meshes to `shell`, because MuJoCo rejects flat meshes without volume.
+
+    Meshes of colliders from which MuJoCo computes the mass of a body stay solid.
+    """
     weighed = (body for body in spec.bodies if not body.explicitinertial)
     solid = {geom.meshname for body in weighed for geom in _colliders(body)}
     for mesh in spec.meshes:
@@ -190,7 +202,10 @@ def _colliders(body: mujoco.MjsBody) -> list[mujoco.MjsGeom]:
 
 
 def _shape_wheels(spec: mujoco.MjSpec, robot: RobotInstance) -> None:
-    """Replace cylinders by ellipsoids, which touch the floor in one point; cylinders would rub alternately on both rims."""
+    """Replace the colliders of wheels in `wheel_colliders` of the robot file.
+
+    Ellipsoids touch the floor at one point; cylinders would rub alternately on both rims.
+    """
     for link, shape in robot.spec.wheel_colliders.items():
         if spec.body(link) is None:  # a site of a MuJoCo model; already reported
             continue
@@ -204,7 +219,7 @@ def _shape_wheels(spec: mujoco.MjSpec, robot: RobotInstance) -> None:
 
 
 def _replace_colliders(spec: mujoco.MjSpec, link: str, shape: WheelColliderSpec, urdf: Urdf) -> None:
-    """Replace all colliders of a wheel by one about its joint's axis, in the colour of the first."""
+    """Replace all colliders of a wheel by one about the axis of its joint, with the colour of the first replaced collider."""
     body, carrier = spec.body(link), urdf.links[link].carrier
     if carrier is None:  # already reported
         return
@@ -246,9 +261,8 @@ def _apply_materials(spec: mujoco.MjSpec, robot: RobotInstance, floor: float, fi
 def _exclude_contacts(spec: mujoco.MjSpec, robot: RobotInstance) -> None:
     """Exclude contacts between colliders of one robot, as Isaac's importer does, because they often overlap.
 
-    With `self_collision`, links connected by a joint still do not collide, as in PhysX; MuJoCo excludes these pairs, except for
-    joints on a fixed base.
-    Colliders of a link named `world` collide with all others.
+    With `self_collision`, links connected by a joint still do not collide, as in PhysX. MuJoCo excludes these pairs itself,
+    except for joints on a fixed base. Colliders of a link named `world` collide with all others.
     """
     links, top = robot.urdf.links, _rigid(robot.urdf)
     solid = [link.name for link in links.values() if link.colliders and link.name != WORLD]
@@ -260,7 +274,7 @@ def _exclude_contacts(spec: mujoco.MjSpec, robot: RobotInstance) -> None:
 
 
 def _rigid(urdf: Urdf) -> dict[str, str]:
-    """Return for each link the topmost link that is rigidly connected to it."""
+    """Return the name of the topmost link that is rigidly connected to each link, by link name."""
     top: dict[str, str] = {}
     for link in urdf.depth_first():
         fixed = link.carrier is not None and not link.carrier.moves

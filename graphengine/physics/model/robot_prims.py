@@ -1,6 +1,6 @@
-"""Prims of a robot: its links, joints, materials, frames and sensors.
+"""Defines the prims of a robot: its links, joints, materials, frames and sensors.
 
-Mounts of sensors and frames are prims only. Physics knows nothing of them; their poses follow from the body that carries them.
+Frames and mounts of sensors exist only as prims, not in physics; their poses follow from the bodies that carry them.
 """
 
 from __future__ import annotations
@@ -22,10 +22,16 @@ from graphengine.physics.sensors.implementations import Profile
 
 
 def within(stage: Stage, robot: str, reference: str) -> Prim:
-    """Return the prim that a robot file names: by a path below the robot's prim, or by a name that is unique in the robot.
+    """Return the prim to which a robot file refers by a path below the robot's prim, or by a name that is unique in the robot.
+
+    Args:
+        stage: stage with the robot's prims.
+        robot: path of the robot's prim.
+        reference: path or name of the prim.
 
     Raises:
-        PrimError: there is no such prim, or there are several (AmbiguousPrimError).
+        PrimError: there is no such prim.
+        AmbiguousPrimError: several prims have the name.
     """
     path = f"{robot}/{reference}"
     if path in stage and stage.is_literal(path, found := stage.find(path)):
@@ -42,19 +48,19 @@ def within(stage: Stage, robot: str, reference: str) -> Prim:
         near = did_you_mean(reference, names) or listing(sorted(names), "prims")
         below = reference.removeprefix("/").partition("/")[2]
         if reference.startswith("/") and below and f"{robot}/{below}" in stage:
-            near = f"a robot file writes paths from the robot on: {below}"
+            near = f"paths in a robot file start below the robot: {below}"
         raise PrimError(f"the robot has no prim {reference!r}", reference, near)
     return named[0]
 
 
 def add_robot(stage: Stage, robot: RobotInstance, bodies: Collection[str], findings: Findings) -> None:
-    """Define a robot's prims.
+    """Define the prims of a robot.
 
     Args:
-        stage: stage to which they are added.
+        stage: stage to which the prims are added.
         robot: checked robot.
-        bodies: names of the bodies in the physics model; a link without a body is a frame.
-        findings: receives prims that do not exist or are ambiguous.
+        bodies: names of the bodies in the physics model; a link without a body is only a frame.
+        findings: receives errors for references to prims that do not exist or are ambiguous.
     """
     _PrimBuilder(stage, robot, bodies, findings).build()
 
@@ -67,7 +73,7 @@ class _PrimBuilder:
         self.findings = findings
 
     def build(self) -> None:
-        """Define the prims of the robot, then of its frames and sensors, and then set namespaces and names on prims."""
+        """Define the prims of the robot, its frames, sensors and materials, and set namespaces and name overrides of prims."""
         robot, file = self.robot, self.robot.file
         links, keyframe = self._links(), robot.keyframe
         floating = [joint for joint in robot.urdf.joints.values() if joint.type == "floating"]
@@ -108,8 +114,8 @@ class _PrimBuilder:
     def _binding(self, material: MaterialSpec, links: dict[str, str]) -> dict[str, Any]:
         """Return the facts of a material's prim about its use: `floor`, `bodies` and `frames`.
 
-        `floor` is the floor's friction, `bodies` says for each body with the material whether it is a wheel. For a material with
-        a direction, `frames` has for each body the path of the link in whose frame the direction is given. A link that is the
+        `floor` is the friction of the floor. `bodies` says for each body with the material whether it is a wheel. For a material
+        with a direction, `frames` has the path of the link in whose frame the direction is given, by body. A link that is the
         world itself is left out, because its colliders cannot be distinguished from those of the world.
         """
         wheels, name = self.robot.spec.wheel_colliders, self.robot.name
@@ -129,7 +135,7 @@ class _PrimBuilder:
             return None
 
     def _links(self) -> dict[str, str]:
-        """Define the prims of the robot and its links; return the paths of the links by name."""
+        """Define the prims of the robot and its links; return the prim path of each link, by link name."""
         robot = self.robot
         base = f"{robot.name}/{robot.spec.base_link}"
         self.stage.add(
@@ -182,7 +188,7 @@ class _PrimBuilder:
             )
 
     def _mount(self, section: str, name: str, kind: PrimKind, parent: str, pose: dict[str, Any], **facts: Any) -> str:
-        """Define a prim below a parent that the robot file names; return its path, empty after an error."""
+        """Define a prim below the parent to which the robot file refers; return the prim's path, empty after an error."""
         file = self.robot.file
         try:
             above = within(self.stage, self.robot.prim_path, parent)
@@ -199,7 +205,7 @@ class _PrimBuilder:
             self.findings.add("S104", error.message, self.robot.file.key_span(section, reference), *error.help)
 
     def _sensor(self, name: str, sensor: SensorSpec) -> str:
-        """Define the prims of a sensor; return the path of its device, or of the mount above its devices."""
+        """Define the prims of a sensor; return the path of its device, or of the mount that carries its devices."""
         profile = self.robot.profiles.get(name)
         pose = {"position": sensor.position, "orientation": from_orientation(sensor.orientation)}
         given = profile.devices() if profile is not None else []
@@ -225,7 +231,7 @@ class _PrimBuilder:
 
 
 def _facts(figures: Profile, sensor: SensorSpec) -> dict[str, Any]:
-    """Return the facts of a sensor's profile, with the noise of the robot file if it sets one."""
+    """Return the facts of a sensor's profile; `noise_std` in the robot file overrides that of the profile."""
     facts = figures.facts()
     if "noise_std" in facts and sensor.noise_std is not None:
         facts["noise_std"] = sensor.noise_std

@@ -1,4 +1,4 @@
-"""Compiles a scene's world with any set of robots; each robot file is read once."""
+"""Compiles the world of a scene with any set of robots; each robot file is read once."""
 
 from __future__ import annotations
 
@@ -32,20 +32,20 @@ _DEGREE_OF_FREEDOM = re.compile(r"\bDOF (\d+)")
 
 @dataclass(frozen=True, slots=True)
 class _RobotKind:
-    """A robot read from one file, and its MjSpec."""
+    """A robot that was read from one file or text, and its MjSpec."""
 
     robot: RobotInstance
     model: mujoco.MjSpec
 
 
 class Scenery:
-    """A world and the robots that can be added to it.
+    """The world of a scene, and the robots that have been read for it.
 
     Args:
-        scene: scene, for messages about the world and relative paths.
+        scene: scene file, for locations in messages and as the start of relative paths.
         world: parsed world; None if parsing failed, so that nothing can be compiled.
-        lines: file and line from which each line of the parsed text came.
-        library: reads files to which descriptions refer.
+        lines: source location of each line of the parsed text of the world.
+        library: reads the files to which descriptions refer.
     """
 
     def __init__(
@@ -57,7 +57,7 @@ class Scenery:
         self._lines = lines
         self._floor = _floor_friction(world) if world is not None else NO_FLOOR_FRICTION
         self._kinds: dict[str, _RobotKind | None] = {}
-        """Robots by path of the file, or by text of the description."""
+        """Robots by path of the file, or by text of the description; None for a robot with errors."""
 
     def copy(self, files: Files) -> Scenery:
         """Return a copy that reads further robots from `files` independently of this one."""
@@ -66,7 +66,10 @@ class Scenery:
         return made
 
     def robot(self, placement: RobotPlacement, findings: Findings) -> RobotInstance | None:
-        """Return a robot at its pose; each robot file is read once, and its errors are reported once."""
+        """Return a robot for the given placement; None after an error.
+
+        Each robot file is read once, and its errors are reported once.
+        """
         use = placement.use.use
         if is_text(use):
             path, key = self.scene.folder / "description", use
@@ -92,7 +95,7 @@ class Scenery:
             check_starts(joints, places, robot.urdf, robot.disabled.joints, findings)
 
     def _place_of(self, placement: RobotPlacement) -> Span | None:
-        """Return the place in the scene that refers to a robot's file; None for a robot that is added later."""
+        """Return the source location of a robot's `use` in the scene; None for a robot that is added later."""
         return self.scene.document.span("robots", placement.key, "use") if placement.key else None
 
     def forget(self, robots: Mapping[str, RobotInstance]) -> None:
@@ -132,9 +135,9 @@ class Scenery:
             "N104",
             f"the description, used without a robot file, has {number} joint{'s' * (number != 1)}; graphs can use {known}",
             self._place_of(placement),
-            listing(floating, "joints of several coordinates, which move freely") if floating else "",
+            listing(floating, "ball and free joints, which graphs cannot use") if floating else "",
             listing(still, "joints without a drive") if still else "",
-            listing(mjcf.keyframes, "keyframes, to begin in with `start:`")
+            listing(mjcf.keyframes, "keyframes, which `start:` can select")
             if mjcf is not None and mjcf.keyframes
             else "",
         )
@@ -142,10 +145,10 @@ class Scenery:
     def compile(
         self, robots: Mapping[str, RobotInstance], findings: Findings, surfaces: Collection[str] = ()
     ) -> mujoco.MjModel | None:
-        """Compile the world with robots returned by `robot`; return None if MuJoCo reports an error.
+        """Compile the world with the given robots; return None if MuJoCo reports an error.
 
         Args:
-            robots: robots by name.
+            robots: robots that `robot` returned, by name.
             findings: receives errors and warnings of MuJoCo.
             surfaces: names of bodies that get a moving surface; unknown names are skipped.
         """
@@ -163,10 +166,10 @@ class Scenery:
         return model
 
     def _assembled(self, robots: Mapping[str, RobotInstance], findings: Findings) -> mujoco.MjSpec | None:
-        """Return the world with robots attached, which share equal meshes and textures; None if MuJoCo reports an error.
+        """Return a copy of the world to which the robots are attached; None if MuJoCo reports an error.
 
-        MuJoCo shares files of equal names. Attaching renames the files that an attached model contains, so models contain none,
-        and the library provides all of them.
+        Robots share equal meshes and textures, because MuJoCo loads files with equal names once. Attaching a model renames the
+        files that it contains; therefore the models contain no files, and the library provides all of them.
         """
         if self._world is None:
             return None
@@ -194,7 +197,7 @@ class Scenery:
     def _warned(
         self, text: str, model: mujoco.MjModel, robots: Mapping[str, RobotInstance], findings: Findings
     ) -> None:
-        """Report a warning of MuJoCo on a compiled model, at the joint if the warning contains its number."""
+        """Report a warning of MuJoCo about a compiled model, located at the joint whose degree of freedom it names, if any."""
         number = _DEGREE_OF_FREEDOM.search(text)
         span, where = self.scene.document.key_span("world"), ""
         if number is not None and int(number[1]) < model.nv:
@@ -205,7 +208,7 @@ class Scenery:
         findings.add("W205", f"MuJoCo: {text}", span, where)
 
     def _refused(self, error: Exception, robots: Mapping[str, RobotInstance], findings: Findings) -> None:
-        """Report an error of MuJoCo at the element it names: in a robot's description if the name begins with the robot's."""
+        """Report an error of MuJoCo at the element of a robot's description that it names, else at a line of the world."""
         message, name, line = mujoco_says(error)
         element = _element(name, robots)
         if element is not None:
@@ -215,9 +218,9 @@ class Scenery:
 
 
 def _element(name: str, robots: Mapping[str, RobotInstance]) -> Element | None:
-    """Return the element of a robot's description that a name `robot/element` refers to, else the description's root.
+    """Return the element to which a name `ROBOT/ELEMENT` refers; the root of the robot's description if it has no such element.
 
-    None if the name does not begin with the name of a robot.
+    Return None if the name does not begin with the name of a robot.
     """
     owner, _, rest = name.partition("/")
     if owner not in robots:

@@ -1,6 +1,6 @@
-"""Adds sensors to the model of their robot: bodies that cameras and other robots' rays see, and parts such as welds.
+"""Adds sensors to the model of their robot: visible bodies, and parts that devices need, such as welds.
 
-The bodies have neither mass nor collisions.
+The bodies are visible to cameras and to rays of other robots; they have neither mass nor collisions.
 """
 
 from __future__ import annotations
@@ -15,21 +15,21 @@ from graphengine.physics.sensors.implementations import IMPLEMENTATIONS
 
 
 def housing_of(prim: Prim) -> str:
-    """Return the name of the visible body that a sensor with an appearance has: robot name and path below the robot."""
+    """Return the name of the visible body of a sensor with an appearance: the robot's name and the path below the robot."""
     robot = next((above for above in prim.ancestors() if above.kind == "robot"), None)
     above, name = (robot.path, robot.entity_name) if robot is not None else ("/", "")
     return name + prim.path.removeprefix(above)
 
 
 def add_sensors(model: mujoco.MjSpec, robot: RobotInstance) -> None:
-    """Add a body for each sensor with an appearance, on the body that carries the sensor, and the parts of devices.
+    """Add a body for each sensor with an appearance to the body that carries the sensor, and the parts that devices need.
 
     Args:
         model: editable model of the robot.
         robot: robot with the sensors.
     """
     stage, bodies = Stage(), {f"{robot.name}/{body.name}" for body in model.bodies}
-    add_robot(stage, robot, bodies, Findings())  # what is wrong is told when the robot's prims are made
+    add_robot(stage, robot, bodies, Findings())  # errors are reported when the robot's prims are defined in the scene
     for name, path in stage.find(robot.prim_path).facts["mounts"].items():
         profile = robot.profiles.get(name)
         if not path or profile is None:

@@ -1,4 +1,4 @@
-"""Builds the world of a scene, MJCF or SDF, as an MjSpec to which robots are attached."""
+"""Builds the world of a scene from MJCF or SDF, as an MjSpec to which robots are attached."""
 
 from __future__ import annotations
 
@@ -21,20 +21,20 @@ _DRIVEN_BY = {
     "damper": mujoco.mjtDisableBit.mjDSBL_DAMPER,
     "actuation": mujoco.mjtDisableBit.mjDSBL_ACTUATION,
 }
-"""The elements of MuJoCo that drives consist of, by the flag of a world that could disable them."""
+"""Disable bits of the MuJoCo features that drives need, by the name of the flag in MJCF."""
 
 
 def world_spec(
     scene: Loaded[SceneSpec], library: Library, findings: Findings
 ) -> tuple[mujoco.MjSpec | None, list[Span]]:
-    """Return the parsed MJCF of a scene's world, with the options that all scenes have, and the origin of each line.
+    """Return the world of a scene as an MjSpec with the options that all scenes have; None after an error.
 
-    A world in SDF is converted to MJCF.
+    The second value is the source location of each line of the parsed text. An SDF world is converted to MJCF.
 
     Args:
-        scene: scene that names the world and the step.
+        scene: scene with the path of the world, the tick rate and the number of substeps.
         library: reads the world and the files to which it refers.
-        findings: receives errors, after which there is no world, and notes on overridden options.
+        findings: receives errors, and notes on overridden options.
     """
     path = library.files.look_up(scene.spec.world, scene.folder, findings, scene.document.span("world"))
     root = _read(path, library, findings) if path is not None else None
@@ -47,7 +47,7 @@ def world_spec(
 
 
 def _read(path: Path, library: Library, findings: Findings) -> Element | None:
-    """Read a world as MJCF without references to other files; return None after an error."""
+    """Return the root element of a world as MJCF, in which keys of the library replace file names; None after an error."""
     if path.suffix not in SUFFIXES:
         return library.world(path)
     root = read(path, findings, "S102")
@@ -79,7 +79,10 @@ def _set_options(spec: mujoco.MjSpec, root: Element, physics: PhysicsSpec, findi
 
 
 def tell_overridden(model: Element, world: mujoco.MjSpec, findings: Findings) -> None:
-    """Report options of a robot's model that those of the world override; a timestep equal to the world's is not reported."""
+    """Add notes on options of a robot's MuJoCo model that the options of the world override.
+
+    A timestep that equals that of the world is not reported.
+    """
     stated = {name: option for option in model.all("option") for name in option.attributes}
     if (option := stated.pop("timestep", None)) is not None:
         given = number(option.get("timestep"))
@@ -100,9 +103,9 @@ def _set_flags(spec: mujoco.MjSpec, root: Element, findings: Findings) -> None:
         findings.add("N103", f"{name} is enabled in every scene, because drives need it", flag.place(name))
     for bit in _DRIVEN_BY.values():
         spec.option.disableflags &= ~int(bit)
-    # What a robot does must not depend on who else is there, to the last bit. So what touches is solved island by island,
-    # from a start of its own (one choice of warm start serves all islands) and in one form (`auto` changes it at 60 degrees
-    # of freedom); `drives` has the rest. With 50 robots this is a third faster, too; with one it costs 4 %.
+    # The motion of a robot must not depend on other robots, to the last bit. Therefore contacts are solved island by island,
+    # without warm starts (one choice of warm start serves all islands) and always with sparse matrices (`auto` switches at 60
+    # degrees of freedom); see also `drives`. With 50 robots this is a third faster, too; with one robot it costs 4 %.
     spec.option.jacobian = mujoco.mjtJacobian.mjJAC_SPARSE
     spec.option.disableflags |= mujoco.mjtDisableBit.mjDSBL_WARMSTART
     spec.option.disableflags &= ~int(mujoco.mjtDisableBit.mjDSBL_ISLAND)

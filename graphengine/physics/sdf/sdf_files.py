@@ -1,6 +1,7 @@
-"""Reads SDF files and the models that they include, within limits, from folders that may be read.
+"""Reads SDF files and the models that they include, from allowed folders and within limits on size and depth.
 
-`model://NAME` is a folder called NAME around the file, or in the folders that the user gave. Nothing is downloaded.
+`model://NAME` refers to a folder called NAME, which is searched in the folders that contain the file and in those that the user
+allows. Nothing is downloaded.
 """
 
 from __future__ import annotations
@@ -22,21 +23,21 @@ from graphengine.physics.sdf.sdf_values import SdfError, leaf, reported, text_at
 
 SUFFIXES = (".sdf", ".world")
 TAG = "sdf"
-"""Attributes of the root element."""
+"""Tag of the root element of an SDF file."""
 CONFIG = "model.config"
-"""File that names the SDF file of a model's folder."""
+"""Name of the file in a model's folder that names the SDF files of the model."""
 OLDEST, NEWEST = 4, 12
-"""Minor numbers of the versions 1.N that are read."""
+"""Minor numbers of the oldest and the newest supported version of SDF (1.4 and 1.12)."""
 MAX_DEPTH = 20
-"""Models in models."""
+"""Maximum number of levels of nested models."""
 MAX_MODELS = 5000
 MAX_URI = 1000
-"""Characters of the name of a file."""
+"""Maximum number of characters of the URI in an include."""
 _MAX_MISSING = 50
 _MAX_NEIGHBOURS = 1000
 _VERSION = re.compile(r"1\.(\d{1,3})(?:\.\d+)?")
 _FUEL = re.compile(r"https?://[^/]+/.*/models/([^/]+)(?:/(?:\d+|tip))?(/files/.*)?/?")
-"""Address of a model on Gazebo's server."""
+"""Matches the URL of a model on Gazebo Fuel; the groups are the model's name and a path in the model."""
 
 SUN = """<sdf version="1.6"><light type="directional" name="sun">
 <pose>0 0 10 0 0 0</pose><diffuse>0.8 0.8 0.8 1</diffuse><specular>0.2 0.2 0.2 1</specular>
@@ -46,7 +47,7 @@ GROUND_PLANE = """<sdf version="1.6"><model name="ground_plane"><static>true</st
 <visual name="visual"><geometry><plane><normal>0 0 1</normal><size>100 100</size></plane></geometry>
 <material><diffuse>0.5 0.5 0.5 1</diffuse></material></visual></link></model></sdf>"""
 _BUILT_IN = {"sun": SUN, "ground_plane": GROUND_PLANE}
-"""Models of Gazebo that most worlds include, used if no folder has them."""
+"""Text of Gazebo models that most worlds include, by name; used if no folder contains the model."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,10 +55,10 @@ class _File:
     """An SDF file.
 
     Attributes:
-        root: its `<sdf>` element.
-        version: minor number of its version.
-        path: with links resolved; None for a built-in.
-        references: prefix of its relative file names.
+        root: the `<sdf>` element of the file.
+        version: minor number of the file's SDF version.
+        path: path of the file, with symbolic links resolved; None for a built-in model.
+        references: prefix that makes the file's relative references relative to the folder of the main file.
     """
 
     root: Element
@@ -72,7 +73,10 @@ def is_sdf(root: Element) -> bool:
 
 
 def model_folders(path: Path) -> list[Path]:
-    """Return the folder of the model that a file belongs to, and those of the models beside it; empty without `model.config`."""
+    """Return the folder of the model to which a file belongs, then the folders of neighbouring models.
+
+    A model's folder contains a `model.config`. Return an empty list if the file is in no such folder.
+    """
     own = next((folder for folder in path.absolute().parents if (folder / CONFIG).is_file()), None)
     if own is None:
         return []
@@ -85,7 +89,7 @@ def model_folders(path: Path) -> list[Path]:
 
 
 class SdfFiles:
-    """The SDF files of one description, each parsed once.
+    """Reads the SDF files of one description; each file is parsed once.
 
     Args:
         packages: resolve `model://`, and decide which files may be read.
@@ -102,18 +106,18 @@ class SdfFiles:
         self._enough: SdfError | None = None
 
     def main(self, path: Path, root: Element) -> _File:
-        """Return the file that the user gave.
+        """Return the parsed main file of the description as an SDF file.
 
         Raises:
-            SdfError: its version is not supported.
+            SdfError: the file's version of SDF is not supported.
         """
         return _File(root, _version(root), path.resolve(), "")
 
     def scope(self, element: Element, file: _File, outer: Scope | None = None) -> Scope:
-        """Return the names of a model or a world, with everything that it includes.
+        """Read a model or a world of a file, with all models that it includes; return it as a scope of names.
 
         Raises:
-            SdfError: a limit is exceeded.
+            SdfError: there are too many models, or they are nested too deeply.
         """
         name = element.get("name") or "model"
         return self._scope(element, name, file, outer, [file.path] if file.path else [])
@@ -125,7 +129,7 @@ class SdfFiles:
         self._models += 1
         if depth > MAX_DEPTH or self._models > MAX_MODELS:
             limit = f"{MAX_DEPTH} levels deep" if depth > MAX_DEPTH else f"{MAX_MODELS} models"
-            raise SdfError(f"models in models: more than {limit}", element.span)
+            raise SdfError(f"too many nested models: more than {limit}", element.span)
         made = Scope(element, name, file.version, outer, file.references)
         for child in element.children:
             if child.tag == "link":
@@ -167,13 +171,13 @@ class SdfFiles:
             raise SdfError(f"an include without <uri>, or with one longer than {MAX_URI} characters", include.span)
         found = self._find(uri.text, file, uri.span)
         if found.path is not None and found.path in stack:
-            raise SdfError(f"{printable(uri.text)!r} includes itself", uri.span)
+            raise SdfError(f"the model {printable(uri.text)!r} includes itself", uri.span)
         loaded = next((child for child in found.root.children if child.tag in ("model", "light", "actor")), None)
         if loaded is None:
-            raise SdfError(f"{printable(uri.text)!r} has no <model>", uri.span)
+            raise SdfError(f"the file of {printable(uri.text)!r} has no <model>", uri.span)
         self._elements += sum(1 for _ in loaded.walk())
         if self._elements > MAX_ELEMENTS:
-            raise SdfError(f"with its includes, it has more than {MAX_ELEMENTS} elements", include.span)
+            raise SdfError(f"with its includes, the file has more than {MAX_ELEMENTS} elements", include.span)
         made = _overridden(loaded, include)
         if loaded.tag != "model":
             outer.element = replace(outer.element, children=[*outer.element.children, made])
@@ -187,7 +191,11 @@ class SdfFiles:
             self._add_model(outer, scope)
 
     def _find(self, uri: str, file: _File, span: Span) -> _File:
-        """Read the file to which a URI refers."""
+        """Return the SDF file to which the URI of an include refers.
+
+        Raises:
+            SdfError: the file is not found, may not be read, or is not SDF.
+        """
         if self._enough is not None:
             raise self._enough
         name, places = self._places(uri, file)
@@ -205,7 +213,7 @@ class SdfFiles:
                     folder = posixpath.normpath(posixpath.join(folder, inside))
                     return self._read(path, f"{scheme}{separator}{folder}", span)
         self._missing += 1
-        if self._missing > _MAX_MISSING:  # a search may go through thousands of folders
+        if self._missing > _MAX_MISSING:  # each search may visit thousands of folders
             self._enough = SdfError(
                 f"more than {_MAX_MISSING} models are not found; further models are not searched", span
             )
@@ -214,11 +222,11 @@ class SdfFiles:
             what = f"{printable(uri[:200])!r} lies outside the folder of the file you gave"
             raise SdfError(what, span, f"allow it with --allow {outside}")
         searched = listing(self.packages.searched(), "looked in")
-        advice = "give the folder of its models: --package-path of an import, package_paths in the robot file, --allow"
+        advice = (
+            "name the folder of the models by --package-path on import, package_paths in the robot file, or --allow"
+        )
         if uri.startswith("http") and name is not None:
-            advice = (
-                f"nothing is downloaded: put its folder {printable(name)!r} beside the file, or allow it by --allow"
-            )
+            advice = f"nothing is downloaded: put the folder {printable(name)!r} beside the file, or name it by --allow"
         elif "://" in uri and name is None:
             searched, advice = "", "write model://NAME, file:// or a path; nothing is downloaded"
         raise SdfError(f"no model {printable(uri[:200])!r}", span, *filter(None, [searched, advice]))
@@ -227,7 +235,10 @@ class SdfFiles:
         return self.packages.files.may_read(path)
 
     def _places(self, uri: str, file: _File) -> tuple[str | None, list[tuple[Path, str]]]:
-        """Return the name of the model in a URI, and its possible places, each with the prefix of its relative file names."""
+        """Return the name of the model in a URI, and (path, prefix of relative references) of each possible place.
+
+        The name is None for file URIs and unsupported schemes.
+        """
         folder = file.path.parent if file.path is not None else self.packages.folder
         fuel = _FUEL.fullmatch(uri)
         if fuel is not None or (name := package_of(uri)) is not None:
@@ -253,23 +264,32 @@ class SdfFiles:
         if root is None:
             raise SdfError(f"{printable(str(path))!r} cannot be read", span)
         if not is_sdf(root):
-            raise SdfError(f"{printable(str(path))!r} begins with <{root.tag[:40]}>; an include is an SDF file", span)
+            raise SdfError(
+                f"{printable(str(path))!r} begins with <{root.tag[:40]}>; an included file must be SDF", span
+            )
         return _File(root, _version(root), resolved, f"{references}/")
 
 
 def _version(root: Element) -> int:
-    """Return the minor number of a file's version of SDF."""
+    """Return the minor number of the SDF version of a file.
+
+    Raises:
+        SdfError: the version is missing or not supported.
+    """
     text = root.get("version")
     found = _VERSION.fullmatch(text)
     if found is None or not OLDEST <= int(found[1]) <= NEWEST:
-        legal = f"1.{OLDEST} to 1.{NEWEST} are read"
-        what = f"SDF of version {printable(text[:20])!r}" if text else "SDF without a version"
+        legal = f"supported versions: 1.{OLDEST} to 1.{NEWEST}"
+        what = f"SDF version {printable(text[:20])!r} is not supported" if text else "SDF file without a version"
         raise SdfError(what, root.place("version"), legal)
     return int(found[1])
 
 
 def _model_files(place: Path) -> Iterator[Path]:
-    """Yield the SDF files to which a path may refer, most likely first; for a folder, those that its `model.config` names."""
+    """Yield the paths of SDF files to which a path may refer, most likely first.
+
+    A folder refers to the files that its `model.config` names, newest supported version first, then to `model.sdf`.
+    """
     if not place.is_dir():
         yield place
         return
@@ -288,7 +308,7 @@ def _named_version(element: Element) -> int:
 
 
 def _overridden(loaded: Element, include: Element) -> Element:
-    """Return an included model or light with the name, pose and plugins that the include gives it."""
+    """Return an included model or light with the changes in the `include`: name, pose, `static` and added plugins."""
     attributes = {**loaded.attributes, "name": text_at(include, "name") or loaded.get("name")}
     if name := text_at(include, "placement_frame"):
         attributes["placement_frame"] = name

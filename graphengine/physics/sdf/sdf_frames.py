@@ -1,7 +1,7 @@
-"""Names and poses of SDF: resolves names to frames of a model or world, and computes the poses of frames.
+"""Resolves names in SDF to frames of a model or world, and computes the poses of frames.
 
-Each model is a scope of names. It has a frame of its own (`__model__`), and one for each link, joint, `<frame>` and nested model;
-`A::B` is the frame B of the nested model A.
+Each model is a scope of names. The model itself (`__model__`) and each of its links, joints, `<frame>` elements and nested models
+has a frame. `A::B` is the frame B of the nested model A.
 """
 
 from __future__ import annotations
@@ -23,11 +23,11 @@ _LONGEST = 1000
 _MAX_COMPARED = 200
 """Maximum number of names with which an unknown name is compared for suggestions."""
 FIRST_WITH_FRAMES = 7
-"""SDF 1.7 defined `relative_to`; before, `<pose frame="…">` stood for it."""
+"""Minor number of the first SDF version with `<pose relative_to="…">`; earlier versions write `<pose frame="…">`."""
 
 
 Kind = Literal["scope", "link", "joint", "frame"]
-"""Elements that have a frame; a model or world is a scope."""
+"""Kinds of elements that have a frame; `scope` is a model or a world."""
 
 
 @dataclass(slots=True, eq=False)
@@ -35,10 +35,10 @@ class SdfFrame:
     """A frame of a model or world.
 
     Attributes:
-        kind: of the element that has it.
-        name: name in its scope.
+        kind: kind of the element that has the frame.
+        name: name of the frame in its scope.
         element: element that has the frame.
-        scope: scope that contains the name; for a model or a world, the scope that it makes.
+        scope: scope that contains the name; for a model or a world, its own scope.
     """
 
     kind: Kind
@@ -46,10 +46,10 @@ class SdfFrame:
     element: Element
     scope: Scope
     _place: Pose | None = None
-    """Pose in the outermost scope."""
+    """Pose in the outermost scope; None if it is not computed yet."""
     _raw: Pose | None = None
     _fault: SdfError | None = None
-    """Why the frame has no pose; set for all frames of a circle when the circle is found."""
+    """Error that keeps the pose from being computed; all frames of a cycle receive it at once."""
 
     @property
     def full_name(self) -> str:
@@ -58,10 +58,10 @@ class SdfFrame:
 
     @property
     def place(self) -> Pose:
-        """Pose in the outermost scope.
+        """Pose of the frame in the outermost scope.
 
         Raises:
-            SdfError: it is relative to a frame that does not exist, or to itself.
+            SdfError: the frame is relative, directly or indirectly, to a frame that does not exist or to itself.
         """
         if self._fault is not None:
             raise self._fault
@@ -77,7 +77,7 @@ class SdfFrame:
         return self._place
 
     def base(self) -> SdfFrame | None:
-        """Return the frame that its pose is relative to; None for the outermost scope."""
+        """Return the frame in which the pose of this frame is given; None for the outermost scope."""
         home = self.scope.outer if self.kind == "scope" else self.scope
         if home is None:
             return None
@@ -89,10 +89,10 @@ class SdfFrame:
         return home.require(attached, self.element, "attached_to") if attached else home.frame
 
     def link(self) -> SdfFrame:
-        """Return the link that the frame is attached to; for a world, its own frame.
+        """Return the frame of the link to which this frame is attached; for a world, the frame of the world.
 
         Raises:
-            SdfError: there is none.
+            SdfError: the frame is attached to no link.
         """
         at, seen = self, {self}
         while at.kind != "link" and not at.scope.is_world:
@@ -105,12 +105,15 @@ class SdfFrame:
             else:
                 at = at.scope.canonical_link()
             if at in seen or len(seen) > _MAX_ATTACHED:
-                raise SdfError(f"frame {printable(self.name)!r} leads to no link", self.element.span)
+                raise SdfError(f"frame {printable(self.name)!r} is attached to no link", self.element.span)
             seen.add(at)
         return at
 
     def _pose(self) -> Pose:
-        """Return pose in the frame that it is relative to. That of a model may be the pose of another frame in it."""
+        """Return the pose of this frame in its base frame (see `base`).
+
+        The `<pose>` of a model with a `placement_frame` is the pose of that frame in the model.
+        """
         if self._raw is None:
             self._raw = pose_of(self.element.first("pose"))
             if self.kind == "scope" and (name := self.element.get("placement_frame")):
@@ -126,7 +129,13 @@ class SdfFrame:
 
 
 def _chain(frame: SdfFrame, ends: Callable[[SdfFrame], bool]) -> list[SdfFrame]:
-    """Return a frame, the one that it is relative to, and so on, to the first at which the chain ends."""
+    """Return a frame, its base frame, the base of that frame and so on, up to the first frame for which `ends` is true.
+
+    The chain also ends at the outermost scope.
+
+    Raises:
+        SdfError: a frame does not exist, or the chain is a cycle.
+    """
     chain: dict[SdfFrame, None] = {frame: None}
     try:
         while not ends(frame) and (base := frame.base()) is not None:
@@ -134,7 +143,7 @@ def _chain(frame: SdfFrame, ends: Callable[[SdfFrame], bool]) -> list[SdfFrame]:
                 raise base._fault
             if base in chain:
                 names = " -> ".join(printable(each.name) for each in [*chain, base][-6:])
-                raise SdfError(f"frames are relative to each other in a circle: {names}", frame.element.span)
+                raise SdfError(f"the poses of frames form a cycle: {names}", frame.element.span)
             frame = base
             chain[frame] = None
     except SdfError as error:
@@ -146,16 +155,16 @@ def _chain(frame: SdfFrame, ends: Callable[[SdfFrame], bool]) -> list[SdfFrame]:
 
 @dataclass(slots=True, eq=False)
 class Scope:
-    """A model or a world with the names in it.
+    """A model or a world, as a scope that contains names of links, joints, frames and nested models.
 
     Attributes:
-        element: the `<model>` or `<world>`.
-        name: as in the scope around it.
-        version: minor number of the file's version of SDF.
-        outer: scope around it; None for the outermost.
-        references: what precedes relative file names: the file's folder, from the main file on.
-        merged: whether its names belong to the scope around it (`<include merge="true">`).
-        merges: scopes whose names belong to this one.
+        element: the `<model>` or `<world>` element.
+        name: name of the model or world in the scope that contains it.
+        version: minor number of the file's SDF version.
+        outer: scope that contains this one; None for the outermost scope.
+        references: prefix that makes relative references of this scope's file relative to the folder of the main file.
+        merged: whether the names of this scope belong to the outer scope (`<include merge="true">`).
+        merges: merged scopes, whose names belong to this scope.
     """
 
     element: Element
@@ -170,10 +179,10 @@ class Scope:
     models: dict[str, Scope] = field(default_factory=dict)
     merges: list[Scope] = field(default_factory=list)
     known: dict[str, SdfFrame] = field(default_factory=dict)
-    """All frames by name, without those in nested models."""
+    """All frames of this scope by name; frames of nested models are not included."""
     frame: SdfFrame = field(init=False)
     static: bool = field(init=False)
-    """Whether the model, or one around it, is static."""
+    """Whether the model, or a model that contains it, is static."""
 
     def __post_init__(self) -> None:
         self.frame = SdfFrame("scope", self.name, self.element, self)
@@ -182,24 +191,24 @@ class Scope:
 
     @property
     def is_world(self) -> bool:
-        """Whether it is a world."""
+        """Whether this scope is a world."""
         return self.element.tag == "world"
 
     @property
     def prefix(self) -> str:
-        """What precedes its names in the outermost model."""
+        """Prefix of the scope's names in the outermost model, e.g. `A::` for the nested model A; empty for that model."""
         if self.outer is None or self.outer.is_world:
             return ""
         return self.outer.prefix if self.merged else f"{self.outer.prefix}{self.name}::"
 
     def walk(self) -> Iterator[Scope]:
-        """Yield the scope itself, then those in it, in order of the file."""
+        """Yield the scope itself and all scopes in it; merged scopes precede nested models."""
         yield self
         for scope in (*self.merges, *self.models.values()):
             yield from scope.walk()
 
     def find(self, name: str) -> SdfFrame | None:
-        """Return the frame with a name; None if there is none."""
+        """Return the frame with a name such as `B` or `A::B`; None if there is none."""
         if name == "__model__" or (name == "world" and self.is_world):
             return self.frame
         if name in self.known or len(name) > _LONGEST:
@@ -213,16 +222,19 @@ class Scope:
         return None
 
     def index(self) -> None:
-        """Make all names known; of one that is used twice, as was legal before 1.7, a link comes first, then a frame."""
+        """Fill `known`. If several elements have the same name, which was legal before SDF 1.7, a link precedes a frame.
+
+        A `<frame>` precedes a joint, and a joint precedes a nested model.
+        """
         self.known |= {name: frame for scope in self.merges for name, frame in scope.known.items()}
         self.known |= {name: scope.frame for name, scope in self.models.items()}
         self.known |= {**self.joints, **self.frames, **self.links}
 
     def require(self, name: str, element: Element, attribute: str = "") -> SdfFrame:
-        """Return the frame that a name means, which an element or an attribute of it gives.
+        """Return the frame with a name that is written in an element, or in the given attribute of the element.
 
         Raises:
-            SdfError: there is none.
+            SdfError: there is no frame with this name; the error is located at the element or the attribute.
         """
         found = self.find(name)
         if found is None:
@@ -233,10 +245,10 @@ class Scope:
         return found
 
     def child_of(self, joint: Element) -> SdfFrame:
-        """Return the frame that a joint's `<child>` names.
+        """Return the frame that the `<child>` of a joint names.
 
         Raises:
-            SdfError: there is none.
+            SdfError: the joint has no `<child>`, or there is no frame with this name.
         """
         child = joint.first("child")
         if child is None or not text_at(joint, "child"):
@@ -244,10 +256,10 @@ class Scope:
         return self.require(child.text, child)
 
     def canonical_link(self) -> SdfFrame:
-        """Return the link that a model's frame is attached to: the one that it names, else its first.
+        """Return the canonical link of a model, to which its frame is attached: `canonical_link`, by default the first link.
 
         Raises:
-            SdfError: it has no link.
+            SdfError: the model has no link, or none with the given name.
         """
         if name := self.element.get("canonical_link"):
             return self.require(name, self.element, "canonical_link")
@@ -261,10 +273,10 @@ class Scope:
 
 
 def relative_to(element: Element, scope: Scope) -> SdfFrame | None:
-    """Return the frame that the `<pose>` of an element names; None if it names none.
+    """Return the frame that the `<pose>` of an element names (`relative_to`); None if the pose names no frame.
 
     Raises:
-        SdfError: the frame does not exist.
+        SdfError: the named frame does not exist.
     """
     pose = element.first("pose")
     if pose is None:
@@ -275,11 +287,11 @@ def relative_to(element: Element, scope: Scope) -> SdfFrame | None:
 
 
 def place_of(element: Element, frame: SdfFrame) -> Pose:
-    """Return the pose of an element in a link, such as a collision, in the outermost scope.
+    """Return the pose, in the outermost scope, of an element inside a link, such as a collision or a sensor.
 
     Args:
-        element: with an optional `<pose>`.
-        frame: of the link that holds it.
+        element: the element; it may have a `<pose>`.
+        frame: frame of the link that contains the element.
     """
     base = relative_to(element, frame.scope) or frame
     return compose(base.place, pose_of(element.first("pose")))

@@ -1,4 +1,4 @@
-"""Converts collisions and visuals of SDF's worlds to geoms of MJCF."""
+"""Converts collisions and visuals in SDF worlds to MJCF geoms."""
 
 from __future__ import annotations
 
@@ -24,23 +24,23 @@ _UP: Vector3 = (0.0, 0.0, 1.0)
 
 @dataclass(slots=True)
 class GeomWriter:
-    """Writes the geoms of one world, and the meshes that they are made of.
+    """Creates the MJCF geoms of one world, and the MJCF meshes that these geoms use.
 
     Attributes:
-        library: reads the files of meshes.
+        library: reads the mesh files.
         findings: receives errors, warnings and notes.
-        assets: meshes of MJCF, by key of the file, scale and purpose.
+        assets: created MJCF mesh elements, by (key of the file, scale, whether the mesh must collide exactly).
     """
 
     library: Library
     findings: Findings
     assets: dict[tuple[str, str, bool], list[Element]] = field(default_factory=dict)
     _meshes: dict[Element, Element] = field(default_factory=dict)
-    """URDF's `<mesh>` of each mesh of a collision or visual."""
+    """URDF `<mesh>` element for each SDF `<mesh>` element of a collision or visual."""
     _files: Mapping[Element, list[MeshFile]] = field(default_factory=dict)
 
     def load_meshes(self, links: Iterable[SdfFrame], packages: Packages) -> None:
-        """Read the meshes of some links, all at once; errors are added to the findings."""
+        """Read the mesh files of the given links; call this once, before `geoms`. Errors are added to `findings`."""
         shapes: list[tuple[Element, bool]] = []
         for link in links:
             for part in (each for each in link.element.children if each.tag in ("collision", "visual")):
@@ -52,11 +52,11 @@ class GeomWriter:
         self._files = self.library.meshes(shapes, packages)
 
     def geoms(self, link: SdfFrame, *, static: bool) -> list[Element]:
-        """Return the geoms of a link, first those that collide; errors are added to the findings.
+        """Return the geoms of a link: first colliders, then visuals. Errors are added to `findings`.
 
         Args:
-            link: whose frame is that of the body.
-            static: whether it belongs to a static model.
+            link: frame of the link, which is also the frame of the MJCF body.
+            static: whether the link belongs to a static model.
         """
         found: dict[str, list[Element]] = {"collision": [], "visual": []}
         for part in link.element.children:
@@ -65,7 +65,7 @@ class GeomWriter:
                     found[part.tag] += self._geoms(part, link, static=static)
         solid, seen = found["collision"], found["visual"]
         floors = [geom for geom in solid if geom.get("type") == "plane"]
-        if floors:  # two planes in one place would flicker, so one is both
+        if floors:  # a collider and a visual plane in the same place would flicker, so one plane is used as both
             drawn = [geom for geom in seen if geom.get("type") == "plane"]
             seen = [geom for geom in seen if geom not in drawn]
             floors[0].attributes["rgba"] = (drawn or floors)[0].get("rgba")
@@ -74,13 +74,15 @@ class GeomWriter:
         return [*solid, *seen]
 
     def _geoms(self, part: Element, link: SdfFrame, *, static: bool) -> Iterator[Element]:
-        """Yield the geoms of a collision or visual: more than one for a mesh of several colours, or one that is not convex."""
+        """Yield the geoms of a collision or visual; several for a mesh with several colours, or for a non-convex collider."""
         shape = _drawable(part, None)
         if shape is None:
             return
         pose, visual = relative(link.place, place_of(part, link)), part.tag == "visual"
         if shape.tag == "plane" and not static:
-            raise SdfError("a plane must belong to a static model", shape.span, "write <static>true</static>")
+            raise SdfError(
+                "a plane must belong to a static model", shape.span, "write <static>true</static> in the model"
+            )
         if shape.tag == "plane":
             pose = (pose[0], multiply(pose[1], _towards(shape)))
         colour = colour_of(part)
@@ -98,7 +100,10 @@ class GeomWriter:
                 yield Element("geom", values | own | {"mesh": mesh.get("name")}, part.span)
 
     def _pieces(self, file: MeshFile, mesh: Element, *, solid: bool) -> list[Element]:
-        """Return the meshes of MJCF for a file: a plate for each triangle if it must collide and is not convex."""
+        """Return the MJCF meshes for a mesh file: one mesh, or one plate per triangle.
+
+        Plates are used if `solid` is true, i.e. the mesh is a static collider, and the mesh is not convex.
+        """
         key = (file.key, mesh.get("scale", "1 1 1"), solid)
         if key not in self.assets:
             made = self._plates(file, mesh) if solid else []
@@ -111,16 +116,16 @@ class GeomWriter:
         return self.assets[key]
 
     def _plates(self, file: MeshFile, mesh: Element) -> list[Element]:
-        """Return the plates of a mesh; none if it is convex, or has too many triangles."""
+        """Return one MJCF mesh per triangle of a mesh file; an empty list if the mesh is convex or has too many triangles."""
         found = triangles(self.library.assets[file.key], file.key, _scale(mesh))
         if found is None or found.convex:
             return []
         if len(found.corners) > MAX_PLATES:
             name = printable(mesh.get("filename"))
-            text = f"{name!r} has {len(found.corners)} triangles and is not convex: it collides as its convex hull"
-            advice = (
-                f"up to {MAX_PLATES} triangles, each collides by itself; give the collision a simpler mesh, or boxes"
+            text = (
+                f"{name!r} has {len(found.corners)} triangles and is not convex: its convex hull is used for collisions"
             )
+            advice = f"use boxes, or a mesh of at most {MAX_PLATES} triangles, whose exact shape is used for collisions"
             self.findings.add("W302", text, mesh.span, advice)
             return []
         shell = {"inertia": "shell"}
@@ -133,7 +138,13 @@ def _scale(mesh: Element) -> Vector3:
 
 
 def _drawable(part: Element, findings: Findings | None) -> Element | None:
-    """Return the shape of a collision or visual; None for a visual that cannot be drawn, with a note if `findings` is given."""
+    """Return the shape of a collision or visual; None if it has no shape, or for a visual that cannot be drawn.
+
+    If `findings` is given, it receives a note about a visual that cannot be drawn.
+
+    Raises:
+        SdfError: the shape of a collision is not supported.
+    """
     try:
         return shape_of(part)
     except SdfError as error:
@@ -145,7 +156,7 @@ def _drawable(part: Element, findings: Findings | None) -> Element | None:
 
 
 def _size(shape: Element, part: Element) -> dict[str, str]:
-    """Return type and size of a shape as attributes of MJCF."""
+    """Return the type and size of a shape as attributes of an MJCF geom."""
     if shape.tag == "box":
         return _geom("box", *(side / 2.0 for side in numbers_at(shape, "size", default=(1.0, 1.0, 1.0))))
     if shape.tag == "sphere":
@@ -166,7 +177,7 @@ def _geom(kind: str, *size: float) -> dict[str, str]:
 
 
 def _towards(plane: Element) -> Quaternion:
-    """Return the rotation of the z axis to a plane's normal."""
+    """Return the rotation (x, y, z, w) that turns the z axis to the normal of a plane."""
     x, y, z = numbers_at(plane, "normal", default=_UP)
     length = math.hypot(x, y, z)
     if not length:

@@ -1,4 +1,4 @@
-"""Converts masses and inertias of SDF links, also those computed from collisions (`<inertial auto="true">`)."""
+"""Converts masses and inertias of SDF links, and computes them from collisions for `<inertial auto="true">`."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from graphengine.physics.sdf.sdf_values import (
 )
 
 WATER = 1000.0
-"""Default density of a collision, kg/m3."""
+"""Default density of a collision for automatic inertias, kg/m3."""
 _TERMS = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
 _DEFAULTS = (1.0, 1.0, 1.0, 0.0, 0.0, 0.0)
 
@@ -38,8 +38,8 @@ class Mass(NamedTuple):
 
     Attributes:
         mass: mass, kg.
-        moments: ixx, iyy, izz, ixy, ixz and iyz about the centre of mass, kg m2.
-        pose: pose of the centre of mass in the outermost scope; the moments are about its axes.
+        moments: ixx, iyy, izz, ixy, ixz and iyz about the centre of mass and the axes of `pose`, kg m2.
+        pose: pose of the inertial frame in the outermost scope; its origin is the centre of mass.
     """
 
     mass: float
@@ -48,19 +48,19 @@ class Mass(NamedTuple):
 
 
 def is_mere_frame(link: SdfFrame) -> bool:
-    """Return whether a link has neither inertial nor shapes; in SDF it has a mass of 1 kg."""
+    """Return whether a link has neither inertial nor shapes. Such a link is only a frame here; SDF gives it a mass of 1 kg."""
     return not any(link.element.first(tag) for tag in ("inertial", "collision", "visual"))
 
 
 def inertial(link: SdfFrame, frame: Pose) -> Element:
-    """Return the URDF `<inertial>` of a link.
+    """Return the URDF `<inertial>` element of a link.
 
     Args:
-        link: SDF element.
-        frame: frame of the URDF link in the outermost scope.
+        link: frame of the SDF link.
+        frame: pose of the URDF link in the outermost scope.
 
     Raises:
-        SdfError: a value is no number, or the inertia of a shape is unknown.
+        SdfError: a value is not a number, or an automatic inertia cannot be computed.
     """
     element = link.element.first("inertial")
     span = element.span if element is not None else link.element.span
@@ -71,10 +71,10 @@ def inertial(link: SdfFrame, frame: Pose) -> Element:
 
 
 def mass_of(link: SdfFrame) -> Mass:
-    """Return a link's mass and inertia; the defaults are 1 kg and 1 kg m2, as SDF specifies.
+    """Return the mass and inertia of a link; the defaults of SDF are 1 kg and principal moments of 1 kg m2.
 
     Raises:
-        SdfError: a value is no number, or the inertia of a shape is unknown.
+        SdfError: a value is not a number, or an automatic inertia cannot be computed.
     """
     element = link.element.first("inertial")
     if element is not None and flag(element.get("auto")):
@@ -86,7 +86,7 @@ def mass_of(link: SdfFrame) -> Mass:
 
 
 def _of_collisions(link: SdfFrame, element: Element) -> Mass:
-    """Return the mass and inertia of a link's collisions."""
+    """Return the mass and inertia of a link, computed from volume and density of its collisions."""
     usual = number_at(element, "density", default=WATER)
     masses, centres, matrices = [], [], []
     for collision in link.element.all("collision"):
@@ -101,7 +101,7 @@ def _of_collisions(link: SdfFrame, element: Element) -> Mass:
     total = math.fsum(masses)
     if not total > 0.0:
         raise SdfError(
-            f"link {printable(link.name)!r}: an automatic inertia needs a collision with a volume", element.span
+            f"link {printable(link.name)!r}: an automatic inertia requires a collision with a volume", element.span
         )
     middle = sum((mass * place for mass, place in zip(masses, centres, strict=True)), np.zeros(3)) / total
     matrix: Matrix = np.zeros((3, 3))
@@ -117,7 +117,12 @@ def _of_collisions(link: SdfFrame, element: Element) -> Mass:
 
 
 def turned(moments: tuple[float, ...], rotation: Quaternion) -> tuple[float, ...]:
-    """Return ixx, iyy, izz, ixy, ixz and iyz about the axes of the frame in which a rotation is given."""
+    """Return moments of inertia (ixx, iyy, izz, ixy, ixz, iyz) about the axes of another frame.
+
+    Args:
+        moments: moments in the rotated frame.
+        rotation: rotation (x, y, z, w) of that frame in the frame of the result.
+    """
     axes = np.array([rotate(rotation, axis) for axis in ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))])
     return _terms(axes.T @ _matrix(moments) @ axes)
 
@@ -133,7 +138,11 @@ def _terms(matrix: Matrix) -> tuple[float, ...]:
 
 
 def _body(shape: Element) -> tuple[float, tuple[float, float, float]]:
-    """Return the volume (m3) of a shape and its moments of inertia per mass (m2) about its axes."""
+    """Return the volume (m3) of a shape, and its moments of inertia (x, y, z) divided by its mass (m2), about its own axes.
+
+    Raises:
+        SdfError: the inertia of this shape is not implemented, or a size is not a number.
+    """
     if shape.tag == "box":
         x, y, z = (side**2 / 12.0 for side in numbers_at(shape, "size", default=(1.0, 1.0, 1.0)))
         return math.prod(numbers_at(shape, "size", default=(1.0, 1.0, 1.0))), (y + z, x + z, x + y)
@@ -151,4 +160,4 @@ def _body(shape: Element) -> tuple[float, tuple[float, float, float]]:
         across += ball * (0.4 * radius**2 + length**2 / 4.0 + 0.375 * length * radius)
         along += ball * 0.4 * radius**2
         return tube + ball, (across / (tube + ball), across / (tube + ball), along / (tube + ball))
-    raise SdfError(f"the inertia of a {shape.tag} is not computed here", shape.span, "write <mass> and <inertia>")
+    raise SdfError(f"the automatic inertia of a {shape.tag} is not supported", shape.span, "write <mass> and <inertia>")

@@ -1,4 +1,4 @@
-"""Converts joints from SDF to URDF."""
+"""Converts SDF joints to URDF."""
 
 from __future__ import annotations
 
@@ -34,25 +34,25 @@ _UNSUPPORTED = {
     "gearbox": "write a revolute joint with <mimic>",
 }
 _FIRST_IN_JOINT_FRAME = 5
-"""First SDF version with axes in the joint frame; earlier versions have them in the model frame."""
+"""Minor number of the first SDF version with joint axes in the joint frame; earlier versions use the model frame."""
 _FAR = 1e6
-"""Value of a missing limit of a joint with one limit, m or rad."""
+"""Value of the missing limit of a joint that has only a lower or only an upper limit, m or rad."""
 _CONVERTED = ("parent", "child", "pose", "axis")
 _SLIGHTLY = 1e-15
 _SAME_PLACE = 1e-6
-"""Maximum distance (m) of a ball's middle from its joint."""
+"""Maximum distance (m) of a ball's centre from its joint."""
 
 
 def is_moving(joint: SdfFrame) -> bool:
-    """Return whether a joint has a degree of freedom."""
+    """Return whether a joint is of any type but fixed."""
     return joint.element.get("type") != "fixed"
 
 
 def fastened(joint: SdfFrame) -> tuple[SdfFrame | None, SdfFrame]:
-    """Return the parent and child link of a joint; None for the world.
+    """Return the parent and the child link of a joint; the parent is None if it is the world.
 
     Raises:
-        SdfError: one of its frames does not exist, or is attached to no link.
+        SdfError: the parent or child is not given, does not exist, or is attached to no link.
     """
     child = joint.scope.child_of(joint.element).link()
     parent = joint.element.first("parent")
@@ -66,28 +66,32 @@ def fastened(joint: SdfFrame) -> tuple[SdfFrame | None, SdfFrame]:
 def urdf_joint(
     joint: SdfFrame, frames: Mapping[SdfFrame, Pose], carries: Mapping[SdfFrame, SdfFrame], findings: Findings
 ) -> Iterator[Element]:
-    """Yield the URDF joint, then its `<gazebo>` elements.
+    """Yield the URDF joint of an SDF joint, then `<gazebo>` elements that refer to it or to its child link.
+
+    A ball joint of a caster ball becomes a fixed joint, and the ball loses its friction; a note says so.
 
     Args:
-        joint: SDF element.
-        frames: frame of each URDF link in the outermost scope.
-        carries: joints by parent link.
+        joint: frame of the SDF joint.
+        frames: pose of each URDF link in the outermost scope.
+        carries: a joint below each link that has one, by parent link.
         findings: receives notes.
 
     Raises:
-        SdfError: its type is not supported, or a value is invalid.
+        SdfError: the joint's type is not supported, or a value is invalid.
     """
     parent, child = fastened(joint)
     element, kind = joint.element, _kind(joint)
     rolls = kind == "ball" and _is_ball(joint, child) and child not in carries
     if rolls:
-        text = f"joint {printable(joint.full_name)!r}: a ball that rolls in all directions becomes one that slides"
-        findings.add("N103", text, element.span, "it has no friction, so it does not hold the robot back")
+        text = (
+            f"joint {printable(joint.full_name)!r}: the ball joint becomes fixed, so the ball slides instead of rolling"
+        )
+        findings.add("N103", text, element.span, "the ball has no friction, so it does not brake the robot")
     elif kind not in TYPES:
         where = element.place("type")
         advice = _UNSUPPORTED.get(kind) or did_you_mean(kind, TYPES) or listing(TYPES)
         raise SdfError(
-            f"joint {printable(joint.full_name)!r}: type {printable(kind)!r} is not simulated here", where, advice
+            f"joint {printable(joint.full_name)!r}: type {printable(kind)!r} is not supported", where, advice
         )
     pose = relative(frames[parent], joint.place) if parent is not None else joint.place
     made = Element("joint", {"name": joint.full_name, "type": "fixed" if rolls else kind}, element.span)
@@ -117,7 +121,7 @@ def _limit(axis: Element | None, end: str) -> float:
 
 
 def _axis(joint: SdfFrame, axis: Element | None) -> Iterator[Element]:
-    """Yield the axis, limits, dynamics and mimic elements of a movable joint."""
+    """Yield the URDF elements `axis`, `limit`, `dynamics` and `mimic` of a movable joint."""
     span = axis.span if axis is not None else joint.element.span
     yield Element("axis", {"xyz": written(*_direction(joint, axis))}, span)
     limits = {}
@@ -128,7 +132,7 @@ def _axis(joint: SdfFrame, axis: Element | None) -> Iterator[Element]:
         limits = {}
     for end in ("effort", "velocity"):
         value = limit_at(axis, "limit", end, default=math.inf)
-        limits[end] = written(value if 0.0 < value < math.inf else 0.0)  # none
+        limits[end] = written(value if 0.0 < value < math.inf else 0.0)  # 0 means no limit
     yield Element("limit", limits, span)
     dynamics = {name: written(number_at(axis, "dynamics", name, default=0.0)) for name in ("damping", "friction")}
     if any(numbers(value, 1) != (0.0,) for value in dynamics.values()):
@@ -143,11 +147,15 @@ def _axis(joint: SdfFrame, axis: Element | None) -> Iterator[Element]:
 
 
 def _direction(joint: SdfFrame, axis: Element | None) -> tuple[float, ...]:
-    """Return a joint's axis in the joint frame."""
+    """Return the axis (x, y, z) of a joint in the joint frame.
+
+    Raises:
+        SdfError: the axis is zero or not numeric, or the frame in which it is expressed does not exist.
+    """
     x, y, z = numbers_at(axis, "xyz", default=(0.0, 0.0, 1.0))
     if not (x or y or z):
         assert axis is not None
-        raise SdfError(f"joint {printable(joint.full_name)!r}: an axis of zeros has no direction", axis.span)
+        raise SdfError(f"joint {printable(joint.full_name)!r}: the axis must not be zero", axis.span)
     direction = find(axis, "xyz")
     named = direction.get("expressed_in") if direction is not None else ""
     by_model = joint.scope.version < _FIRST_IN_JOINT_FRAME
@@ -164,7 +172,10 @@ def _direction(joint: SdfFrame, axis: Element | None) -> tuple[float, ...]:
 
 
 def _for_gazebo(joint: SdfFrame, axis: Element | None) -> Iterator[Element]:
-    """Yield a `<gazebo>` element for properties that URDF lacks: a joint's spring, and elements that are not converted."""
+    """Yield a `<gazebo>` element with the joint's spring and all elements that are not converted, if it has any.
+
+    URDF has no other place for them.
+    """
     made = Element("gazebo", {"reference": joint.full_name}, joint.element.span)
     if axis is not None and number_at(axis, "dynamics", "spring_stiffness", default=0.0):
         for name, tag in (("springStiffness", "spring_stiffness"), ("springReference", "spring_reference")):
@@ -175,7 +186,7 @@ def _for_gazebo(joint: SdfFrame, axis: Element | None) -> Iterator[Element]:
 
 
 def _is_ball(joint: SdfFrame, child: SdfFrame) -> bool:
-    """Return whether a link is a ball centred at its joint, as in a caster without a fork."""
+    """Return whether the child link of a joint is a ball centred at the joint, as in a ball caster."""
     collisions = child.element.all("collision")
     for collision in collisions:
         shape = shape_of(collision)

@@ -1,4 +1,4 @@
-"""Lights of SDF's worlds, and how these look, for MJCF."""
+"""Converts lights, ambient light and sky of SDF worlds to MJCF."""
 
 from __future__ import annotations
 
@@ -13,20 +13,20 @@ from graphengine.physics.sdf.sdf_values import SdfError, flag_at, number_at, num
 
 
 def light_of(light: Element, frame: SdfFrame) -> Element:
-    """Return a light of a world.
+    """Return the MJCF light for an SDF light.
 
     Args:
-        light: SDF's light.
-        frame: of the world.
+        light: SDF `<light>` element.
+        frame: frame of the world that contains the light.
 
     Raises:
-        SdfError: its type is unknown, or a value is no number.
+        SdfError: the type of the light is unknown, or a value is not a number.
     """
     position, rotation = place_of(light, frame)
     x, y, z = numbers_at(light, "direction", default=(0.0, 0.0, -1.0))
     kind = light.get("type") or "point"
     if kind not in ("point", "directional", "spot"):
-        raise SdfError(f"unknown light of type {printable(kind[:40])!r}", light.place("type"))
+        raise SdfError(f"unknown light type {printable(kind[:40])!r}", light.place("type"))
     strength = number_at(light, "intensity", default=1.0)
     attributes = {
         "type": kind,
@@ -55,7 +55,7 @@ def _colour(element: Element, tag: str, usual: Vector3, strength: float = 1.0) -
 
 
 def look_of(world: Element) -> Element:
-    """Return MJCF's `<visual>`: the light from everywhere is that of the scene."""
+    """Return the MJCF `<visual>` element for a world; its ambient light is that of the world's `<scene>`."""
     scene = world.first("scene") or world
     span: Span = world.span
     headlight = {"ambient": _colour(scene, "ambient", (0.4, 0.4, 0.4)), "diffuse": "0.2 0.2 0.2", "specular": "0 0 0"}
@@ -69,7 +69,7 @@ def look_of(world: Element) -> Element:
 
 
 def sky_of(world: Element) -> Element:
-    """Return the texture of the sky, of the scene's colour."""
+    """Return an MJCF sky texture in the background colour of the world's `<scene>`."""
     colour = _colour(world.first("scene") or world, "background", (0.7, 0.7, 0.7))
     attributes = {"name": "sky", "type": "skybox", "builtin": "gradient", "width": "64", "height": "384"}
     return Element("texture", attributes | {"rgb1": colour, "rgb2": colour}, world.span)

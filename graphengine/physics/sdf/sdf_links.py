@@ -1,6 +1,6 @@
-"""Converts links from SDF to URDF, with `<gazebo>` elements for properties that URDF lacks.
+"""Converts SDF links to URDF links, and to `<gazebo>` elements for properties that URDF lacks.
 
-A URDF link has the frame of its parent joint, so all poses in an SDF link are converted to that frame.
+The frame of a URDF link is the frame of its parent joint, so all poses in an SDF link are converted to that frame.
 """
 
 from __future__ import annotations
@@ -25,10 +25,10 @@ class LinkReader:
     """Converts the links of one model.
 
     Attributes:
-        frames: frame of each URDF link in the outermost scope.
+        frames: pose of each URDF link in the outermost scope, by SDF link.
         findings: receives errors and notes.
-        images: visuals with images, which are not drawn.
-        mere_frames: links without mass and shapes.
+        images: visuals so far that have textures; the textures are not drawn.
+        mere_frames: links so far that have neither inertial nor shapes.
     """
 
     frames: Mapping[SdfFrame, Pose]
@@ -37,7 +37,7 @@ class LinkReader:
     mere_frames: list[SdfFrame] = field(default_factory=list)
 
     def link(self, link: SdfFrame) -> Element:
-        """Return the URDF link; errors are added to the findings."""
+        """Return the URDF link of an SDF link; errors are added to `findings`."""
         made = Element("link", {"name": link.full_name}, link.element.span)
         if is_mere_frame(link):
             self.mere_frames.append(link)
@@ -50,7 +50,7 @@ class LinkReader:
         return made
 
     def _part(self, part: Element, link: SdfFrame) -> Iterator[Element]:
-        """Yield a collision or a visual; a visual that cannot be drawn is left out with a note."""
+        """Yield the URDF element of a collision or visual; leave out a visual that cannot be drawn, and add a note."""
         try:
             shape = shape_of(part)
             geometry = urdf_shape(part, shape, link.scope.references, self.findings) if shape is not None else None
@@ -69,7 +69,7 @@ class LinkReader:
         yield made
 
     def for_gazebo(self, link: SdfFrame) -> Iterator[Element]:
-        """Yield a `<gazebo>` element with properties that URDF lacks, if the link has any."""
+        """Yield a `<gazebo>` element with the properties of a link that URDF lacks, if the link has any."""
         made = Element("gazebo", {"reference": link.full_name}, link.element.span)
         with reported(self.findings):
             made.children += surface_for_gazebo(link, self.frames)
@@ -87,7 +87,7 @@ class LinkReader:
             yield made
 
     def _sensor(self, sensor: Element, link: SdfFrame) -> Element:
-        """Return a sensor with its pose in the frame of the URDF link."""
+        """Return a copy of a `<sensor>` with its pose in the frame of the URDF link."""
         pose = relative(self.frames[link], place_of(sensor, link))
         children = [child for child in sensor.children if child.tag != "pose"]
         if pose != NOWHERE:
@@ -100,12 +100,15 @@ class LinkReader:
 def _material(visual: Element) -> Iterator[Element]:
     colour = colour_of(visual)
     if colour is not None:
-        text = written(*colour)  # RViz uses one colour for all materials of a name
+        text = written(*colour)  # RViz uses one colour for all materials with the same name
         yield Element("material", {"name": text}, visual.span, [Element("color", {"rgba": text}, visual.span)])
 
 
 def _scripted_colour(link: Element) -> Iterator[Element]:
-    """Yield a `<visual>` with the material script of the first visual without a colour that names one of Gazebo's materials."""
+    """Yield a `<visual>` with the material script of a link's first visual that has such a script and no colour.
+
+    A material script names one of Gazebo's materials, e.g. `Gazebo/Red`.
+    """
     for visual in link.all("visual"):
         script = find(visual, "material", "script")
         if script is not None and text_at(script, "name") and colour_of(visual) is None:

@@ -1,4 +1,4 @@
-"""Converts a model of an SDF file to a URDF, with `<gazebo>` elements for what URDF cannot hold."""
+"""Converts a model of an SDF file to URDF, with `<gazebo>` elements for properties that URDF lacks."""
 
 from __future__ import annotations
 
@@ -22,14 +22,15 @@ _NO_EFFECT = ("allow_auto_disable", "enable_wind")
 
 
 def read_sdf(path: Path, root: Element, packages: Packages, findings: Findings, name: str = "") -> Element | None:
-    """Return the model of an SDF file as URDF; errors are added to `findings`.
+    """Convert a model of an SDF file to URDF; return its root element, or None after an error.
 
     Args:
-        path: of the file.
-        root: of the file, parsed.
-        packages: where models and meshes are looked up.
+        path: path of the file.
+        root: root element of the file.
+        packages: find models and meshes.
         findings: receives errors and notes.
-        name: of the model, for a file with several; empty: its only one that is no scenery.
+        name: name of the model. By default, it is the only model with moving joints, or else the only one that is not static,
+            or else the only one.
     """
     before = len(findings.errors)
     made: Element | None = None
@@ -38,7 +39,7 @@ def read_sdf(path: Path, root: Element, packages: Packages, findings: Findings, 
         file = files.main(path, root)
         written = [model for holder in (root, *root.all("world")) for model in holder.all("model")]
         chosen = next((model for model in written if name and model.get("name") == name), None)
-        if chosen is not None:  # what the rest of a world includes is no matter
+        if chosen is not None:  # other includes of its world need not be read
             made = urdf_of(files.scope(chosen, file), findings)
         else:
             models = [files.scope(model, file) for model in root.all("model")]
@@ -49,13 +50,19 @@ def read_sdf(path: Path, root: Element, packages: Packages, findings: Findings, 
 
 
 def _alone(model: Scope) -> Scope:
-    """Return a world's model without the world, in which a robot has no fixed place."""
+    """Detach a model from its world and return it, because a robot has no fixed pose in the world."""
     model.outer = None
     return model
 
 
 def _chosen(models: list[Scope], root: Element, name: str) -> Scope:
-    """Return the model with a name, or the only one that moves: by its joints, else as a whole."""
+    """Return the model with the given name.
+
+    Without a name, return the only model with moving joints, or else the only one that is not static, or else the only one.
+
+    Raises:
+        SdfError: no model has the name, or the choice is ambiguous.
+    """
     names = [model.name for model in models]
     if name:
         if name not in names:
@@ -68,7 +75,7 @@ def _chosen(models: list[Scope], root: Element, name: str) -> Scope:
         known = listing((printable(robot.name) for robot in robots), "its models")
         what = "the file has more than one model" if robots else "the file has no model"
         raise SdfError(
-            what, root.span, *filter(None, [known, "choose one: --model NAME of an import" if robots else ""])
+            what, root.span, *filter(None, [known, "choose one by --model NAME on import" if robots else ""])
         )
     return robots[0]
 
@@ -78,7 +85,7 @@ def _joints(model: Scope) -> list[SdfFrame]:
 
 
 def urdf_of(model: Scope, findings: Findings) -> Element:
-    """Return a model as URDF; errors of its parts are added to `findings`."""
+    """Return the `robot` element of a model as URDF; errors are added to `findings`, and the element is then incomplete."""
     root = Element("robot", {"name": model.name}, model.element.span)
     scopes = list(model.walk())
     joints = _joints(model)
@@ -110,16 +117,16 @@ def urdf_of(model: Scope, findings: Findings) -> Element:
     for scope in scopes:
         root.children += _for_gazebo(scope)
     if reader.mere_frames:
-        text = "links without inertial and shape are frames without mass here; SDF lets each weigh 1 kg"
+        text = "links without inertial and shapes become frames without mass; in SDF, each has a mass of 1 kg"
         names = listing((printable(link.full_name) for link in reader.mere_frames), "links")
         findings.add("N103", text, reader.mere_frames[0].element.span, names)
     if reader.images:
-        findings.add("N103", "images on visuals are not drawn; their diffuse colours are", reader.images[0].span)
+        findings.add("N103", "textures of visuals are not drawn; their diffuse colours are used", reader.images[0].span)
     return root
 
 
 def _for_gazebo(scope: Scope) -> Iterator[Element]:
-    """Yield what a model says as a whole: plugins, whether it is static and collides with itself."""
+    """Yield a `<gazebo>` element with the properties of a model, if it has any: plugins, `static`, self-collision and others."""
     made = Element("gazebo", {}, scope.element.span)
     if scope.outer is None:
         for tag, name in (("static", "static"), ("self_collide", "selfCollide")):
@@ -136,7 +143,10 @@ def _for_gazebo(scope: Scope) -> Iterator[Element]:
 
 
 def _prefixed(element: Element, prefix: str, known: set[str]) -> Element:
-    """Return a plugin of a nested model with the names of its links and joints as they are in the outermost model."""
+    """Return a copy of a plugin in which the prefix is added to each text that is one of the known names.
+
+    Links and joints of a nested model have such a prefix in the outermost model, as in `A::wheel`.
+    """
     text = f"{prefix}{element.text}" if element.text in known else element.text
     children = [_prefixed(child, prefix, known) for child in element.children]
     return Element(element.tag, dict(element.attributes), element.span, children, text)

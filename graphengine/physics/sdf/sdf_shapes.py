@@ -1,4 +1,4 @@
-"""Shapes, colours and surfaces of SDF's collisions and visuals."""
+"""Reads shapes, colours and surface properties of SDF collisions and visuals."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from graphengine.physics.sdf.sdf_values import SdfError, find, leaf, number_at, 
 
 SHAPES = ("box", "cylinder", "sphere", "capsule", "ellipsoid", "mesh", "plane")
 _REMEDIES = {
-    "heightmap": "an MJCF world has height fields: <hfield>",
+    "heightmap": "use an MJCF world with a height field (<hfield>)",
     "image": "draw the shape as boxes or as a mesh",
     "polyline": "write a mesh, or boxes",
     "cone": "write a mesh, or a cylinder",
@@ -23,10 +23,10 @@ _SLIGHTLY = 1e-12
 
 
 def shape_of(part: Element) -> Element | None:
-    """Return the element of a collision's or visual's shape; None for `<empty>` or if there is no shape.
+    """Return the shape element of a collision or visual; None for `<empty>` or if there is no shape.
 
     Raises:
-        SdfError: the kind of shape is not simulated here.
+        SdfError: the kind of shape is not supported.
     """
     geometry = part.first("geometry")
     shape = next((child for child in geometry.children if ":" not in child.tag), None) if geometry is not None else None
@@ -34,17 +34,15 @@ def shape_of(part: Element) -> Element | None:
         return None
     if shape.tag not in SHAPES:
         advice = _REMEDIES.get(shape.tag, listing(SHAPES, "known"))
-        raise SdfError(
-            f"{part.tag} {_name(part)}: a {printable(shape.tag[:40])} is not simulated here", shape.span, advice
-        )
+        raise SdfError(f"{part.tag} {_name(part)}: a {printable(shape.tag[:40])} is not supported", shape.span, advice)
     return shape
 
 
 def urdf_shape(part: Element, shape: Element, references: str, findings: Findings) -> Element:
-    """Return a shape in URDF's `<geometry>`.
+    """Return the URDF `<geometry>` element of a shape of a collision or visual.
 
     Raises:
-        SdfError: its size is no number, or URDF has no such shape.
+        SdfError: a size is not a number, or URDF has no such shape.
     """
     made = Element(shape.tag, {}, shape.span)
     if shape.tag == "box":
@@ -58,15 +56,22 @@ def urdf_shape(part: Element, shape: Element, references: str, findings: Finding
         made = urdf_mesh(shape, references, findings)
     else:
         advice = "write a sphere or a mesh" if shape.tag == "ellipsoid" else "write a box"
-        raise SdfError(f"{part.tag} {_name(part)}: a robot's link cannot be of shape {shape.tag!r}", shape.span, advice)
+        raise SdfError(
+            f"{part.tag} {_name(part)}: a link of a robot cannot have the shape {shape.tag!r}", shape.span, advice
+        )
     return Element("geometry", {}, shape.span, [made])
 
 
 def urdf_mesh(shape: Element, references: str, findings: Findings) -> Element:
-    """Return a mesh as URDF's `<mesh>`, its file named from the folder of the main file.
+    """Return the URDF `<mesh>` element of an SDF mesh.
+
+    Args:
+        shape: SDF `<mesh>` element.
+        references: prefix that makes relative references relative to the folder of the main file.
+        findings: receives a note if only a submesh is wanted.
 
     Raises:
-        SdfError: it names no file, or its scale is no number.
+        SdfError: the mesh names no file, or its scale is not three numbers.
     """
     uri = shape.first("uri")
     if uri is None or not uri.text:
@@ -82,7 +87,7 @@ def urdf_mesh(shape: Element, references: str, findings: Findings) -> Element:
 
 
 def colour_of(visual: Element) -> tuple[float, float, float, float] | None:
-    """Return red, green, blue and opacity of a visual's diffuse colour, 0 to 1; None if it has none."""
+    """Return red, green, blue and opacity (0 to 1) of a visual: its diffuse colour, else its ambient colour, else None."""
     for tag in ("diffuse", "ambient"):
         text = text_at(visual, "material", tag)
         values = numbers(text, 4) or numbers(text, 3)
@@ -94,18 +99,18 @@ def colour_of(visual: Element) -> tuple[float, float, float, float] | None:
 
 
 def textured(visual: Element) -> bool:
-    """Return whether a visual has an image on it."""
+    """Return whether a visual has a texture (albedo, normal or roughness map)."""
     maps = ("albedo_map", "normal_map", "roughness_map")
     material = visual.first("material")
     return material is not None and any(element.tag in maps and element.text for element in material.walk())
 
 
 def surface_for_gazebo(link: SdfFrame, frames: Mapping[SdfFrame, Pose]) -> Iterator[Element]:
-    """Yield friction and contact elements for a link's `<gazebo>` in URDF, from its first collision with a `<surface>`.
+    """Yield friction and contact elements for the `<gazebo>` element of a link, from its first collision with a `<surface>`.
 
     Args:
-        link: whose collisions are meant.
-        frames: of the URDF's links in the outermost scope, for directions of friction.
+        link: frame of the SDF link.
+        frames: pose of each URDF link in the outermost scope, to convert friction directions.
     """
     collision = next((each for each in link.element.all("collision") if each.first("surface") is not None), None)
     surface = find(collision, "surface")
@@ -127,9 +132,9 @@ def surface_for_gazebo(link: SdfFrame, frames: Mapping[SdfFrame, Pose]) -> Itera
 def _direction(
     element: Element | None, collision: Element, link: SdfFrame, frames: Mapping[SdfFrame, Pose]
 ) -> list[Element]:
-    """Return a direction of friction in the frame of a URDF's link; none for a zero vector.
+    """Return the friction direction `fdir1` in the frame of a URDF link, as a list; empty without a direction.
 
-    SDF gives it in the frame of the collision, with which it turns, or of a link that it names.
+    SDF gives the direction in the frame of the collision, or in the frame that `expressed_in` names.
     """
     given = numbers(element.text, 3) if element is not None else None
     if element is None or given is None or not any(given):
@@ -145,7 +150,7 @@ def _direction(
 
 
 def friction_of(collision: Element) -> float | None:
-    """Return the sliding friction coefficient of a collision; None if it gives none."""
+    """Return the sliding friction coefficient of a collision; None if the collision does not define it."""
     for engine in ("ode", "bullet"):
         for tag in ("mu", "friction"):
             if text_at(collision, "surface", "friction", engine, tag):

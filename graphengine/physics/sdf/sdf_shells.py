@@ -1,6 +1,6 @@
-"""Converts static meshes that are not convex to thin plates, because MuJoCo collides with convex hulls of meshes.
+"""Converts static non-convex meshes to thin plates, because MuJoCo uses the convex hull of a mesh for collisions.
 
-A hall whose walls are one mesh would be a solid block, so each triangle becomes a thin plate below its surface.
+Otherwise a hall whose walls are one mesh would be a solid block. Each triangle becomes a thin plate behind its surface.
 """
 
 from __future__ import annotations
@@ -15,13 +15,13 @@ from graphengine.physics.engine import REFUSALS, Floats, compiled, mujoco
 from graphengine.physics.model.geoms import mesh_faces, mesh_vertices
 
 MAX_PLATES = 2000
-"""Maximum number of triangles of a mesh that is converted to plates."""
+"""Maximum number of triangles of a mesh that can be converted to plates."""
 THICKNESS = 0.02
 """Thickness of a plate, m."""
 _FLAT = 1e-6
-"""Tolerance of convexity: distance of a vertex in front of a face, as a share of the mesh's size."""
+"""Maximum distance of a vertex in front of a face of a convex mesh, as a fraction of the mesh's size."""
 _NARROWEST = 1e-4
-"""Minimum height (m) of a triangle that becomes a plate."""
+"""Minimum height (m) of a triangle above its longest side; narrower triangles do not become plates."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,8 +29,8 @@ class MeshShell:
     """The triangles of a mesh.
 
     Attributes:
-        corners: shape (n, 3, 3), m, counter-clockwise seen from outside.
-        convex: whether the mesh is its own convex hull; only the first `MAX_PLATES` + 1 triangles are tested.
+        corners: positions of the corners in m, counter-clockwise seen from outside, shape (number of triangles, 3, 3).
+        convex: whether the mesh is convex; only the first `MAX_PLATES` + 1 triangles are tested.
     """
 
     corners: Floats
@@ -38,12 +38,14 @@ class MeshShell:
 
 
 def triangles(data: bytes, name: str, scale: Vector3) -> MeshShell | None:
-    """Return the triangles of a mesh file as MuJoCo reads it, or None if MuJoCo rejects the file, which it reports later.
+    """Return the triangles of a mesh file as MuJoCo reads it; None if MuJoCo rejects the file.
+
+    A rejected file is not reported here, but later, when the world is compiled.
 
     Args:
         data: content of the mesh file.
-        name: name of the file; its suffix is the format.
-        scale: scale along each axis.
+        name: name of the file; its suffix determines the format.
+        scale: scale factors along x, y and z.
     """
     spec = mujoco.MjSpec()
     spec.assets = {name: data}
@@ -63,7 +65,7 @@ def triangles(data: bytes, name: str, scale: Vector3) -> MeshShell | None:
 
 
 def _volume(corners: Floats) -> float:
-    """Return the enclosed volume, m3; negative if triangles are clockwise seen from outside."""
+    """Return the volume that triangles enclose, m3; negative if they are clockwise seen from outside."""
     first, second, third = (corners[:, index] - corners[0, 0] for index in range(3))
     return float(np.einsum("ij,ij->", first, np.cross(second, third))) / 6.0
 
@@ -87,7 +89,7 @@ def _normals(corners: Floats) -> Floats:
 
 
 def plates(mesh: MeshShell) -> Iterator[list[float]]:
-    """Yield the six corners (18 numbers, m) of a plate below each triangle, except for very narrow triangles."""
+    """Yield the six corners (18 numbers, m) of a plate behind each triangle; very narrow triangles are skipped."""
     for triangle, normal in zip(mesh.corners, _normals(mesh.corners), strict=True):
         sides = np.linalg.norm(triangle - np.roll(triangle, 1, axis=0), axis=1)
         area = float(np.linalg.norm(np.cross(triangle[1] - triangle[0], triangle[2] - triangle[0])))

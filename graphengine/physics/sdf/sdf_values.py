@@ -1,4 +1,4 @@
-"""Reads texts, numbers and poses of SDF elements, and writes poses as URDF does."""
+"""Reads texts, numbers and poses of SDF elements, and writes poses for URDF and MJCF."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ from graphengine.format.wording import listing, printable
 from graphengine.physics.files.xml import Element, numbers
 
 INFINITE = 1e16
-"""In SDF, limits of at least this number mean no limit."""
+"""Limits in SDF whose absolute value is at least this number mean no limit."""
 _FARTHEST = 1e9
-"""Greatest coordinate (m) and angle (rad) of a pose."""
+"""Maximum absolute value of a coordinate (m) or angle of a pose."""
 _FORMATS = ("euler_rpy", "quat_xyzw")
 
 
@@ -22,10 +22,10 @@ class SdfError(Exception):
     """A part of an SDF file that cannot be converted.
 
     Attributes:
-        message: the error.
-        span: its location.
-        help: lines of help.
-        reported: whether the error is in the findings already.
+        message: what is wrong.
+        span: source location of the error.
+        help: lines with remedies.
+        reported: whether the error has been added to findings.
     """
 
     def __init__(self, message: str, span: Span, *help: str) -> None:
@@ -38,7 +38,7 @@ class SdfError(Exception):
 
 @contextlib.contextmanager
 def reported(findings: Findings, code: str = "S103") -> Iterator[None]:
-    """Add an SdfError that is raised in the context to the findings, once."""
+    """Catch an SdfError that is raised in this context, and add it to the findings unless that has been done already."""
     try:
         yield
     except SdfError as error:
@@ -48,29 +48,29 @@ def reported(findings: Findings, code: str = "S103") -> Iterator[None]:
 
 
 def find(element: Element | None, *path: str) -> Element | None:
-    """Return the first element at a path of tags; None if there is none."""
+    """Return the first element at a path of tags below an element; None if there is none."""
     for tag in path:
         element = element.first(tag) if element is not None else None
     return element
 
 
 def text_at(element: Element | None, *path: str) -> str:
-    """Return the text at a path; empty if there is none."""
+    """Return the text of the element at a path of tags; empty if there is no such element."""
     found = find(element, *path)
     return found.text if found is not None else ""
 
 
 def flag_at(element: Element | None, *path: str) -> bool | None:
-    """Return the boolean at a path; None if there is none."""
+    """Return the boolean in the element at a path of tags; None without such an element or text."""
     text = text_at(element, *path).lower()
     return text in ("true", "1") if text else None
 
 
 def numbers_at(element: Element | None, *path: str, default: Sequence[float]) -> tuple[float, ...]:
-    """Return the numbers at a path, as many as the default has.
+    """Return the numbers in the element at a path of tags; `default` without such an element or text.
 
     Raises:
-        SdfError: there is something else.
+        SdfError: the text does not consist of as many numbers as the default has.
     """
     found = find(element, *path)
     if found is None or not found.text:
@@ -78,24 +78,24 @@ def numbers_at(element: Element | None, *path: str, default: Sequence[float]) ->
     values = numbers(found.text, len(default))
     if values is None or max(map(abs, values)) > INFINITE:
         count = "a number" if len(default) == 1 else f"{len(default)} numbers"
-        raise SdfError(f"{found.tag} is {count}, not {printable(found.text[:60])!r}", found.span)
+        raise SdfError(f"{found.tag} must be {count}, not {printable(found.text[:60])!r}", found.span)
     return values
 
 
 def number_at(element: Element | None, *path: str, default: float) -> float:
-    """Return the number at a path.
+    """Return the number in the element at a path of tags; `default` without such an element or text.
 
     Raises:
-        SdfError: there is something else.
+        SdfError: the text is not a number.
     """
     return numbers_at(element, *path, default=(default,))[0]
 
 
 def limit_at(element: Element | None, *path: str, default: float) -> float:
-    """Return a number at a path that may be infinite, or as large as SDF takes for infinite.
+    """Return the limit in the element at a path of tags, `default` without one; values from `INFINITE` become infinite.
 
     Raises:
-        SdfError: there is something else.
+        SdfError: the text is not a number.
     """
     found = find(element, *path)
     try:
@@ -104,15 +104,15 @@ def limit_at(element: Element | None, *path: str, default: float) -> float:
         value = math.nan
     if math.isnan(value):
         assert found is not None
-        raise SdfError(f"{found.tag} is a number, not {printable(found.text[:60])!r}", found.span)
+        raise SdfError(f"{found.tag} must be a number, not {printable(found.text[:60])!r}", found.span)
     return math.copysign(math.inf, value) if abs(value) >= INFINITE else value
 
 
 def pose_of(pose: Element | None) -> Pose:
-    """Return the pose in a `<pose>` element, m and rad; without an element, the identity.
+    """Return the pose (position in m, quaternion) in a `<pose>` element; the identity without an element or text.
 
     Raises:
-        SdfError: it has another number of values, or another format of rotations.
+        SdfError: the pose has the wrong number of values, values out of range, or an unknown rotation format.
     """
     if pose is None or not pose.text:
         return NOWHERE
@@ -122,7 +122,7 @@ def pose_of(pose: Element | None) -> Pose:
     count = 7 if kind == "quat_xyzw" else 6
     values = numbers(pose.text, count)
     if values is None or max(map(abs, values)) > _FARTHEST:
-        raise SdfError(f"pose is {count} numbers of m and rad, not {printable(pose.text[:80])!r}", pose.span)
+        raise SdfError(f"pose must be {count} numbers in m and rad, not {printable(pose.text[:80])!r}", pose.span)
     x, y, z, *rotation = values
     if count == 7:
         return (x, y, z), _unit(rotation, pose.span)
@@ -132,7 +132,7 @@ def pose_of(pose: Element | None) -> Pose:
 
 
 def flag(text: str) -> bool:
-    """Return the value of a boolean attribute."""
+    """Return whether the text of a boolean attribute is `true` or `1`."""
     return text.strip().lower() in ("true", "1")
 
 
@@ -140,17 +140,17 @@ def _unit(values: Sequence[float], span: Span) -> Quaternion:
     x, y, z, w = values
     length = math.hypot(x, y, z, w)
     if not length:
-        raise SdfError("a quaternion of zeros is no rotation", span)
+        raise SdfError("the quaternion of a pose must not be zero", span)
     return x / length, y / length, z / length, w / length
 
 
 def written(*values: float) -> str:
-    """Return numbers as text that gives the same numbers when read; -0.0 is written as 0.0."""
+    """Return numbers as text with full precision, separated by spaces; -0.0 becomes 0.0."""
     return " ".join(repr(value + 0.0) for value in values)
 
 
 def to_rpy(rotation: Quaternion) -> Vector3:
-    """Return the angles (rad) about the fixed x axis, then y, then z; at a pitch of 90 degrees too."""
+    """Return the roll, pitch and yaw (rad) of a rotation, about the fixed axes x, y and z; also valid at 90 degrees pitch."""
     ahead, left, up = (rotate(rotation, axis) for axis in ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)))
     yaw = math.atan2(ahead[1], ahead[0])
     sine, cosine = math.sin(yaw), math.cos(yaw)
@@ -160,18 +160,18 @@ def to_rpy(rotation: Quaternion) -> Vector3:
 
 
 def placed(pose: Pose, **more: str) -> dict[str, str]:
-    """Return a pose as attributes of MJCF, after others."""
+    """Return the MJCF attributes `pos` and `quat` of a pose, preceded by the given other attributes."""
     x, y, z, w = pose[1]
     return {**more, "pos": written(*pose[0]), "quat": written(w, x, y, z)}
 
 
 def origin(pose: Pose, span: Span) -> list[Element]:
-    """Return a list with URDF's `<origin>` element of a pose; empty for the identity."""
+    """Return a list with the URDF `<origin>` element of a pose; an empty list for the identity."""
     if pose == NOWHERE:
         return []
     return [Element("origin", {"xyz": written(*pose[0]), "rpy": written(*to_rpy(pose[1]))}, span)]
 
 
 def leaf(tag: str, text: str, span: Span) -> Element:
-    """Return an element that has a text only."""
+    """Return an element that has only a text: no attributes and no children."""
     return Element(tag, {}, span, [], text)

@@ -1,7 +1,7 @@
-"""Converts a world of SDF to MJCF: scenery, loose objects, lights and gravity.
+"""Converts an SDF world to MJCF: scenery, loose objects, lights and gravity.
 
-A static model becomes fixed bodies; another model without moving joints becomes free bodies. A model with moving joints is a
-robot, which must be listed in the scene: it is left out with a warning.
+A static model becomes fixed bodies; any other model without moving joints becomes free bodies. A model with moving joints is
+treated as a robot: it is left out with a warning, because robots must be listed in the scene file.
 """
 
 from __future__ import annotations
@@ -30,19 +30,19 @@ _GRAVITY = (0.0, 0.0, -9.8)
 """SDF's default gravity, m/s2."""
 _COMPILER = {"angle": "radian", "autolimits": "true", "balanceinertia": "true"}
 _STATISTIC = {"extent": "1", "center": "0 0 0.5", "meansize": "0.2"}
-"""MuJoCo's `<statistic>`, which scales pictures, as in the included worlds."""
+"""Attributes of `<statistic>`, by which MuJoCo scales its rendering; the same as in the built-in worlds."""
 _CONVERTED = ("model", "include", "light", "gravity", "frame", "scene")
-_LEFT_OUT = "it has joints that move, so it is a robot, which must be listed in the scene"
+_LEFT_OUT = "it has moving joints, so it is a robot, and robots must be listed in the scene"
 
 
 def read_world(path: Path, root: Element, library: Library, findings: Findings) -> Element | None:
-    """Return the world of an SDF file as MJCF whose files are in the library; errors are added to `findings`.
+    """Convert the world of an SDF file to MJCF; return its root element, or None after an error.
 
     Args:
-        path: of the file.
-        root: of the file, parsed.
-        library: reads meshes.
-        findings: receives errors and notes.
+        path: path of the file.
+        root: root element of the file.
+        library: reads mesh files, and keeps them under the keys to which the MJCF refers.
+        findings: receives errors, warnings and notes.
     """
     before = len(findings.errors)
     made: Element | None = None
@@ -52,8 +52,12 @@ def read_world(path: Path, root: Element, library: Library, findings: Findings) 
         file = files.main(path, root)
         worlds = root.all("world")
         if len(worlds) != 1:
-            advice = "use a model as a robot or an object: robots: {NAME: {use: FILE}}" if root.all("model") else ""
-            raise SdfError(f"a world is a file with one <world>, not {len(worlds)}", root.span, *filter(None, [advice]))
+            advice = (
+                "to use a model as a robot or object, write robots: {NAME: {use: FILE}}" if root.all("model") else ""
+            )
+            raise SdfError(
+                f"the file of a world must contain one <world>, not {len(worlds)}", root.span, *filter(None, [advice])
+            )
         writer = GeomWriter(library, findings)
         made = _WorldWriter(files.scope(worlds[0], file), writer, findings, path).mjcf(packages)
     return made if len(findings.errors) == before else None
@@ -61,7 +65,7 @@ def read_world(path: Path, root: Element, library: Library, findings: Findings) 
 
 @dataclass(frozen=True, slots=True)
 class _WorldWriter:
-    """Writes a world as MJCF."""
+    """Converts one SDF world to MJCF."""
 
     world: Scope
     writer: GeomWriter
@@ -69,7 +73,7 @@ class _WorldWriter:
     path: Path
 
     def mjcf(self, packages: Packages) -> Element:
-        """Return the whole world; errors are added to the findings."""
+        """Return the root element of the MJCF world; errors are added to `findings`."""
         span, element = self.world.element.span, self.world.element
         scopes = (self.world, *self.world.merges)
         scenery = [model for scope in scopes for model in scope.models.values() if not self._is_robot(model)]
@@ -95,7 +99,7 @@ class _WorldWriter:
         return Element("mujoco", {"model": self.world.name}, span, parts)
 
     def _is_robot(self, model: Scope) -> bool:
-        """Return whether a model must be used as a robot; if so, add a warning that says how."""
+        """Return whether a model must be used as a robot; if so, add a warning that explains how."""
         joints = [joint for scope in model.walk() for joint in scope.joints.values() if is_moving(joint)]
         if model.static or not joints:
             return False
@@ -111,13 +115,16 @@ class _WorldWriter:
             "W302",
             f"model {name!r} is left out: {_LEFT_OUT}",
             model.element.span,
-            f"make a robot file: graphrun import-robot {self.path} --model {name} -o robots/NAME.yaml",
+            f"create a robot file: graphrun import-robot {self.path} --model {name} -o robots/NAME.yaml",
             f"and add to the scene: robots: {{NAME: {{use: robots/NAME.yaml, {where}}}}}",
         )
         return True
 
     def _bodies(self, model: Scope) -> Iterator[Element]:
-        """Yield the bodies of a model: one without a joint if it is static, else one that moves for each rigid group of links."""
+        """Yield the MJCF bodies of a model: fixed bodies if it is static, else one body for each rigid group of links.
+
+        The body of a rigid group can move freely unless a joint fixes the group to the world.
+        """
         links = _links(model)
         if model.static and len(links) != 1:
             frame = Element("body", placed(model.frame.place, name=model.name), model.element.span)
@@ -135,7 +142,14 @@ class _WorldWriter:
             yield body
 
     def _body(self, link: SdfFrame, model: Scope, parent: Pose | None, name: str = "") -> Element:
-        """Return the body of a link with its geoms, in a frame of the world or in the world."""
+        """Return the MJCF body of a link with its geoms.
+
+        Args:
+            link: frame of the SDF link.
+            model: model that contains the link.
+            parent: pose of the parent body in the world; None if the body belongs directly to the world.
+            name: name of the body, by default composed from model and link.
+        """
         place = relative(parent, link.place) if parent is not None else link.place
         values = placed(place, name=name or f"{model.name}::{link.full_name}")
         return Element("body", values, link.element.span, self.writer.geoms(link, static=model.static))
@@ -144,10 +158,10 @@ class _WorldWriter:
         element = self.world.element
         if tags := dict.fromkeys(child.tag for child in element.children if child.tag not in _CONVERTED):
             what = listing(map(printable, tags), "not used")
-            self.findings.add("N103", "of a world, models, lights and gravity are used", element.span, what)
+            self.findings.add("N103", "only models, lights and gravity of the world are used", element.span, what)
         visuals = (visual for model in models for link in _links(model) for visual in link.element.all("visual"))
         if image := next(filter(textured, visuals), None):
-            self.findings.add("N103", "images on visuals are not drawn; their diffuse colours are", image.span)
+            self.findings.add("N103", "textures of visuals are not drawn; their diffuse colours are used", image.span)
 
 
 def _links(model: Scope) -> list[SdfFrame]:
@@ -155,13 +169,16 @@ def _links(model: Scope) -> list[SdfFrame]:
 
 
 def _root(model: Scope) -> SdfFrame:
-    """Return the link of a robot that no joint carries."""
+    """Return the first link of a model that is not the child of a joint; the frame of the model if there is none."""
     carried = {fastened(joint)[1] for scope in model.walk() for joint in scope.joints.values()}
     return next((link for link in _links(model) if link not in carried), model.frame)
 
 
 def _rigid(model: Scope, links: list[SdfFrame]) -> Iterator[tuple[list[SdfFrame], bool]]:
-    """Yield the links of a model in groups that joints hold together, and whether they are fixed to the world."""
+    """Yield each group of links that joints connect, in order of the links, and whether a joint fixes it to the world.
+
+    Moving joints are treated like fixed joints.
+    """
     groups = {link: [link] for link in links}
     bolted: set[SdfFrame] = set()
     for joint in (joint for scope in model.walk() for joint in scope.joints.values()):

@@ -91,16 +91,19 @@ def test_two_handles_to_one_attribute_are_equal(tmp_path: Path) -> None:
 X = "og.Controller.set(a.get_attribute('inputs:x'), {})"
 KIND = "a.get_attribute('outputs:o').get_resolved_type()"
 EDIT = "og.Controller.edit(og.made_up.graph, {'create_nodes': ('c', 'x.C')})"
-LEFT = "does to graphs is left out"
+LEFT = "on graphs is left out"
 FROM = "it comes from"
 
 
 @pytest.mark.parametrize(
     ("call", "told"),
     [
-        ("og.cmds.SetAttr(attr=a.get_attribute('inputs:x'), value=1)", f"what omni.graph.core.cmds.SetAttr() {LEFT}"),
-        ("og.Controller.expose_prim(1, 2)", f"what omni.graph.core.Controller.expose_prim() {LEFT}"),
-        ("graph.make_it_so()", f"what og.Graph.make_it_so() {LEFT}"),
+        (
+            "og.cmds.SetAttr(attr=a.get_attribute('inputs:x'), value=1)",
+            f"the effect of omni.graph.core.cmds.SetAttr() {LEFT}",
+        ),
+        ("og.Controller.expose_prim(1, 2)", f"the effect of omni.graph.core.Controller.expose_prim() {LEFT}"),
+        ("graph.make_it_so()", f"the effect of og.Graph.make_it_so() {LEFT}"),
         (f"graph.create_variable('v', {KIND})", "the type of variable 'v' is left out"),
         ("a.create_attribute('inputs:n', og.made_up)", f"of a.inputs:n is left out: {FROM} omni.graph.core.made_up"),
         (X.format("Gf.Rotation().GetQuat()"), f"{FROM} pxr.Gf.Rotation().GetQuat()"),
@@ -129,7 +132,7 @@ def test_an_asset_s_graph_alone_is_told_with_what_to_do(tmp_path: Path) -> None:
     text = "import omni.graph.core as og\nog.Controller.set(og.Controller.attribute('/World/Carter/tf.inputs:x'), 1)"
     (finding,) = refused(tmp_path, text)
     assert finding.message == "OmniGraphError: no graph contains the node '/World/Carter/tf'"
-    assert finding.help == ("a USD file that the script opens may hold it; import that file too",)
+    assert finding.help == ("a USD file that the script opens may contain it; import that file too",)
 
 
 def test_a_file_of_omniverse_is_only_named(tmp_path: Path) -> None:
@@ -182,7 +185,7 @@ A_EXEC = "outer/box/a.inputs:execIn"
     ("wires", "drives", "lost"),
     [
         ("('tick.outputs:tick', 'outer.inputs:execIn')", ["tick.tick -> outer_box_b.execIn"], []),
-        ("[]", [], [f"{A_EXEC} -> outer/box/b.inputs:execIn: nothing fires {A_EXEC}"]),
+        ("[]", [], [f"{A_EXEC} -> outer/box/b.inputs:execIn: no output fires {A_EXEC}"]),
     ],
 )
 def test_an_input_of_a_compound_drives_what_it_is_wired_to(
@@ -198,7 +201,7 @@ def test_an_input_of_a_compound_drives_what_it_is_wired_to(
     assert [f.message.partition("the wire ")[2] for f in findings.warnings if "wire" in f.message] == lost
 
 
-SEARCH = "the script looks through {}, which is empty here: what it finds there is left out"
+SEARCH = "the script iterates over {}, which is empty in an import: its work on the items is left out"
 SET = "\na.get_attribute('inputs:x').set(len(found))"
 
 

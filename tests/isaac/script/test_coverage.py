@@ -86,7 +86,7 @@ def test_what_is_built_or_is_called_by_nobody_is_no_warning(text: str, tmp_path:
 
 def test_a_prim_that_is_assumed_answers_a_condition(tmp_path: Path) -> None:
     text = "if is_prim_path_valid('/World/robot'): build()"
-    assert told(tmp_path, text).findings.warnings[0].help == ("--assume /World/robot takes a prim to be there",)
+    assert told(tmp_path, text).findings.warnings[0].help == ("--assume /World/robot assumes that the prim exists",)
     graphs, warnings, _ = told(tmp_path, text, "/World/robot")
     assert ([graph.path for graph in graphs], warnings) == (["/World/first", "/World/second"], [])
 

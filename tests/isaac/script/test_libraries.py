@@ -75,8 +75,8 @@ def test_modules_above_a_script_are_named_with_the_folder_that_may_be_allowed(
     done = imports(library, "--call", "build_one('/World/x')")
     err = done.err
     assert done.code == 1
-    assert f"build.py:2:1: module 'my_ext' is not imported; --allow {tmp_path} lets it be imported" in err
-    assert f"build.py:3:1: module 'names' is not imported; --allow {tmp_path / 'my_ext'} lets it be imported" in err
+    assert f"build.py:2:1: module 'my_ext' is not imported; to import it, add --allow {tmp_path}" in err
+    assert f"build.py:3:1: module 'names' is not imported; to import it, add --allow {tmp_path / 'my_ext'}" in err
     assert "'parts" not in err
     assert "'helper" not in err
 
@@ -108,8 +108,8 @@ def test_a_script_that_fails_lists_what_can_be_called_and_a_call_goes_on_behind_
     assert "  build(place, world), line 7" in done.err
     done = imports(BROKEN, "--call", "build(Place('/World/' + 'g'), world)")
     assert done.code == 0
-    assert "note: world in the call: assumed to be objects of Omniverse" in done.out
-    assert "3:24: warning W302: NameError: name 'arguments' is not defined; the script continues without" in done.err
+    assert "note: world in --call: undefined names, assumed to be objects of Omniverse" in done.out
+    assert "3:24: warning W302: NameError: name 'arguments' is not defined; the script continues after" in done.err
     assert (tmp_path / "g.yaml").is_file()
 
 

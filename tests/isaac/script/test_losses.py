@@ -71,14 +71,14 @@ AGAIN = "og.Controller.edit({'graph_path': '/A'}, TICK)"
         ),
         (f"try: {AGAIN}\nexcept Exception: pass", 1, "create_nodes Tick"),
         (f"import contextlib\nwith contextlib.suppress(Exception):\n    {AGAIN}", 3, "create_nodes Tick"),
-        ("try: og.Controller.create_node('/A/Tick', 'x.T')\nexcept Exception: pass", 1, "it"),
-        ("try: og.Controller.graph('/A').create_node('Tick', 'x.T')\nexcept Exception: pass", 1, "it"),
+        ("try: og.Controller.create_node('/A/Tick', 'x.T')\nexcept Exception: pass", 1, "the failed call"),
+        ("try: og.Controller.graph('/A').create_node('Tick', 'x.T')\nexcept Exception: pass", 1, "the failed call"),
     ],
 )
 def test_a_refused_call_names_all_that_is_lost(text: str, line: int, lost: str, tmp_path: Path) -> None:
     _, (warning,), _ = told(tmp_path, text)
     assert warning.startswith(f"{line}: there is a ")
-    assert warning.endswith(f" already; the script continues without {lost}")
+    assert warning.endswith(f" already; the script continues, but did not execute: {lost}")
 
 
 ERROR = "the error at line {}: KeyError: 'b'"
@@ -161,7 +161,7 @@ def test_an_og_of_a_module_that_is_not_there_is_omnigraph(text: str, from_where:
 def test_graphs_that_a_module_builds_that_is_not_there_are_told_at_each_place(call: str, tmp_path: Path) -> None:
     text = f"import mine\nmine.{call}('/B', TICK)\nfor n in range(2): mine.{call}('/C', TICK)"
     _, warnings, _ = told(tmp_path, text)
-    assert [warning.partition(": what mine.")[0] for warning in warnings] == ["2", "3"]
+    assert [warning.partition(": the effect of mine.")[0] for warning in warnings] == ["2", "3"]
 
 
 ASKS = "import ros\nif not ros.is_there('x'): exit()\n"
@@ -170,7 +170,7 @@ ASKS = "import ros\nif not ros.is_there('x'): exit()\n"
 def test_a_stand_in_that_is_assumed_to_be_true_answers_a_condition(tmp_path: Path) -> None:
     _, (warning,), findings = told(tmp_path, f"{ASKS}build()", assume=("/World/robot",))
     assert warning == f"3: build() is never reached, because of the condition at line {LINES + 2}"
-    assert findings.warnings[0].help == ("--assume ros.is_there takes it to be true",)
+    assert findings.warnings[0].help == ("--assume ros.is_there assumes that it is true",)
     graphs, warnings, _ = told(tmp_path, f"{ASKS}build()", assume=("ros.is_there",))
     assert ([graph.path for graph in graphs], warnings) == (["/A", "/B"], [])
 
@@ -185,7 +185,7 @@ def test_a_script_that_catches_the_end_of_its_time_keeps_what_it_built(tmp_path:
     text = "for _ in range(2): print()\ntry:\n    while True: pass\nexcept BaseException: pass"
     start = f"{START}import omni.kit.app\nfor n in range(9):\n    omni.kit.app.get_app().update()\n"
     (graph,), (warning,), _ = read_text(tmp_path, text, start, seconds=1.0)
-    assert (graph.path, warning.partition(": ")[2]) == ("/A", "the script takes too long")
+    assert (graph.path, warning.partition(": ")[2]) == ("/A", "the script takes longer than its time limit")
 
 
 def test_the_end_of_the_time_ends_nothing_but_the_script(tmp_path: Path) -> None:
@@ -227,7 +227,7 @@ def test_an_output_that_a_script_reads_itself_is_noted(tmp_path: Path) -> None:
     _, warnings, findings = told(tmp_path, "print(og.Controller.attribute('/A/Tick.outputs:time').get())")
     assert warnings == []
     said = [finding.message for finding in findings.items]
-    assert "what the script does with /A/Tick.outputs:time does not belong to a graph and is left out" in said
+    assert "the use of the output /A/Tick.outputs:time does not belong to a graph and is left out" in said
 
 
 def test_a_loop_that_waits_for_something_to_be_over_ends_where_the_stage_holds_all(tmp_path: Path) -> None:
@@ -235,4 +235,4 @@ def test_a_loop_that_waits_for_something_to_be_over_ends_where_the_stage_holds_a
     text += "while Camera().is_loading(): omni.kit.app.get_app().update()\n{}['b']\nbuild()"
     graphs, warnings, _ = told(tmp_path, text)
     assert [graph.path for graph in graphs] == ["/A", "/B"]
-    assert warnings == ["4: KeyError: 'b'; the script continues without that"]
+    assert warnings == ["4: KeyError: 'b'; the script continues after the failed statement"]

@@ -39,7 +39,7 @@ def test_a_file_or_folder_of_another_machine_is_offered_and_assumed(
     first, second = (EDIT.format(path=path) for path in ("'/F'", "'/G'"))
     text = f"{first}if {condition}:\n    {second}"
     built, findings = paths(tmp_path / "asks.py", text)
-    assert (built, findings.warnings[0].help) == (["/F"], (f"--assume {offered} takes it to be there",))
+    assert (built, findings.warnings[0].help) == (["/F"], (f"--assume {offered} assumes that it exists",))
     if given:
         assert paths(tmp_path / "asks.py", text, given)[0] == ["/F", "/G"]
 
@@ -62,7 +62,9 @@ def test_enabling_an_extension_works_where_the_stage_holds_all(tmp_path: Path) -
 def test_calls_alone_decide_what_is_built(before: str, tmp_path: Path) -> None:
     built, findings = paths(tmp_path / "calls.py", f"{BUILD}{before}\n", calls=("build('/A')", "build('/B')"))
     assert (built, findings.errors) == (["/A", "/B"], [])
-    assert "left out, as --call decides what is built: /A" in [finding.message for finding in findings.items]
+    assert "graphs that the script builds without --call are left out: /A" in [
+        finding.message for finding in findings.items
+    ]
 
 
 def test_a_builder_inside_a_function_that_failed_is_listed(tmp_path: Path) -> None:
@@ -77,7 +79,7 @@ def test_a_script_goes_on_behind_what_fails_in_a_function_but_for_what_it_tries_
     built, findings = paths(tmp_path / "fails.py", text)
     assert (built, findings.errors) == (["/A", "/C"], [])
     said = [(warning.span.line, warning.message) for warning in findings.warnings if warning.span]
-    assert said[0] == (7, "KeyError: 'robot'; the script continues without that")
+    assert said[0] == (7, "KeyError: 'robot'; the script continues after the failed statement")
     assert said[1] == (11, "build() is never reached, because of the error at line 10: KeyError: 'tried'")
 
 
@@ -86,9 +88,9 @@ def test_what_a_condition_asked_before_is_offered_too(tmp_path: Path) -> None:
     text += "def there():\n    return stage.GetPrimAtPath('/World/a').IsValid()\n"
     text += "found = there() and\\\n    stage.GetPrimAtPath('/World/b').IsValid()\nif found: build('/B')\n"
     (warning,) = paths(tmp_path / "asks.py", text)[1].warnings
-    assert warning.help == ("--assume /World/a takes a prim to be there",)
+    assert warning.help == ("--assume /World/a assumes that the prim exists",)
     (warning,) = paths(tmp_path / "asks.py", text, "/World/a")[1].warnings
-    assert warning.help == ("--assume /World/b takes a prim to be there",)
+    assert warning.help == ("--assume /World/b assumes that the prim exists",)
 
 
 def test_only_what_a_condition_asks_is_offered_and_a_node_of_ros_is_no_graph(tmp_path: Path) -> None:

@@ -59,7 +59,7 @@ BUILDS: dict[str, dict[str, tuple[int, int]]] = {
 }
 """Nodes and wires of the graphs that a script builds, of which a check finds nothing wrong."""
 LACKS: dict[str, str] = {
-    "change_stage": "warning W302: /World/asked: not converted: its evaluation on demand by a script",
+    "change_stage": "warning W302: /World/asked: not converted: the evaluation on demand by a script",
     "extension": "",
     "from_an_asset": "W302: no graph contains the node '/World/Carter/front_camera/render_product'",
     "mixed_bag": "the value of Counter.inputs:logicalLoad is left out: it comes from omni.isaac.core.World().get_physics_dt",
@@ -165,7 +165,7 @@ def test_graphs_that_come_with_an_asset_are_told_and_the_others_are_kept(tmp_pat
     (path,), findings = imported(SCRIPTS / "from_an_asset.py", tmp_path)
     assert path.name == "clock.yaml"
     assert [str(finding.span).rpartition(".py:")[2] for finding in findings.warnings] == ["8:19", "9:1", "17:60"]
-    advice = "a USD file that the script opens may hold it; import that file too"
+    advice = "a USD file that the script opens may contain it; import that file too"
     assert {finding.help for finding in findings.warnings} == {(advice,)}
 
 

@@ -279,7 +279,7 @@ def test_a_compound_that_is_wired_to_itself_or_holds_its_own_graph_comes_to_an_e
     assert not read_graph(tmp_path, circular).wires
     stage = read_graph(tmp_path, node("C", COMPOUND.format("/G")))
     assert not stage.graph.nodes
-    assert "W302: the compound /G/C is left out: no graph is below it" in stage.told
+    assert "W302: the compound /G/C is left out: it contains no graph" in stage.told
 
 
 def test_very_many_compounds_in_a_row_or_in_each_other_come_to_an_end(tmp_path: Path) -> None:
@@ -291,7 +291,7 @@ def test_very_many_compounds_in_a_row_or_in_each_other_come_to_an_end(tmp_path: 
         deep = compound("C", deep)
     stage = read_graph(tmp_path, deep)
     assert not stage.graph.nodes
-    assert "is left out: it is more than 50 deep" in stage.told
+    assert "is left out: it is over 50 levels deep" in stage.told
 
 
 def test_each_prim_that_refers_to_a_graph_gets_one_of_its_own(tmp_path: Path) -> None:
@@ -303,15 +303,15 @@ def test_each_prim_that_refers_to_a_graph_gets_one_of_its_own(tmp_path: Path) ->
     assert [graph.path for graph in stage.graphs] == ["/a/G", "/b/G"]
     assert [graph.variables["speed"].data for graph in stage.graphs] == [1.0, 2.0]
     assert [graph.nodes["Path"].values["inputs:prim"].data for graph in stage.graphs] == ["/a", "/b"]
-    assert "N301: /G becomes a graph below each prim that refers to it: /a, /b" in stage.told
+    assert "N301: /G becomes one graph below each prim that refers to it: /a, /b" in stage.told
 
 
 def test_a_standalone_graph_has_no_instances_and_an_instanced_one_without_any_is_told(tmp_path: Path) -> None:
     alone = 'def OmniGraph "A" { token evaluationMode = "Standalone" }\ndef "u" { rel omniGraphs = [</A>, </Gone>] }'
     stage = read(tmp_path, f'#usda 1.0\n{alone}\ndef OmniGraph "B" {{ token evaluationMode = "Instanced" }}')
     assert [graph.path for graph in stage.graphs] == ["/A"]
-    assert "W302: /B is evaluated for prims that refer to it, and there are none" in stage.told
-    assert "W302: /u refers to a graph at /Gone, where there is none" in stage.told
+    assert "W302: /B is left out: it is evaluated only for prims that refer to it, and no prim does" in stage.told
+    assert "W302: /u refers to a graph at /Gone, but there is no graph" in stage.told
 
 
 def test_nodes_of_an_old_version_are_told_and_an_old_context_keeps_its_meaning(tmp_path: Path) -> None:
@@ -321,7 +321,7 @@ def test_nodes_of_an_old_version_are_told_and_an_old_context_keeps_its_meaning(t
     stage = read_graph(tmp_path, context, helper, current)
     assert stage.value("Context", "useDomainIDEnvVar") is False
     helper = "isaacsim.ros2.bridge.ROS2RtxLidarHelper"
-    assert f"/G/Lidar was saved as version 2 of {helper}, which is at version 3" in stage.told
+    assert f"/G/Lidar was saved as version 2 of {helper}, whose current version is 3" in stage.told
     assert len(stage.findings.items) == 2
 
 

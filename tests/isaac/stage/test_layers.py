@@ -69,7 +69,7 @@ def test_nothing_outside_the_folder_is_read(home: Path, text: str) -> None:
 def test_a_layer_within_the_folder_leads_outside_no_more_than_the_first(home: Path) -> None:
     inner = '#usda 1.0\ndef "a" (references = @../secret.usda@</Secret>) { }'
     ((what, why),) = left_out(home, "#usda 1.0\n( subLayers = [@inner.usda@] )", inner=inner)
-    assert (what, why) == ("../secret.usda", f"{REFUSED.format(home.parent)}; inner.usda names it")
+    assert (what, why) == ("../secret.usda", f"{REFUSED.format(home.parent)}; inner.usda refers to it")
 
 
 def test_an_allowed_folder_is_read(home: Path) -> None:
@@ -84,13 +84,13 @@ def test_an_allowed_folder_is_read(home: Path) -> None:
     [
         ("omniverse://server/robot.usd", "it is not a local file"),
         ("https://example.org/robot.usd", "it is not a local file"),
-        ("gone.usd", "there is no such file"),
-        ("./gone.usd", "there is no such file"),
-        ("folder.usd", "there is no such file"),
+        ("gone.usd", "the file does not exist"),
+        ("./gone.usd", "the file does not exist"),
+        ("folder.usd", "the file does not exist"),
         ("notes.txt", "it is not a .usd, .usda or .usdc file"),
-        ("pack.usdz[a.usda]", "there is no such file"),
-        ('`"${WHERE}.usda"`', "the name of its file is computed"),
-        ("inner.usda:SDF_FORMAT_ARGS:a=b", "the name of its file is computed"),
+        ("pack.usdz[a.usda]", "the file does not exist"),
+        ('`"${WHERE}.usda"`', "its name contains an expression or arguments"),
+        ("inner.usda:SDF_FORMAT_ARGS:a=b", "its name contains an expression or arguments"),
     ],
 )
 def test_what_cannot_be_read_is_cut_off_and_told(home: Path, name: str, why: str) -> None:
@@ -154,7 +154,7 @@ def test_size_and_number_of_layers_are_bounded(home: Path, monkeypatch: pytest.M
     monkeypatch.setattr(stage_layers, "MAX_LAYERS", 2)
     assert left_out(home, text, a="#usda 1.0\n", b="#usda 1.0\n") == [("b.usda", "the stage has more than 2 files")]
     monkeypatch.setattr(stage_layers, "MAX_BYTES", 100)
-    too_large = "all files together are larger than 0 MB"
+    too_large = "the files of the stage are together larger than 0 MB"
     assert left_out(home, text, a="#usda 1.0\n" + "#" * 100) == [("a.usda", too_large), ("b.usda", too_large)]
 
 

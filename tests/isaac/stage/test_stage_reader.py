@@ -99,7 +99,7 @@ def test_a_mistake_in_the_text_is_told_at_its_place(tmp_path: Path) -> None:
     path.write_text('#usda 1.0\ndef OmniGraph "G" {\n    double x = "text"\n}\n')
     told = refused(path)
     assert f"{path}:3:" in told
-    assert "error G401: USD syntax" in told
+    assert "error G401: USD syntax error" in told
     assert '     3 |     double x = "text"' in told
 
 
@@ -129,7 +129,7 @@ def test_a_reader_that_crashes_is_told_as_the_file_s_damage(tmp_path: Path, monk
     (tmp_path / "a.usda").write_text("#usda 1.0\n")
     monkeypatch.syspath_prepend(str(tmp_path))
     monkeypatch.setattr(stage, "_PROCESS", "crash")
-    assert "error G401: USD's reader breaks off: Segmentation fault" in refused(tmp_path / "a.usda")
+    assert "error G401: USD's reader crashed: Segmentation fault" in refused(tmp_path / "a.usda")
 
 
 def test_without_usd_core_the_way_to_install_it_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -166,7 +166,7 @@ def test_what_usd_says_is_told_in_one_line_of_bounded_length(tmp_path: Path) -> 
     path = tmp_path / "deep.usda"
     assert read_stage(path, Files.of(path, near=tmp_path), default_registry(), findings) is None
     (finding,) = findings.items
-    assert finding.message.startswith("USD syntax: ")
+    assert finding.message.startswith("USD syntax error: ")
     assert len(finding.message) <= stage.LONGEST + 20
 
 
@@ -221,8 +221,8 @@ READERS = [
 @pytest.mark.parametrize(
     ("contents", "said"),
     [
-        (StageContents(failure=f"/a.usda:{10**4000}:1: bad"), "error G401: USD cannot read it"),
-        (StageContents(failure=f"/a.usda:{10**8}:{10**8}: bad"), "error G401: USD syntax: bad"),
+        (StageContents(failure=f"/a.usda:{10**4000}:1: bad"), "error G401: USD cannot read the stage"),
+        (StageContents(failure=f"/a.usda:{10**8}:{10**8}: bad"), "error G401: USD syntax error: bad"),
         (StageContents({prim.path: prim for prim in NESTED}), ""),
         (StageContents({prim.path: prim for prim in (*USED, *USERS)}), "more than 1000 nodes, wires and values"),
         (StageContents({prim.path: prim for prim in READERS}), "more than 1000 nodes, wires and values"),

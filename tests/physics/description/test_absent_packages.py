@@ -31,8 +31,11 @@ def test_every_absent_package_is_named_with_what_it_would_bring(tmp_path: Path) 
     assert root is None
     lidars, arms = findings.errors
     assert lidars.message == "xacro: no package 'lidars'"
-    assert lidars.help[:2] == ("includes: $(find lidars)/urdf/a2.xacro", "macros that would be called: lidar.a2")
-    assert lidars.help[-1] == "or leave all of it out: --without lidars"
+    assert lidars.help[:2] == (
+        "includes: $(find lidars)/urdf/a2.xacro",
+        "macros that are called but not defined: lidar.a2",
+    )
+    assert lidars.help[-1] == "or leave the package out: --without lidars"
     assert lidars.span is not None
     assert lidars.span.line == 2
     assert "includes: $(find arms)/urdf/arm.xacro" in arms.help
@@ -43,7 +46,7 @@ def test_without_its_packages_a_robot_is_what_is_left(tmp_path: Path) -> None:
     assert root is not None
     assert [child.tag for child in root.children] == ["link"]
     assert findings.errors == []
-    assert "left out, as asked for: package 'lidars'" in [finding.message for finding in findings.items]
+    assert "left out on request: package 'lidars'" in [finding.message for finding in findings.items]
 
 
 def test_a_package_that_is_there_can_be_left_out_too(tmp_path: Path) -> None:

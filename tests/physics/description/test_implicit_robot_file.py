@@ -138,11 +138,11 @@ def test_a_mujoco_model_stands_in_a_scene(project: Project, from_file: bool) -> 
         ("<mujoco><worldbody><geom name='a' size='1'/></worldbody></mujoco>", "it contains: a"),
         (
             "<mujoco><worldbody><geom name='a' type='plane' size='1 1 1'/><body/></worldbody></mujoco>",
-            "has a floor, which belongs to the scene's world\n  it contains: a",
+            "contains a floor (plane or height field); floors belong to the scene's world\n  it contains: a",
         ),
         (
             "<mujoco>\n<extension><plugin plugin='mujoco.pid'/></extension></mujoco>",
-            "<extension>: plugins of MuJoCo are code",
+            "<extension>: MuJoCo plugins are not supported",
         ),
         ("<mujoco><worldbody><body><geom size='-1'/></body></worldbody></mujoco>", "MuJoCo: size"),
         ("<mujoco><worldbody><blob/></worldbody></mujoco>", "MuJoCo: Schema violation"),

@@ -69,14 +69,14 @@ def test_a_moving_link_without_mass_weighs_what_its_colliders_do(project: Projec
     """A ball of radius 0.05 m."""
     model, told = load(project, ARM, inertial)
     assert model.body("bot/arm").mass[0] == pytest.approx(1000 * 4 / 3 * math.pi * 0.05**3)
-    assert told == [("links that move and state no mass weigh what their colliders do at 1000 kg/m3", ("links: arm",))]
+    assert told == [("moving links without a mass get the mass of their colliders at 1000 kg/m3", ("links: arm",))]
 
 
 def test_a_moving_link_without_mass_and_colliders_weighs_a_gram(project: Project) -> None:
     ball = '<collision><origin xyz="0 0 .2"/><geometry><sphere radius=".05"/></geometry></collision>'
     model, told = load(project, f"{ARM}\n    {ball}", "")
     assert model.body("bot/arm").mass[0] == pytest.approx(0.001)
-    assert told == [("links that move and have neither mass nor colliders weigh 1 g", ("links: arm",))]
+    assert told == [("moving links without mass and colliders get a mass of 1 g", ("links: arm",))]
 
 
 def test_a_link_without_mass_that_is_fastened_to_one_with_mass_has_none(project: Project) -> None:
@@ -89,5 +89,5 @@ def test_a_link_without_mass_that_is_fastened_to_one_with_mass_has_none(project:
 def test_an_inertia_that_was_replaced_is_told(project: Project) -> None:
     _, told = load(project, 'ixx=".01" iyy=".01" izz=".01"', 'ixx=".01" iyy=".01" izz="1"')
     ((message, links),) = told
-    assert message.startswith("a moment of inertia that is zero, or more than the other two together")
+    assert message.startswith("a moment of inertia that is zero, or exceeds the sum of the other two")
     assert links == ("links: arm",)

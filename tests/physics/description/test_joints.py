@@ -60,7 +60,7 @@ def test_a_joint_whose_limits_leave_no_range_moves_freely_and_that_is_told(proje
     assert not world.simulation.model.joint("bot/arm_joint").limited[0]
     (note,) = findings.items
     assert (note.message, note.help) == (
-        "a joint without limits, or with equal limits, moves freely",
+        "joints without limits, or with equal limits, move freely",
         ("joints: arm_joint",),
     )
 
@@ -101,13 +101,15 @@ def test_a_floating_joint_below_an_empty_root_is_the_robots_own_freedom(project:
     assert world.robots["bot"].urdf.root == "base_link"
     assert world.simulation.model.nv == 7
     (note,) = findings.items
-    assert note.message.startswith("joint 'odom_joint': the robot moves freely without it, and without link 'odom'")
+    assert note.message.startswith(
+        "joint 'odom_joint' and link 'odom' are left out: the robot moves freely without them"
+    )
 
 
 def test_a_floating_joint_elsewhere_is_told(project: Project) -> None:
     solid = LINK.format("odom", 1) + joint("odom_joint", "floating", "odom", "base_link")
     error = project.cart("</robot>", f"{solid}</robot>").error()
-    assert "joint 'odom_joint': type 'floating' cannot be simulated here" in error
+    assert "joint 'odom_joint': type 'floating' is not supported" in error
     assert "only the joint between an empty root link and the rest of the robot can be floating" in error
 
 

@@ -250,7 +250,7 @@ def test_a_drive_of_the_robot_file_takes_the_place_of_an_actuator(project: Proje
     [
         ("keep_only_joints: [FL_calf_joint]\n", "G109: keep_only_joints: has no effect on a MuJoCo model"),
         ("joints: {FL_calf_joint: {enabled: false}}\n", "G109: enabled: has no effect on a MuJoCo model"),
-        ("urdf: bot.urdf\n", "G109: urdf: the robot file names a MuJoCo model by `mjcf`"),
+        ("urdf: bot.urdf\n", "G109: urdf: not allowed beside `mjcf`, which names a MuJoCo model"),
         ("joints: {FL_claf_joint: {armature: 1}}\n", "S104: the robot has no joint 'FL_claf_joint'"),
     ],
 )

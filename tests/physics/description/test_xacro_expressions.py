@@ -63,5 +63,5 @@ def test_no_expression_reaches_what_python_is_made_of(expression: str) -> None:
 def test_a_name_that_is_not_there_is_told_as_python_does() -> None:
     with pytest.raises(NameError, match="'open' is not defined"):
         evaluate("open('/etc/passwd')", names())
-    with pytest.raises(NameError, match="there is no 'width' in it"):
+    with pytest.raises(NameError, match="the namespace or mapping has no entry 'width'"):
         evaluate("wheel.width", names())

@@ -84,7 +84,7 @@ def test_of_several_macros_one_must_be_chosen() -> None:
     ("wanted", "parameters", "told"),
     [
         ("rovr", "", ("no macro 'rovr'", "did you mean 'rover'?")),
-        ("rover", "side radius:=1", ("needs a value of 'side'", "give it: side:=…")),
+        ("rover", "side radius:=1", ("needs a value of 'side'", "add to the command: side:=…")),
     ],
 )
 def test_a_macro_that_cannot_be_called_is_explained(wanted: str, parameters: str, told: tuple[str, str]) -> None:

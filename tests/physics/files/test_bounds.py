@@ -39,8 +39,8 @@ def test_a_world_that_unfolds_without_end_is_refused_where_it_becomes_too_much(
     project: Project, text: str, tag: str
 ) -> None:
     error = project.write("world.xml", text).error()
-    assert f"error S102: with this <{tag}> the world unfolds to more than 200 million cells" in error
-    assert "a texel or a sample is a cell, an element or a copy of one counts 2000" in error
+    assert f"error S102: at this <{tag}> the world exceeds the limit of 200 million cells" in error
+    assert "a texel or sample is one cell; an element, or a copy of one, counts as 2000 cells" in error
 
 
 def test_models_that_attach_models_that_attach_models_are_counted_whole(project: Project) -> None:
@@ -51,7 +51,7 @@ def test_models_that_attach_models_that_attach_models_are_counted_whole(project:
         copies = "".join(f'<attach model="m" body="b" prefix="p{number}_"/>' for number in range(30))
         project.write(f"m{level}.xml", world(below, f'<body name="b">{copies}</body>'))
     project.write("world.xml", (project.folder / "m4.xml").read_text(encoding="utf-8"))
-    assert "with this <attach> the world unfolds" in "\n".join(project.errors())
+    assert "at this <attach> the world exceeds" in "\n".join(project.errors())
 
 
 def picture(width: int, height: int) -> bytes:
@@ -75,4 +75,4 @@ def test_a_file_that_says_it_is_huge_is_refused_before_it_is_unfolded(
     """Sizes whose product is more than 32 bits hold end MuJoCo's process."""
     (project.folder / name).write_bytes(data)
     error = project.write("world.xml", world(asset)).error()
-    assert f"error S102: with {name!r} the world's files unfold to more than 200 million cells" in error
+    assert f"error S102: with {name!r} the files of the world exceed the limit of 200 million cells" in error

@@ -289,7 +289,7 @@ def test_an_obj_file_whose_corners_differ_is_read(project: Project) -> None:
 def test_a_shape_without_size_is_left_out_and_told(project: Project) -> None:
     assert draw(project, '<visual><geometry><sphere radius="0.0"/></geometry></visual>') == (
         [],
-        ["a shape without size is left out"],
+        ["a shape with a size of 0 is left out"],
     )
 
 

@@ -112,9 +112,9 @@ def test_a_missing_package_says_where_it_looked_and_what_there_is(project: Proje
     package(project.folder / "src/cart", "cart")
     error = project.write("bot.urdf", robot_with("package://crt/meshes/body.obj")).robot("package_paths: [src]").error()
     assert "did you mean 'cart'?" in error
-    assert "no package 'crt'; looked for it: around " in error
+    assert "no package 'crt'; searched for it: around " in error
     assert "src" in error
-    assert "give its folder: package_paths in the robot file" in error
+    assert "name its folder by package_paths in the robot file" in error
 
 
 @pytest.mark.parametrize(

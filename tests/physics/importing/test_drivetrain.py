@@ -275,8 +275,8 @@ def test_a_file_that_the_description_names_is_taken_by_itself(tmp_path: Path, re
 @pytest.mark.parametrize(
     ("reference", "reason"),
     [
-        ("/etc/passwd", "give the file with --controllers FILE"),
-        ("../../../../etc/passwd", "give the file with --controllers FILE"),
+        ("/etc/passwd", "name the file with --controllers FILE"),
+        ("../../../../etc/passwd", "name the file with --controllers FILE"),
         ("$(find nowhere)/x.yaml", "no package 'nowhere'"),
         ("absent.yaml", "cannot read"),
         ("broken.yaml", "YAML syntax"),
@@ -365,7 +365,10 @@ def test_ranges_of_wheels_are_told_and_do_not_slow_a_base_down(tmp_path: Path) -
     control = control.replace(f"{interface[:-1]}/>", f'{interface}<param name="max">1</param></command_interface>')
     found = imported(tmp_path, description(DIFFERENTIAL, control))
     assert robot_file(found)["joints"]["left_joint"]["drive"].keys() == {"damping"}
-    assert "lost: velocity ranges of left_joint, right_joint: ros2_control enforces none" in remarks(found)
+    assert (
+        "lost: velocity ranges of left_joint, right_joint: by default, ros2_control does not enforce them"
+        in remarks(found)
+    )
 
 
 def test_an_effort_limit_that_the_joints_own_friction_uses_up_is_told(tmp_path: Path) -> None:
@@ -436,4 +439,6 @@ def test_a_start_outside_of_limits_becomes_the_nearest_legal_one(tmp_path: Path)
 def test_a_long_chain_of_wheels_is_not_tried_on_a_floor(tmp_path: Path) -> None:
     wheels = tuple(Wheel(f"w{number}", 0.3 * number, 0.2) for number in range(MOST_JOINTS + 1))
     found = imported(tmp_path, description(Base("train", wheels, 0.05, 0.03, 5.0)))
-    assert f"noticed: with more than {MOST_JOINTS} moving joints the robot is not tried on a floor" in remarks(found)
+    assert f"noticed: with more than {MOST_JOINTS} moving joints the robot is not simulated on a floor" in remarks(
+        found
+    )

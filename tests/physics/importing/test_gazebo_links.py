@@ -80,8 +80,8 @@ def test_friction_in_two_directions_has_the_direction_of_the_description(
     ("link", "inside", "reason"),
     [
         ("arm", "<mu1>1</mu1><mu2>0.5</mu2>", "without fdir1, Gazebo takes it along an axis of the world"),
-        ("arm", "<mu1>-1</mu1>", "friction below zero"),
-        ("arm", "<mu1>much</mu1>", "mu1 is no number: 'much'"),
+        ("arm", "<mu1>-1</mu1>", "the friction is below zero"),
+        ("arm", "<mu1>much</mu1>", "mu1 is not a number: 'much'"),
         ("imu_link", "<mu1>1</mu1>", "friction: it has no collider"),
         (
             "arm",
@@ -89,8 +89,8 @@ def test_friction_in_two_directions_has_the_direction_of_the_description(
             "kp, kd and other settings of Gazebo's contacts",
         ),
         ("arm", "<laserRetro>100</laserRetro>", "the intensity of a lidar follows from colours"),
-        ("base_link", "<material>Gazebo/WoodFloor</material>", "material 'Gazebo/WoodFloor' is no colour"),
-        ("base_link", "<selfCollide>true</selfCollide>", "a robot's links collide with each other all or none"),
+        ("base_link", "<material>Gazebo/WoodFloor</material>", "material 'Gazebo/WoodFloor' is not a known colour"),
+        ("base_link", "<selfCollide>true</selfCollide>", "self-collision can be enabled only for all links of a robot"),
     ],
 )
 def test_what_a_robot_file_cannot_hold_is_lost_with_the_reason(

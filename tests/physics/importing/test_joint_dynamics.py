@@ -78,7 +78,7 @@ def test_a_limit_of_velocity_is_that_of_the_drive(tmp_path: Path) -> None:
     robot = imported(tmp_path, rover(CASTER, wheels=wheel("left", 0.2, more=more) + wheel("right", -0.2)))
     assert keys(robot)["joints"]["left_joint"] == {"drive": {"damping": 589.0, "max_velocity": 12.0}}
     assert keys(robot)["joints"]["right_joint"] == {"drive": {"damping": 589.0}}
-    assert "limits of velocity: left_joint 12" in [remark.text for remark in robot.draft.carried]
+    assert "velocity limits of drives: left_joint 12" in [remark.text for remark in robot.draft.carried]
 
 
 @pytest.mark.parametrize(("text", "fixed"), [("true", True), ("1", True), ("false", False), ("", False)])

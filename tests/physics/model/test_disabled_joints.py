@@ -173,4 +173,4 @@ def test_a_joint_that_others_mimic_cannot_be_welded_without_them(project: Projec
 
 def test_weld_on_a_joint_that_is_enabled_is_an_error(project: Project) -> None:
     project.robot("joints: {arm_joint: {weld: true}}")
-    assert "error G109: joint 'arm_joint' is not disabled: weld applies only to disabled joints" in project.error()
+    assert "error G109: joint 'arm_joint' is not disabled, and weld applies only to disabled joints" in project.error()

@@ -242,12 +242,12 @@ def test_a_convex_mesh_and_one_that_moves_are_one_collider(tmp_path: Path) -> No
 @pytest.mark.parametrize(
     ("content", "message"),
     [
-        (model(STATIC + link("l", collision("<geometry><cone/></geometry>"))), "a cone is not simulated here"),
+        (model(STATIC + link("l", collision("<geometry><cone/></geometry>"))), "a cone is not supported"),
         (model(link("l", collision("<geometry><plane/></geometry>"))), "a plane must belong to a static model"),
         (model(STATIC + link("l", collision(MESH))), "no file 'hall.obj'"),
-        (model(STATIC + link("l", collision(BOX.replace("2 1", "2")))), "size is 3 numbers, not '2 0.5'"),
-        ('<light name="l" type="laser"/>', "unknown light of type 'laser'"),
-        ("<gravity>down</gravity>", "gravity is 3 numbers, not 'down'"),
+        (model(STATIC + link("l", collision(BOX.replace("2 1", "2")))), "size must be 3 numbers, not '2 0.5'"),
+        ('<light name="l" type="laser"/>', "unknown light type 'laser'"),
+        ("<gravity>down</gravity>", "gravity must be 3 numbers, not 'down'"),
         ("<include><uri>model://nowhere</uri></include>", "no model 'model://nowhere'"),
     ],
 )
