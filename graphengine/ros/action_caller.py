@@ -16,7 +16,7 @@ from graphengine.ros.service_caller import ServiceCaller
 from graphengine.ros.transport import Transport
 
 MAX_CALLS = 1000
-"""Maximum number of goals whose feedback a caller passes on; beyond it, the oldest goals get no more feedback."""
+"""Maximum number of goals without a result; if there are more, the oldest goals get no further feedback."""
 
 
 @dataclass(eq=False)
@@ -26,7 +26,7 @@ class GoalCall:
     Attributes:
         goal: UUID of the goal, 16 bytes.
         accepted: whether the server accepted the goal.
-        result: response of get_result, with `status` and `result`; requested once the goal is accepted.
+        result: response of the action's GetResult service, with `status` and `result`; requested once the goal is accepted.
     """
 
     goal: bytes
@@ -94,7 +94,7 @@ class ActionCaller:
         return call
 
     def cancel(self, goal: bytes | None = None) -> Future[Any]:
-        """Request to cancel a goal by its UUID, or all goals of the action; return a future of cancel_goal's response."""
+        """Cancel the goal with this UUID, or all goals of the action (None); return a future of the CancelGoal response."""
         request = self._definitions.initial(f"{CANCEL_GOAL}_Request")
         if goal is not None:
             request.goal_info.goal_id.uuid[:] = list(goal)

@@ -1,4 +1,4 @@
-"""Subscriptions for command line tools: a queue between the transport's thread and the thread that prints, and ROS clocks."""
+"""Subscriptions for command line tools: a queue from the transport's thread to the thread that prints, and clocks."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ CLOCK = "/clock"
 CLOCK_QOS = QoS(depth=1, reliability="bestEffort")
 
 Clock = Callable[[], int]
-"""Returns a time in ns: wall clock time since 1970, or simulation time."""
+"""Function that returns the current time in ns: wall clock time since 1970, or simulation time."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,7 +56,7 @@ class MessageQueue:
             self._arrived.notify()
 
     def take(self, timeout: float | None) -> Arrival | None:
-        """Remove and return the oldest message; None if there is none within `timeout` s (None: wait for a message)."""
+        """Remove and return the oldest message. Wait for one up to `timeout` s (None: forever), then return None."""
         with self._arrived:
             self._arrived.wait_for(lambda: self._waiting, timeout)
             return self._waiting.popleft() if self._waiting else None
@@ -75,7 +75,7 @@ class SimulationClock:
         return self._now
 
     def wait(self, timeout: float) -> bool:
-        """Wait up to `timeout` s for the first message on `/clock`; return whether there was one."""
+        """Wait up to `timeout` s for the first message on `/clock`; return whether it has arrived."""
         return self._heard.wait(timeout)
 
     def _deliver(self, data: bytes) -> None:

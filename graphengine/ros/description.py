@@ -17,14 +17,14 @@ PARAMETER = "robot_description"
 _STRING = "std_msgs/msg/String"
 _GET = "rcl_interfaces/srv/GetParameters"
 _TEXT = 4
-"""rcl_interfaces/msg/ParameterType PARAMETER_STRING."""
+"""Constant PARAMETER_STRING of rcl_interfaces/msg/ParameterType."""
 _POLL = 0.01
 _WAITING = 100
 """Capacity of the message queue; only its oldest message is used."""
 
 
 def from_topic(transport: Transport, topic: str, timeout: float) -> str:
-    """Return the text of the first message on a topic, which robot_state_publisher latches for late subscribers.
+    """Return the text of the first message on a topic; robot_state_publisher latches it for late subscribers.
 
     Args:
         transport: open transport on the domain of the system.
@@ -95,7 +95,7 @@ def _becomes_ready(client: TransportClient, timeout: float) -> bool:
 
 
 def _absent(transport: Transport, node: str, service: str, timeout: float) -> str:
-    """Return why a node's service is unavailable: the cause of the incompatibility, or the names of the existing nodes."""
+    """Return the error message for an unavailable service: a warning about incompatible peers, or a list of known nodes."""
     foreign = transport.foreign_services
     if service in foreign:
         return foreign[service]

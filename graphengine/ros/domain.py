@@ -46,8 +46,8 @@ class Domain:
     def from_environment(cls, environ: Mapping[str, str]) -> Domain:
         """Return the domain that ROS 2 programs with the given environment variables use.
 
-        Unlike ROS 2, which falls back to defaults, this raises an error for an unknown discovery range or a malformed
-        ROS_LOCALHOST_ONLY: such a typo would hide the robot from other programs.
+        ROS 2 replaces an unknown discovery range or a malformed ROS_LOCALHOST_ONLY by its default. Here both are errors: with
+        the default, a typo might hide the robot from other programs.
 
         Raises:
             TransportError: a variable has an illegal value.

@@ -1,6 +1,6 @@
-"""Finds endpoints of a session that do not match their peers; equal endpoints of a topic are compared only once.
+"""Finds faults between the endpoints of a session and their peers, such as incompatible types or QoS and lost messages.
 
-DDS does not report endpoints that are incompatible, nor messages that exceed the receive buffer of a peer's kernel.
+Without these reports, a user would only notice that messages do not arrive. Equal endpoints of a topic are compared once.
 """
 
 from __future__ import annotations
@@ -19,21 +19,21 @@ from graphengine.ros.transports.vendors import CYCLONE, FAST_DDS
 
 CLOCK = "rosgraph_msgs/msg/Clock"
 MOST = 20
-"""Maximum number of reported faults per topic; one more line says that there are others."""
+"""Maximum number of faults to report per topic; if there are more, one last report says so."""
 ROOM = 0.85
-"""Fraction of a receive buffer that a message may fill; the kernel also stores its own data for each packet there.
+"""Fraction of a receive buffer that one message may fill; the kernel needs the rest for its own data about each packet.
 
-Measured from Cyclone DDS to Fast DDS on one machine with a buffer of 212992 bytes, 60 messages at 30 Hz for each size.
-Up to 190 kB, all messages arrive. With reliable endpoints, 22 arrive at 210 kB, 20 at 300 kB, and 14 to 18 at 922 kB; with
-best-effort endpoints, 6 arrive at 300 kB and 2 at 922 kB.
+Measured from Cyclone DDS to Fast DDS on one machine: a receive buffer of 212992 bytes, 60 messages of each size at 30 Hz.
+All 60 messages of up to 190 kB arrive. With reliable endpoints, 22 messages of 210 kB arrive, 20 of 300 kB, and 14 to 18 of
+922 kB. With best-effort endpoints, 6 messages of 300 kB arrive and 2 of 922 kB.
 """
 AMPLE = 4194304
-"""Size of a receive buffer with which all messages of that measurement arrive, bytes."""
+"""Receive buffer size with which all messages of the measurement for `ROOM` arrive, bytes."""
 
 _OTHER: Mapping[str, Direction] = {"publish": "subscribe", "subscribe": "publish"}
 
 Fault: TypeAlias = tuple[str, str]
-"""A fault and its remedy."""
+"""Description of a fault, and its remedy; the remedy may be empty."""
 _Form: TypeAlias = tuple[str, QoS, str]
 """Message type, QoS and type hash of a peer; they determine whether it matches."""
 
@@ -62,14 +62,14 @@ class Finder:
         self._reported: defaultdict[str, set[str]] = defaultdict(set)
         """Faults that `look` has already returned, by topic."""
         self._nameless: dict[bytes, float] = {}
-        """Time (s) since which each peer without a known node has been discovered, by GID."""
+        """Time at which each peer whose node is unknown was first seen, s, by GID."""
         self._mistyped: set[str] = set()
-        """Topics on which a peer publishes another definition of their type."""
+        """Subscribed topics on which a peer's definition of the message type differs from the session's."""
         self.published: Mapping[str, Set[str]] = {}
-        """Published types for each topic that a subscription reads with alternative types, as of the last `look`."""
+        """Published types by topic, as of the last `look`; only topics of subscriptions with alternative types."""
 
     def look(self, ends: Iterable[End], now: float) -> list[str]:
-        """Return the texts of faults that were not returned before, in order of the session's endpoints.
+        """Return the texts of new faults, in the order of the session's endpoints; each text is returned only once.
 
         Args:
             ends: publishers and subscriptions of the session.
@@ -90,7 +90,7 @@ class Finder:
         return [*found, *self._new("", self._dropped(), math.inf)]
 
     def _new(self, topic: str, faults: Iterable[Fault], most: float) -> Iterator[str]:
-        """Yield the texts of faults that were not reported yet; at most `most` are reported for each topic."""
+        """Yield the texts of faults that were not reported yet; each topic gets at most `most` reports, and one last note."""
         reported = self._reported[topic]
         for what, remedy in faults if len(reported) <= most else ():
             if what in reported:
@@ -110,7 +110,7 @@ class Finder:
             yield from comparison.rivals(end.claim.topic)
 
     def _dropped(self) -> Iterator[Fault]:
-        """Yield faults of services, and topics that drop malformed messages for no reason that is already reported."""
+        """Yield faults of services, then topics whose malformed messages no earlier fault explains."""
         foreign = self._transport.foreign_services
         yield from ((warning, "") for warning in foreign.values())
         if rivals := self._transport.rival_services:
@@ -119,11 +119,11 @@ class Finder:
             yield f"{topic}: a peer sends messages that do not fit the topic's type; they are dropped", ""
 
     def _is_known(self, peer: Endpoint, now: float) -> bool:
-        """Return whether a peer can be reported: its node is known, or has not been announced within `PATIENCE` s."""
+        """Return whether a peer can be reported: its node is known, or has stayed unknown for `PATIENCE` s."""
         return now - self._nameless.get(peer.gid, -PATIENCE) >= PATIENCE or not self._transport.node
 
     def _is_large(self, end: End) -> bool:
-        """Return whether messages of an endpoint may exceed a peer's receive buffer; its size is known only on Linux."""
+        """Return whether messages of an endpoint may exceed a peer's receive buffer; False if the buffer size is unknown."""
         return 0 < self._buffer * ROOM < end.largest
 
 
@@ -148,16 +148,16 @@ class _Comparison:
         self._definitions = definitions
         self._alike: dict[tuple[str, Direction], dict[tuple[str, _Form], Endpoint]] = {}
         self._unfit: dict[Any, list[Endpoint]] = {}
-        """Peers that do not match, by topic, direction, types and QoS of the session's claim."""
+        """Peers that do not match, by topic, direction, types and QoS of the session's endpoint."""
         self._own: defaultdict[tuple[str, str, str], list[EndpointClaim]] = defaultdict(list)
-        """The session's endpoint claims, by topic, direction and message type."""
+        """Claims of the session's endpoints, by topic, direction and message type."""
         for end in ends:
             self._own[end.claim.topic, end.claim.direction, end.claim.message_type].append(end.claim)
         self.mistyped: set[str] = set()
-        """Topics on which a peer publishes another definition of their type."""
+        """Subscribed topics on which a peer's definition of the message type differs from the session's."""
 
     def misfits(self, claim: EndpointClaim) -> Iterator[Fault]:
-        """Yield one fault, with its remedy, for each peer that does not match an endpoint of the session."""
+        """Yield one fault for each peer that does not match an endpoint of the session."""
         key = (claim.topic, claim.direction, claim.message_type, claim.alternatives, claim.qos)
         if key not in self._unfit:
             alike = self._distinct(claim.topic, _OTHER[claim.direction])
@@ -168,7 +168,7 @@ class _Comparison:
             yield _misfit(claim, peer, self._name(peer))
 
     def losses(self, end: End, buffer: int) -> Iterator[Fault]:
-        """Yield a fault for each Fast DDS reader that loses large messages of this endpoint, sent by Cyclone DDS."""
+        """Yield a fault for each reader on Fast DDS, which loses large messages that this endpoint sends with Cyclone DDS."""
         publishers = self._graph.publishers(end.claim.topic)
         own = {peer.gid[: len(CYCLONE)] for peer in publishers if peer.full_node == self._node}
         if own == {CYCLONE}:
@@ -177,7 +177,7 @@ class _Comparison:
                     yield _loss(end, self._name(peer), buffer)
 
     def rivals(self, topic: str) -> Iterator[Fault]:
-        """Yield a fault for each other publisher of /clock, including one in another process with this node's name."""
+        """Yield a fault for each publisher of /clock outside this session, even if its node has the session's node name."""
         publishers = self._graph.publishers(topic)
         others = [peer.full_node for peer in publishers if peer.full_node != self._node]
         if len(publishers) - len(others) > len(self._own[topic, "publish", CLOCK]):
@@ -195,7 +195,7 @@ class _Comparison:
         return self._alike[topic, direction]
 
     def _fits(self, claim: EndpointClaim, form: _Form, types: Collection[str]) -> bool:
-        """Return whether an endpoint of the session and a peer match; `types` are those of all peers on the topic."""
+        """Return whether a peer matches an endpoint of the session; `types` are the message types of all peers on the topic."""
         kind, qos, type_hash = form
         if kind != claim.message_type:
             # A subscription takes one of its alternatives where its own type is not published.
@@ -206,7 +206,7 @@ class _Comparison:
         return not mismatch(*_offer(claim, claim.qos, qos))
 
     def _name(self, peer: Endpoint) -> str:
-        """Return the name of a peer's node in reports: the prim path in this session, else the ROS name."""
+        """Return a name for a peer in reports: the node's prim path if it is in this session, otherwise its ROS node name."""
         if peer.full_node == self._node:
             for claim in self._own[peer.topic, peer.direction, peer.message_type]:
                 if not short_of(claim.qos, peer.qos) and not short_of(peer.qos, claim.qos):
@@ -215,12 +215,12 @@ class _Comparison:
 
 
 def _offer(claim: EndpointClaim, ours: Any, theirs: Any) -> tuple[Any, Any]:
-    """Order a session's value and a peer's value: return the writer's, then the reader's."""
+    """Return the writer's and the reader's value, in this order, from the session's and the peer's value."""
     return (ours, theirs) if claim.direction == "publish" else (theirs, ours)
 
 
 def _misfit(claim: EndpointClaim, peer: Endpoint, name: str) -> Fault:
-    """Return why an endpoint of the session and a peer do not match, and the remedy."""
+    """Return the reason why an endpoint of the session and a peer do not match, and the remedy."""
     writer, reader = _offer(claim, claim.node, name)
     sent, read = _offer(claim, claim.message_type, peer.message_type)
     if sent != read:
@@ -245,7 +245,7 @@ def _loss(end: End, reader: str, buffer: int) -> Fault:
 
 
 def _rival_servers(services: Sequence[str]) -> Fault:
-    """Return a single fault for all services that another program also offers; two equal runs share dozens."""
+    """Return one fault for all services that another program also offers: two runs of one scene share dozens of services."""
     shown = f"{', '.join(services[:3])}{' and others' if len(services) > 3 else ''}"
     ways = "stop one of the two, or give it another ROS_DOMAIN_ID or other names, such as --simulation-interfaces /one"
     return "another program also offers services of this run: either program may answer a call", f"{shown}: {ways}"

@@ -12,7 +12,7 @@ class HeldEndpoint:
     """An endpoint that stays open until every node that holds it has closed it."""
 
     opened_as: EndpointClaim
-    """Claim that opened the endpoint; its type stays the same when a subscription switches to an alternative type."""
+    """Claim for which the endpoint was created; unlike `claim`, it keeps its type when a subscription switches to another."""
     holders = 1
 
     def release(self) -> bool:
@@ -35,7 +35,7 @@ class Handover:
         self._ends = list(ends)
 
     def take(self, kind: type[E], claim: EndpointClaim) -> E | None:
-        """Return an open endpoint whose claim equals this one, and add a holder to it; None if there is none."""
+        """Return an open endpoint that was created for an equal claim, and add one holder; None if no endpoint fits."""
         wanted = _essence(claim)
         for end in self._ends:
             if isinstance(end, kind) and _essence(end.opened_as) == wanted:

@@ -1,4 +1,4 @@
-"""Endpoints of a session: they receive messages at the beginning of a tick and send messages at its end."""
+"""The endpoints of a session: they deliver messages to nodes at the beginning of a tick and send messages at its end."""
 
 from __future__ import annotations
 
@@ -19,16 +19,16 @@ from graphengine.ros.transport import Transport
 E = TypeVar("E", bound=HeldEndpoint)
 
 LOOK_EVERY = 30
-"""Number of ticks between two checks of the published types, for subscriptions with alternative types."""
+"""Number of ticks between two checks of whether a subscription should switch to one of its alternative types."""
 
 
 class LiveNetwork(Network):
-    """The endpoints of a session, with one transport per ROS 2 domain, opened at first use.
+    """The endpoints of a session, and one transport for each ROS 2 domain that they use.
 
     Args:
-        open_domain: joins a domain.
-        domain_id: domain of the session, for endpoints with the context handle 0.
-        complain: receives warnings about malformed messages and incompatible peers, each once.
+        open_domain: joins the domain with this id and returns a transport.
+        domain_id: domain of the session, which endpoints with the context handle 0 use.
+        complain: called with each warning about malformed messages or incompatible peers, once per warning.
         definitions: message types.
     """
 
@@ -41,16 +41,16 @@ class LiveNetwork(Network):
     ) -> None:
         self.definitions = definitions
         self.sinks: list[Sink] = []
-        """Sinks that receive every message, such as a recorder."""
+        """Sinks that receive every message, such as a recorder; with a sink, every publisher is `wanted`."""
         self.taps: list[Sink] = []
         self.outbox: list[tuple[Callable[[bytes], None], bytes]] = []
-        """Messages of this tick, each with the function that sends it. Sent together, they wake a reader once per tick."""
+        """Messages of this tick, each with the function that sends it; `flush` sends them together at the end of the tick."""
         self.sent = 0
         self.undecoded: Counter[str] = Counter()
         self.past_drops: Counter[str] = Counter()
         """Number of messages that closed publishers dropped, by topic."""
         self.past_overwritten: Counter[str] = Counter()
-        """Number of messages that were overwritten in closed subscriptions, by topic."""
+        """Number of messages overwritten in subscriptions that are closed now, by topic."""
         self._open_domain = open_domain
         self._domain_id = domain_id
         self.complain = complain
@@ -65,7 +65,7 @@ class LiveNetwork(Network):
         self.identity = self.transport(0).identity
 
     def tap(self, sink: Sink) -> None:
-        """Copy all messages that nodes send or receive to a sink; publishers do not count it as a reader."""
+        """Copy all messages that nodes send or receive to a sink; unlike `sinks`, a tap does not make publishers `wanted`."""
         self.taps.append(sink)
 
     def untap(self, sink: Sink) -> None:
@@ -73,7 +73,7 @@ class LiveNetwork(Network):
         self.taps.remove(sink)
 
     def transport(self, handle: int) -> Transport:
-        """Return the transport for the handle of a ROS 2 context; open it at first use."""
+        """Return the transport for the handle of a ROS 2 context; join its domain at the first call."""
         domain = self._domain(handle)
         if domain not in self._transports:
             self._transports[domain] = self._open_domain(domain)
@@ -86,7 +86,7 @@ class LiveNetwork(Network):
 
     @contextmanager
     def handing_over(self) -> Iterator[None]:
-        """Return a context in which a claim gets an endpoint that is already open for an equal claim, else a new one."""
+        """Return a context in which nodes take over open endpoints of equal claims, instead of creating new endpoints."""
         self._handover = Handover([*self.publishers, *self.subscriptions, *self._servers, *self._clients])
         try:
             yield
@@ -94,7 +94,7 @@ class LiveNetwork(Network):
             self._handover = None
 
     def _end(self, kind: type[E], claim: EndpointClaim, ends: list[E], make: Callable[[], E]) -> E:
-        """Return the endpoint of a claim: within `handing_over` the open one of an equal claim, else a new one."""
+        """Return the endpoint for a claim: within `handing_over` an open endpoint of an equal claim, otherwise a new one."""
         end = self._handover.take(kind, claim) if self._handover is not None else None
         if end is None:
             end = make()
@@ -103,7 +103,7 @@ class LiveNetwork(Network):
         return end
 
     def publisher(self, claim: EndpointClaim) -> LivePublisher:
-        """Create the publisher that a node claims, or hand over an open one."""
+        """Return the publisher that a node claims: a new one, or within `handing_over` one that is already open."""
 
         def make() -> LivePublisher:
             writer = self.transport(claim.ros_context).writer(claim.topic, claim.message_type, claim.qos)
@@ -114,17 +114,17 @@ class LiveNetwork(Network):
         return end
 
     def subscription(self, claim: EndpointClaim) -> LiveSubscription:
-        """Create the subscription that a node claims, or hand over an open one."""
+        """Return the subscription that a node claims: a new one, or within `handing_over` one that is already open."""
         end = self._end(LiveSubscription, claim, self.subscriptions, lambda: LiveSubscription(self, claim))
         self._watches[self._domain(claim.ros_context)].hurry()
         return end
 
     def server(self, claim: EndpointClaim, handle: int) -> LiveServer:
-        """Create the service server that a node claims, or hand over an open one; `handle` as in `Network.server`."""
+        """Return the service server that a node claims, new or handed over; `handle` has the meaning of `Network.server`."""
         return self._end(LiveServer, claim, self._servers, lambda: LiveServer(self, claim, handle))
 
     def client(self, claim: EndpointClaim) -> LiveClient:
-        """Create the service client that a node claims, or hand over an open one."""
+        """Return the service client that a node claims: a new one, or within `handing_over` one that is already open."""
         return self._end(LiveClient, claim, self._clients, lambda: LiveClient(self, claim))
 
     @property
@@ -138,7 +138,7 @@ class LiveNetwork(Network):
         self._clients = [client for client in self._clients if client is not end]
 
     def freeze(self) -> None:
-        """Begin a tick: nodes and sinks get the messages that have arrived."""
+        """Begin a tick: deliver the messages since the last tick to nodes, sinks and taps; report incompatible peers."""
         if self._ticks % LOOK_EVERY == 0:
             self._follow()
         self._ticks += 1
@@ -150,12 +150,12 @@ class LiveNetwork(Network):
         self.look()
 
     def look(self) -> None:
-        """Report incompatible peers that the search has found; call this also while no ticks run."""
+        """Report incompatible peers that the searches in the background have found; call this also while no ticks run."""
         for watch in self._watches.values():
             watch.look()
 
     def _ends(self, domain: int) -> Iterator[LivePublisher | LiveSubscription]:
-        """Return an iterator over the current endpoints in a domain; another thread may iterate over it later."""
+        """Return an iterator over the present publishers and subscriptions in a domain; another thread may use it later."""
         ends: list[LivePublisher | LiveSubscription] = [*self.publishers, *self.subscriptions]
         return (end for end in ends if self._is_in(domain, end))
 
@@ -163,7 +163,7 @@ class LiveNetwork(Network):
         return self._domain(end.claim.ros_context) == domain
 
     def _follow(self) -> None:
-        """Switch subscriptions with alternative types to a type that is published."""
+        """Switch each subscription to an alternative type if the alternative is published and its present type is not."""
         for domain, watch in self._watches.items():
             ends = [end for end in self.subscriptions if end.claim.alternatives and self._is_in(domain, end)]
             published = watch.published({end.topic for end in ends}) if ends else {}
@@ -180,14 +180,14 @@ class LiveNetwork(Network):
             client.end_tick()
 
     def forget_calls(self) -> None:
-        """Discard unanswered requests and calls, because graphs restart."""
+        """Discard unanswered requests and calls; called when graphs restart."""
         for server in self._servers:
             server.forget_calls()
         for client in self._clients:
             client.forget_calls()
 
     def save(self) -> Any:
-        """Return a copy of waiting messages, open calls, and the transports' state."""
+        """Return a copy of the waiting messages, the open calls, and the state of the transports."""
         ends = [(_key(end), end.save()) for end in self.hearing]
         return self._ticks, ends, {domain: transport.save() for domain, transport in self._transports.items()}
 
@@ -207,32 +207,32 @@ class LiveNetwork(Network):
 
     @property
     def subscribers(self) -> int:
-        """Number of readers of all topics that nodes publish, without recorders."""
+        """Total number of readers that publishers have matched; recorders do not count."""
         return sum(publisher.subscribers for publisher in self.publishers)
 
     @property
     def malformed(self) -> Counter[str]:
-        """Number of messages by topic that were dropped because they do not fit its type."""
+        """Number of messages dropped because they do not fit the type of their topic or service, by topic or service name."""
         return +sum((Counter(transport.malformed) for transport in self._transports.values()), self.undecoded)
 
     @property
     def given_up(self) -> Counter[str]:
-        """Number of messages by topic that were dropped because a reader was too slow."""
+        """Number of published messages dropped because a reader was too slow, by topic."""
         return +sum((Counter({end.topic: end.dropped}) for end in self.publishers), self.past_drops)
 
     @property
     def overwritten(self) -> Counter[str]:
-        """Number of messages by topic that were overwritten in a full queue before a tick read them."""
+        """Number of received messages overwritten in a full queue before a tick delivered them, by topic."""
         return +sum((Counter({end.topic: end.overwritten}) for end in self.subscriptions), self.past_overwritten)
 
     def log(self, severity: str, message: str) -> None:
-        """Publish a log message on /rosout, on transports that have a node."""
+        """Publish a log message on /rosout of each open transport; transports without a ROS node ignore it."""
         for transport in self._transports.values():
             transport.log(severity, message)
 
     @property
     def description(self) -> str:
-        """Descriptions of the open transports."""
+        """Descriptions of the open transports, separated by semicolons."""
         return "; ".join(transport.description for transport in self._transports.values())
 
     def close(self) -> None:

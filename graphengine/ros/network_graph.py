@@ -1,4 +1,4 @@
-"""The ROS graph: the writers and readers of each topic, as peers announce them."""
+"""The ROS graph as peers announce it: nodes with their services, and the writers and readers of each topic."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ from graphengine.messages.qos import mismatch
 Direction = Literal["publish", "subscribe"]
 
 MAX_NAME = 500
-"""Maximum length of a name from a peer; longer ones are cut. Names in ROS 2 have at most 256 characters."""
+"""Maximum length of a name from a peer; longer names are cut. Legal names in ROS 2 have at most 256 characters."""
 PATIENCE = 5.0
-"""Additional time for a discovered peer to announce its endpoints, s."""
+"""Additional time that a discovered peer gets to announce its endpoints, s."""
 
 
 def full_name(namespace: str, node: str) -> str:
@@ -24,14 +24,14 @@ def full_name(namespace: str, node: str) -> str:
 
 
 def split_name(node: str) -> tuple[str, str]:
-    """Return namespace and name of a node from its full name."""
+    """Split the full name of a node into its namespace (`/` if none) and its name."""
     namespace, _, name = node.rpartition("/")
     return namespace or "/", name
 
 
 @dataclass(frozen=True, slots=True)
 class Endpoint:
-    """A writer or reader of a topic. Strings from peers are made printable, because messages, logs and tables contain them.
+    """A writer or reader of a topic. Strings from peers are made printable, because they appear in messages, logs and tables.
 
     Args:
         gid: 16 bytes that identify the endpoint in ROS 2.
@@ -119,7 +119,7 @@ class NetworkGraph:
             self._ends.setdefault((end.topic, end.direction), []).append(end)
 
     def without(self, node: str) -> NetworkGraph:
-        """Return the graph without a node, its endpoints, and the services that only this node offers or calls."""
+        """Return a copy of the graph without a node, its endpoints, and the services that only this node offers or calls."""
         ends = (end for end in self.endpoints if end.full_node != node)
         nodes = [other for other in self.nodes if other.name != node]
         removed = {pair for own in self.nodes if own.name == node for pair in (*own.servers, *own.clients)}
@@ -128,11 +128,11 @@ class NetworkGraph:
         return NetworkGraph(ends, self.complete, self.named, services, nodes)
 
     def with_endpoints(self, endpoints: Iterable[Endpoint]) -> NetworkGraph:
-        """Return the graph with additional endpoints."""
+        """Return a copy of the graph with additional endpoints."""
         return NetworkGraph([*self.endpoints, *endpoints], self.complete, self.named, self.services, self.nodes)
 
     def types(self) -> dict[str, list[str]]:
-        """Return the message types of each topic, sorted; more than one is an error of the system."""
+        """Return the sorted message types of each topic; several types on one topic are an error in the ROS system."""
         found: dict[str, set[str]] = {}
         for end in self.endpoints:
             found.setdefault(end.topic, set()).add(end.message_type)

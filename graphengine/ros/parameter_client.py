@@ -13,7 +13,7 @@ from graphengine.ros.service_caller import ServiceCaller
 from graphengine.ros.transport import Transport
 
 PATIENCE = 5.0
-"""Maximum wait for the services of a node, and for a response, s."""
+"""Maximum wait for a service of the node to appear, and again for its response, s."""
 _POLL = 0.02
 
 
@@ -36,15 +36,15 @@ class ParameterClient:
         self._callers: dict[str, ServiceCaller] = {}
 
     def list(self, prefixes: Sequence[str] = ()) -> list[str]:
-        """Return the names of all parameters, or of those below some prefixes, sorted.
+        """Return the sorted names of all parameters, or only of the parameters below the given prefixes.
 
         Raises:
-            TransportError: the node does not answer in time. The other methods raise this, too.
+            TransportError: the node does not answer in time; the other methods raise this too.
         """
         return sorted(self._call("list_parameters", prefixes=list(prefixes)).result.names)
 
     def get(self, names: Sequence[str]) -> Sequence[Any]:
-        """Return a ParameterValue for each name; nodes of rclcpp answer an empty list if one of the names has no value."""
+        """Return a ParameterValue for each name; rclcpp nodes return an empty list if any of the parameters has no value."""
         return list(self._call("get_parameters", names=list(names)).values)
 
     def describe(self, names: Sequence[str]) -> Sequence[Any]:
@@ -52,10 +52,10 @@ class ParameterClient:
         return list(self._call("describe_parameters", names=list(names)).descriptors)
 
     def set(self, parameters: Sequence[Any]) -> Sequence[Any]:
-        """Set Parameter messages; return a SetParametersResult for each.
+        """Set parameters, given as Parameter messages; return a SetParametersResult for each.
 
         Raises:
-            TransportError: the number of results differs from that of the parameters, or the node does not answer in time.
+            TransportError: the node does not answer in time, or does not return one result for each parameter.
         """
         results = list(self._call("set_parameters", parameters=list(parameters)).results)
         if len(results) != len(parameters):

@@ -16,26 +16,26 @@ from graphengine.ros.endpoint_faults import End, Finder, published_types
 from graphengine.ros.transport import Transport
 
 PERIOD, LONGEST_PERIOD = 0.5, 5.0
-"""Shortest and longest time between two searches, s; longer searches run less often."""
+"""Shortest and longest time from the start of one search to the start of the next, s; see `SHARE`."""
 SHARE = 0.005
-"""Fraction of the wall time that searches may take, unless `LONGEST_PERIOD` requires more."""
+"""Fraction of wall time that searches take: after a long search, the next one starts later, up to `LONGEST_PERIOD`."""
 REPORTED_A_TICK = 5
-"""Maximum number of faults reported per tick; the others wait for the next tick."""
+"""Maximum number of faults to report per tick; the remaining faults wait for the next tick."""
 
 RECEIVE_BUFFER = Path("/proc/sys/net/core/rmem_default")
-"""File with the default receive buffer size of sockets in Linux, bytes; Fast DDS does not request a larger one."""
+"""Linux file with the default receive buffer size of sockets, bytes; Fast DDS does not request a larger buffer."""
 
 
 class Watch:
-    """Compares the session's endpoints on a transport with their peers. Used by one thread.
+    """Searches in a background thread for peers that do not fit the session's endpoints on a transport. Not thread-safe.
 
     Args:
         transport: transport that discovers the peers.
         ends: returns the session's endpoints; called in the thread that runs ticks. The search iterates over the result in
             its own thread.
-        tell: receives each fault, with the remedy on a second line.
-        clock: returns the time, s.
-        buffer: size of a peer's receive buffer in the kernel, bytes; None: the default size on this machine.
+        tell: called with the text of each fault; a second line has the remedy.
+        clock: returns the current time, s.
+        buffer: size of a peer's receive buffer in the kernel, bytes; None for the default size on this machine.
         definitions: message types of the session.
     """
 
@@ -55,22 +55,22 @@ class Watch:
         self._clock = clock
         self._worker = ThreadPoolExecutor(1, "watch")
         self._look: Future[tuple[list[str], float]] | None = None
-        """The search in progress; its result has the faults, and the time when the next search is due."""
+        """The search in progress; its result is the texts of the faults, and the time at which the next search is due, s."""
         self._due = 0.0
         self._found: deque[str] = deque()
 
     def published(self, topics: Iterable[str]) -> Mapping[str, Set[str]]:
-        """Return the types published on the given topics, as of the last search; for a transport without a node, as of now."""
+        """Return the types published on the given topics: as of the last search, or on a transport without a node as of now."""
         if self._transport.node:
             return self._finder.published
         return published_types(self._transport.graph({(topic, "publish") for topic in topics}), topics)
 
     def hurry(self) -> None:
-        """Search again at the next `look`, because the session's endpoints have changed."""
+        """Make a search due at the next `look`; called when the session's endpoints have changed."""
         self._due = 0.0
 
     def look(self) -> None:
-        """Start a search if one is due, and report some of the faults that earlier searches found."""
+        """Report up to `REPORTED_A_TICK` faults that earlier searches found, and start a search if one is due."""
         if self._look is not None and self._look.done():
             self._collect(self._look)
         if self._found:
@@ -88,7 +88,7 @@ class Watch:
             self._tell(self._found.popleft())
 
     def close(self) -> None:
-        """End the thread; safe to call twice."""
+        """Wait for the current search, report all remaining faults, and end the thread; safe to call twice."""
         try:
             with contextlib.suppress(TransportError):  # where the transport was closed before
                 self.finish()

@@ -1,4 +1,4 @@
-"""Measures the rate and delay of messages like ros2cli; times are in nanoseconds."""
+"""Measures the rate and delay of messages as ros2cli does; times are in nanoseconds."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ SECOND = 1_000_000_000
 
 @dataclass(frozen=True, slots=True)
 class Summary:
-    """Statistics of the values in a window; `deviation` is the population standard deviation."""
+    """Statistics of the times in a window, ns; `deviation` is the population standard deviation."""
 
     mean: float
     least: int
@@ -36,7 +36,7 @@ class Intervals:
     """Measures the time between messages.
 
     Args:
-        size: number of latest intervals to use.
+        size: maximum number of intervals in the statistics; the most recent intervals are used.
     """
 
     def __init__(self, size: int) -> None:
@@ -45,7 +45,7 @@ class Intervals:
         self._told: int | None = None
 
     def add(self, now: int) -> bool:
-        """Add a message; return False if the clock jumped back, after which measuring starts again."""
+        """Add a message with its time, ns. If the clock has jumped back, restart the measurement and return False."""
         forward = self._last is None or now >= self._last
         if not forward:
             self._window.clear()
@@ -57,7 +57,7 @@ class Intervals:
         return forward
 
     def report(self) -> Summary | None:
-        """Return the statistics once per second of the messages' clock, else None."""
+        """Return the statistics if the last report is at least 1 s old by the clock of the messages, otherwise None."""
         if self._last is None or self._told is None or self._last < self._told + SECOND:
             return None
         self._told = self._last

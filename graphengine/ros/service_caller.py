@@ -39,7 +39,7 @@ class ServiceCaller:
         self._lock = threading.Lock()
         self._open: dict[int, Future[Any]] = {}
         self._early: dict[int, bytes] = {}
-        """Responses that arrived before `call` stored the future of their request."""
+        """Responses that arrived before `call` could store the future of their call, by number of the call."""
         self._client = transport.client(service, service_type, QoS(), self._receive)
 
     @property
@@ -48,9 +48,9 @@ class ServiceCaller:
         return self._client.ready
 
     def call(self, request: Any) -> Future[Any]:
-        """Send a request and return at once; without a server, the request is lost.
+        """Send a request and return a future of the response; without a server, the request is lost.
 
-        Of more than `MAX_OPEN` unanswered calls, the oldest fails with a `TransportError`.
+        When more than `MAX_OPEN` calls are unanswered, the oldest call fails with a `TransportError`.
 
         Raises:
             MessageError: the message is not a request of the service.

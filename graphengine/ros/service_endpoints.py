@@ -1,8 +1,8 @@
-"""Service servers and clients of a session: nodes see messages that arrived before the tick, and send theirs at its end.
+"""Service servers and clients of a session: they deliver messages when a tick begins and send messages when it ends.
 
-Sinks receive calls as ROS 2 service introspection events: messages of type `…_Event` on `<service>/_service_event`, which
-rosbag2 records too. Their stamps are zero. For a server, the transport sets a call's `client_gid` and `sequence_number`. For a
-client, they are derived from the node's prim path and the number of the call, so that equal runs give equal bytes.
+Sinks receive calls as ROS 2 service introspection events: messages of type `…_Event` on `<service>/_service_event`, as rosbag2
+records them. The stamps of the events are zero. In events of a server, `client_gid` and `sequence_number` come from the
+transport. In events of a client, they come from the node's prim path and the number of the call: equal runs give equal bytes.
 """
 
 from __future__ import annotations
@@ -28,9 +28,9 @@ if TYPE_CHECKING:
 EVENTS = "/_service_event"
 """Suffix that turns a service's name into the topic of its introspection events."""
 MAX_OPEN = 1000
-"""Maximum number of unanswered requests or calls per endpoint, unless the depth of its QoS profile is larger."""
+"""Maximum number of unanswered requests of a server, or calls of a client; a larger depth in the QoS profile raises it."""
 PATIENCE = 300
-"""Number of ticks that calls wait for a server before a warning is given."""
+"""Number of ticks that calls wait for a server before the user is warned."""
 GID, IDENTITY = 16, 24
 """Size of `client_gid`, and of a call's identity (`client_gid` and `sequence_number`), bytes."""
 
@@ -39,10 +39,10 @@ _REQUEST_SENT, _REQUEST_RECEIVED, _RESPONSE_SENT, _RESPONSE_RECEIVED = range(4)
 
 
 class _Endpoint(HeldEndpoint, Stateful, ServiceEndpoint):
-    """Base class of server and client; `claim` has the topic and type of the service's introspection events."""
+    """Base class of server and client. `claim` describes the topic of the introspection events, not the service itself."""
 
     _end: Any
-    """Server or client of the transport, which carries the messages."""
+    """The transport's server or client that carries the messages."""
 
     def _begin(self, network: LiveNetwork, claim: EndpointClaim, hears: str, says: str) -> None:
         self.claim = replace(claim, topic=f"{claim.topic}{EVENTS}", message_type=f"{claim.message_type}_Event")
@@ -52,7 +52,7 @@ class _Endpoint(HeldEndpoint, Stateful, ServiceEndpoint):
         self._most = max(MAX_OPEN, claim.qos.depth)
 
     def close(self) -> None:
-        """Send pending messages, then close the endpoint."""
+        """Send pending messages, then release the endpoint; it is closed when no other node holds it."""
         self._network.flush()
         if not self.release():
             return
@@ -71,14 +71,14 @@ class _Endpoint(HeldEndpoint, Stateful, ServiceEndpoint):
         """Encode an outgoing message.
 
         Raises:
-            MessageError: the message has another type.
+            MessageError: the message is not of the type that this endpoint sends.
         """
         if messages.message_type(message) != self._says:
             raise messages.MessageError(f"{self.service} takes {self._says}, not {messages.message_type(message)}")
         return messages.encode(message, self._network.definitions)
 
     def _decode(self, data: bytes) -> Any | None:
-        """Decode an incoming message; None if it is malformed."""
+        """Return the decoded incoming message; count it and return None if it is malformed."""
         try:
             return messages.decode(data, self._hears, self._network.definitions)
         except TransportError:
@@ -103,7 +103,7 @@ class _Endpoint(HeldEndpoint, Stateful, ServiceEndpoint):
                 sink.write(self.claim, event)
 
     def _recorded(self, event: bytes, part: Literal["request", "response"]) -> tuple[bytes, bytes] | None:
-        """Return the identity of a call and its encoded request or response; None if the event does not contain `part`."""
+        """Return a call's identity and encoded request or response from a recorded event; None if the event lacks `part`."""
         try:
             found = messages.decode(event, self.claim.message_type, self._network.definitions)
             heard = messages.encode(getattr(found, part)[0], self._network.definitions)
@@ -130,19 +130,19 @@ class LiveServer(_Endpoint, ServiceServer):
         self._end = transport.server(claim.topic, claim.message_type, claim.qos, self._receive)
 
     def _receive(self, request_id: bytes, data: bytes) -> None:
-        """Add a request; called in the transport's thread."""
+        """Queue a request, or refuse it if the queue is full; called in the transport's thread."""
         if len(self._arrived) < self._most:
             self._arrived.append((request_id, data))
         else:
             self._refused += 1
 
     def deliver(self, event: bytes) -> None:
-        """Add a request from a recorded event."""
+        """Queue the request of a recorded event."""
         if recorded := self._recorded(event, "request"):
             self._receive(*recorded)
 
     def freeze(self) -> Sequence[bytes]:
-        """Begin a tick; return the requests that arrived since the last one, as events."""
+        """Begin a tick: make new requests available to nodes, and return them as events if there are sinks."""
         events: list[bytes] = []
         for _ in range(len(self._arrived)):
             request_id, data = self._arrived.popleft()
@@ -166,7 +166,7 @@ class LiveServer(_Endpoint, ServiceServer):
         return taken
 
     def answer(self, request_id: bytes, response: Any) -> None:
-        """Send a response at the end of the tick; ignored if the request was answered or discarded before.
+        """Send a response at the end of the tick; do nothing if the request is already answered or discarded.
 
         Raises:
             MessageError: the message is not a response of the service.
@@ -183,14 +183,14 @@ class LiveServer(_Endpoint, ServiceServer):
         self._show(_RESPONSE_SENT, _identity(request_id), "response", data)
 
     def forget_calls(self) -> None:
-        """Discard the requests that graphs have seen, so that they are not answered."""
+        """Discard the requests that nodes can see or have read; these requests get no response."""
         self.current = None
         self._open.clear()
         self._visible.clear()
 
 
 class LiveClient(_Endpoint, ServiceClient):
-    """A service client on a transport. While there is no server, as many calls wait as the depth of the QoS profile allows."""
+    """A service client on a transport. Until a server exists, it keeps the latest calls, up to the depth of the QoS profile."""
 
     kept = ("_arrived", "_calls", "_from_recording", "_numbers", "_open", "_patience", "_visible", "_waiting")
 
@@ -202,7 +202,7 @@ class LiveClient(_Endpoint, ServiceClient):
         self._open: dict[int, None] = {}
         """Numbers of calls that have no response yet."""
         self._numbers: dict[int, int] = {}
-        """Number of each sent call, by the number that the transport gave it."""
+        """This client's number of each sent call, by the transport's number of the call."""
         self._arrived: deque[tuple[int, bytes]] = deque()
         self._from_recording: deque[tuple[int, bytes]] = deque()
         self._visible: deque[tuple[int, Any]] = deque()
@@ -212,17 +212,17 @@ class LiveClient(_Endpoint, ServiceClient):
         self._end = transport.client(claim.topic, claim.message_type, claim.qos, self._receive)
 
     def _receive(self, number: int, data: bytes) -> None:
-        """Add a response; called in the transport's thread."""
+        """Queue a response; called in the transport's thread."""
         self._arrived.append((number, data))
 
     def deliver(self, event: bytes) -> None:
-        """Add a response from a recorded event."""
+        """Queue the response of a recorded event."""
         if recorded := self._recorded(event, "response"):
             identity, data = recorded
             self._from_recording.append((int.from_bytes(identity[GID:], "big"), data))
 
     def freeze(self) -> Sequence[bytes]:
-        """Begin a tick; return the responses that arrived since the last one, as events."""
+        """Begin a tick: make new responses available to nodes, and return them as events if there are sinks."""
         events: list[bytes] = []
         arrived, self._from_recording = self._from_recording, deque()
         for _ in range(len(self._arrived)):
@@ -245,7 +245,7 @@ class LiveClient(_Endpoint, ServiceClient):
         return taken
 
     def call(self, request: Any) -> int:
-        """Send a request at the end of the tick, or as soon as a server exists; return the number of the call.
+        """Queue a request and return the number of the call; it is sent at the end of the tick, or once a server exists.
 
         Raises:
             MessageError: the message is not a request of the service.
@@ -275,16 +275,16 @@ class LiveClient(_Endpoint, ServiceClient):
                 del self._numbers[next(iter(self._numbers))]
 
     def end_tick(self) -> None:
-        """Send the waiting calls if a server exists; warn if there has been none for `PATIENCE` ticks."""
+        """Send the waiting calls if a server exists; warn when calls have waited for `PATIENCE` ticks."""
         self._send_waiting()
         self._patience = self._patience + 1 if self._waiting else 0
         if self._patience == PATIENCE:
             self._tell(
-                f"no server offers this service with the type {self.service_type}; the last {self._keeps} calls wait for it"
+                f"no server offers this service with the type {self.service_type}; the last {self._keeps} calls wait for a server"
             )
 
     def forget_calls(self) -> None:
-        """Discard all open calls; the next call has the number 1."""
+        """Discard all open calls; the numbers of calls restart at 1."""
         self._calls = 0
         for kept in (self._open, self._numbers, self._visible, self._waiting):
             kept.clear()
@@ -294,5 +294,5 @@ class LiveClient(_Endpoint, ServiceClient):
 
 
 def _identity(request_id: bytes) -> bytes:
-    """Return a transport's request identity in the size of an event's: unchanged if it fits, else its hash."""
+    """Return an identity of `IDENTITY` bytes for an event: the transport's request identity, or its hash if the size differs."""
     return request_id if len(request_id) == IDENTITY else hashlib.blake2b(request_id, digest_size=IDENTITY).digest()

@@ -19,14 +19,14 @@ TOLERANCE = 0.01
 
 @dataclass(slots=True)
 class Edge:
-    """A transform from a child frame to its parent, as it was broadcast.
+    """The transform of a child frame in its parent frame, with statistics of the received messages.
 
     Args:
         parent: parent frame.
         child: child frame.
         static: whether it was received on tf_static.
         sources: GIDs of its broadcasters.
-        number: how often it was received.
+        number: number of times that it was received.
         oldest: oldest stamp, ns.
         newest: newest stamp, ns.
     """
@@ -41,12 +41,12 @@ class Edge:
 
     @property
     def rate(self) -> float | None:
-        """Rate by the transforms' stamps, Hz; None if all stamps are equal."""
+        """Average rate computed from the stamps, Hz; None if all stamps are equal."""
         span = self.newest - self.oldest
         return (self.number - 1) * SECOND / span if span else None
 
     def add(self, stamp: int, source: bytes) -> None:
-        """Count a received transform."""
+        """Count a received transform with its stamp, ns, and the GID of its broadcaster."""
         self.oldest = min(self.oldest, stamp) if self.number else stamp
         self.newest = max(self.newest, stamp) if self.number else stamp
         self.number += 1
@@ -60,8 +60,9 @@ class Row:
     Args:
         frame: name of the frame.
         edge: transform to the parent; None for a root.
-        last: for each frame from below the root to this one, whether it is the last child of its parent.
-        again: whether the children are omitted because an earlier row of the same frame has them.
+        last: one value for each frame on the path from the root (excluded) to this frame (included): whether that frame is
+            the last child of its parent.
+        again: whether the frame's children are omitted, because an earlier row of the same frame shows them.
     """
 
     frame: str
@@ -81,11 +82,11 @@ class FrameTree:
     def __init__(self) -> None:
         self._edges: dict[tuple[str, str], Edge] = {}
         self._refused: dict[tuple[str, str, str], set[bytes]] = {}
-        """GIDs of the writers of each transform that tf2 ignores, by child, parent and reason."""
+        """GIDs of the writers of transforms that tf2 ignores, by child frame, parent frame and reason."""
         self._full = False
 
     def add(self, message: Any, static: bool, source: bytes) -> None:
-        """Add the transforms of a TFMessage; `source` is the GID of its writer. At most `MAX_EDGES` are kept."""
+        """Add the transforms of a TFMessage, up to `MAX_EDGES` in all; `source` is the GID of the message's writer."""
         for transform in message.transforms:
             # tf2 takes names with and without a slash in front for the same frame.
             frames = transform.header.frame_id, transform.child_frame_id
@@ -108,11 +109,11 @@ class FrameTree:
         return [self._edges[key] for key in sorted(self._edges)]
 
     def roots(self) -> list[str]:
-        """Return all frames without a parent; from a loop that no such frame leads to, return the first frame by name."""
+        """Return the roots of the drawing: all frames without a parent, and one frame of each loop that has no root above it."""
         return [row.frame for row in self.rows() if row.edge is None]
 
     def rows(self) -> list[Row]:
-        """Return the lines of the drawing, each frame below its parent."""
+        """Return the rows of the drawing from top to bottom; each frame comes below its parent."""
         children: dict[str, list[Edge]] = {}
         for edge in self.edges:
             children.setdefault(edge.parent, []).append(edge)
@@ -210,14 +211,14 @@ def _named(sources: Iterable[bytes], names: Mapping[bytes, str]) -> str:
 
 
 def frequency(edge: Edge) -> str:
-    """Return how often a transform was broadcast, as text."""
+    """Return the rate of a transform as text: in Hz, the number of messages if the rate is unknown, or `static`."""
     if edge.static:
         return "static"
     return f"{edge.number} in all" if edge.rate is None else f"{edge.rate:.1f} Hz"
 
 
 def seconds(nanoseconds: int) -> str:
-    """Return a stamp in seconds with three decimals."""
+    """Return a stamp in seconds as text with three decimals."""
     return f"{nanoseconds // SECOND}.{nanoseconds % SECOND // 1_000_000:03d}"
 
 

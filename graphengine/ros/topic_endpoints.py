@@ -1,4 +1,4 @@
-"""Publishers and subscriptions of a session: messages are encoded once; nodes see those that arrived before the tick."""
+"""Publishers and subscriptions of a session: they deliver messages when a tick begins and send messages when it ends."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ MAX_KEPT = 10_000
 
 
 class LivePublisher(HeldEndpoint, Publisher, Shared):
-    """A publisher on a transport, which also passes its messages to the sinks."""
+    """A publisher on a transport; it also copies its messages to the session's sinks and taps."""
 
     def __init__(self, network: LiveNetwork, claim: EndpointClaim, writer: Writer) -> None:
         super().__init__(claim)
@@ -33,7 +33,7 @@ class LivePublisher(HeldEndpoint, Publisher, Shared):
         self._encode = Encoder(network.definitions).encode
 
     def close(self) -> None:
-        """Send pending messages, then close the publisher."""
+        """Send pending messages, then release the publisher; it is closed when no other node holds it."""
         self._network.flush()
         if not self.release():
             return
@@ -44,12 +44,12 @@ class LivePublisher(HeldEndpoint, Publisher, Shared):
 
     @property
     def wanted(self) -> bool:
-        """Whether there is a reader or a sink."""
+        """Whether messages have a receiver: a matched reader, or a sink of the session."""
         return self._writer.matched > 0 or bool(self._network.sinks)
 
     @property
     def subscribers(self) -> int:
-        """Number of readers, without recorders."""
+        """Number of matched readers; recorders do not count."""
         return self._writer.matched
 
     @property
@@ -58,13 +58,13 @@ class LivePublisher(HeldEndpoint, Publisher, Shared):
         return self._writer.dropped
 
     def publish(self, message: Any) -> None:
-        """Encode a message; its bytes are sent to the transport and all sinks at the end of the tick."""
+        """Encode a message; its bytes are sent to the transport, sinks and taps at the end of the tick."""
         self._network.outbox.append((self.send, self._encode(message)))
         if self.claim.transforms:
             self.latest = message
 
     def send(self, data: bytes) -> None:
-        """Send bytes to the transport and all sinks."""
+        """Send an encoded message to the transport, sinks and taps."""
         self._writer.write(data)
         if len(data) > self.largest:
             self.largest = len(data)
@@ -83,10 +83,10 @@ class LiveSubscription(HeldEndpoint, Subscription, Stateful):
         super().__init__(claim)
         self.largest = 0
         self.heard = 0
-        """Number of received messages; only the thread that delivers them changes it."""
+        """Number of received messages; only the thread that delivers messages changes it."""
         self.malformed = 0
         self._frozen = 0
-        """Number of received messages that nodes could read, or that were discarded when the type changed."""
+        """Number of received messages that nodes could read, or that were discarded when the subscription changed its type."""
         self._network = network
         depth = max(claim.qos.depth, 1) if claim.qos.history == "keepLast" else MAX_KEPT
         self._arrived: deque[bytes] = deque(maxlen=depth)
@@ -109,11 +109,11 @@ class LiveSubscription(HeldEndpoint, Subscription, Stateful):
 
     @property
     def overwritten(self) -> int:
-        """Number of messages that newer ones replaced in a full queue before a node read them."""
+        """Number of received messages that newer messages replaced in a full queue before nodes could read them."""
         return self.heard - self._frozen - len(self._arrived)
 
     def follow(self, published: Collection[str]) -> None:
-        """Switch to an alternative type if it is published and the current type is not."""
+        """Switch to an alternative type if `published` contains it but not the current type."""
         types = (self.claim.message_type, *self.claim.alternatives)
         wanted = next((kind for kind in types if kind in published), types[0])
         if wanted != types[0]:
@@ -126,12 +126,12 @@ class LiveSubscription(HeldEndpoint, Subscription, Stateful):
             self._reader = self._open()
 
     def deliver(self, data: bytes) -> None:
-        """Add a message; called in the transport's thread."""
+        """Queue a message; called in the transport's thread."""
         self._arrived.append(data)
         self.heard += 1
 
     def freeze(self) -> Sequence[bytes]:
-        """Begin a tick; return the messages that arrived since the last one. Thread-safe while another thread delivers."""
+        """Begin a tick: make new messages available to nodes, and return them; another thread may call `deliver` meanwhile."""
         if not self._arrived:
             return ()
         arrived = [self._arrived.popleft() for _ in range(len(self._arrived))]
@@ -141,7 +141,7 @@ class LiveSubscription(HeldEndpoint, Subscription, Stateful):
         return arrived
 
     def newest(self) -> Any | None:
-        """Return the newest message that can be decoded; older ones count as skipped."""
+        """Return the newest message that can be decoded, or None; older messages are discarded and count as skipped."""
         while self._visible:
             message = self._decode(self._visible.pop())
             if message is not None:

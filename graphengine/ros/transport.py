@@ -1,4 +1,4 @@
-"""The interface of a transport: it sends and delivers encoded messages on topics and services with full names.
+"""The interface of a transport: it sends and delivers encoded messages on topics and services, whose names are absolute.
 
 A package adds a transport with an entry point of the group `graphengine.transports` that refers to a `TransportKind`.
 """
@@ -34,9 +34,9 @@ class JoinOptions:
         node_namespace: absolute namespace; `/` for none.
         environ: environment variables, such as RMW_IMPLEMENTATION.
         definitions: message types.
-        patient: writers wait for slow reliable readers, up to 100 ms per message, instead of overwriting unread messages; for
-            runs that are not in real time. Only the transport `dds` supports it.
-        because: why this transport was chosen, for its description; empty if the user chose it.
+        patient: whether writers wait for slow reliable readers, up to 100 ms per message, instead of overwriting unread
+            messages; for runs that are not in real time. Only the transport `dds` supports this option.
+        because: reason why `--transport auto` chose this transport, for its description; empty if the user chose it.
     """
 
     domain: Domain
@@ -55,10 +55,12 @@ class TransportKind:
     Args:
         name: value of `--transport`, and name of the entry point.
         help: what the transport connects to, in a few words.
-        open: joins a domain; raises TransportError if this fails, and TopicError if the node's name is not legal.
-        reaches_others: false if messages stay in this process.
-        auto: rank among the transports that `--transport auto` tries, lowest first; None if it must be chosen by name.
-        missing: returns why the transport cannot be used on this machine, with remedies in further lines; None if it can.
+        open: joins a domain and returns the transport; raises TransportError if joining fails, and TopicError if the name of
+            the node is not legal.
+        reaches_others: whether messages can leave this process.
+        auto: rank among the transports that `--transport auto` tries, lowest first; None: a user must choose it by name.
+        missing: returns the reason why the transport cannot be used on this machine, followed by remedies on further lines;
+            None if it can be used.
     """
 
     name: str
@@ -72,11 +74,11 @@ class TransportKind:
 _POLL = 0.01
 
 Deliver = Callable[[bytes], None]
-"""Callback for a received CDR message."""
+"""Callback for a received message; its argument is the CDR message."""
 DeliverRequest = Callable[[bytes, bytes], None]
-"""Callback for a request: its identity, to be passed to `TransportServer.answer`, and its CDR message."""
+"""Callback for a request; its arguments are the identity to pass to `TransportServer.answer`, and the CDR message."""
 DeliverResponse = Callable[[int, bytes], None]
-"""Callback for a response: the number of the call, and the CDR message."""
+"""Callback for a response; its arguments are the number of the call, and the CDR message."""
 
 
 class Writer(Protocol):
@@ -84,7 +86,7 @@ class Writer(Protocol):
 
     @property
     def matched(self) -> int:
-        """Current number of readers; a transport that does not count them may return a bool."""
+        """Current number of matched readers; a transport that cannot count readers may return a bool."""
 
     @property
     def dropped(self) -> int:
@@ -93,7 +95,7 @@ class Writer(Protocol):
     def write(self, data: bytes) -> None:
         """Send a CDR message including its encapsulation header; blocks for at most 100 ms.
 
-        With an installed ROS 2, its RMW determines how long this may block.
+        The transport over an installed ROS 2 is an exception: its RMW determines how long the call may block.
         """
 
     def close(self) -> None:
@@ -111,7 +113,7 @@ class TransportServer(Protocol):
     """Delivers the requests of a service until the server or the transport is closed."""
 
     def answer(self, request_id: bytes, response: bytes) -> None:
-        """Send a CDR message as response; possible at any time after the request was delivered.
+        """Send a CDR message as the response to a request, at any time after the request was delivered.
 
         Does nothing if the client is gone, or if the request was not delivered by this server.
 
@@ -128,10 +130,10 @@ class TransportClient(Protocol):
 
     @property
     def ready(self) -> bool:
-        """Whether a compatible server exists; a call without one is lost."""
+        """Whether a compatible server exists; without a server, a call is lost."""
 
     def call(self, request: bytes) -> int:
-        """Send a CDR message as request and return at once; return the number of the call, from 1.
+        """Send a CDR message as a request, without waiting for the response; return the number of the call, starting at 1.
 
         Each call gets at most one response, which may be delivered before this method returns.
 
@@ -144,15 +146,15 @@ class TransportClient(Protocol):
 
 
 class Transport(Protocol):
-    """A connection to a network. It owns its writers, readers, servers and clients, and closes them."""
+    """A connection to a network. It owns its writers, readers, servers and clients, and `close` closes them too."""
 
     @property
     def description(self) -> str:
-        """The implementation, domain and discovery range, in one line for users."""
+        """One line for users: the implementation, domain and discovery range."""
 
     @property
     def spin_time(self) -> float:
-        """Typical time for the discovery of existing peers, s."""
+        """Typical time that the discovery of existing peers takes, s."""
 
     @property
     def identity(self) -> bytes:
@@ -160,68 +162,68 @@ class Transport(Protocol):
 
     @property
     def source(self) -> bytes:
-        """GID of the writer of the message that is being delivered, for use in `deliver`; empty if unknown."""
+        """GID of the writer whose message is being delivered, empty if unknown; valid only within `deliver`."""
 
     def writer(self, topic: str, message_type: str, qos: QoS) -> Writer:
-        """Open a writer on a topic such as `/dd100_0000/odom`; `message_type` as in `nav_msgs/msg/Odometry`."""
+        """Create a writer on a topic such as `/dd100_0000/odom`; a `message_type` is, for example, `nav_msgs/msg/Odometry`."""
 
     def reader(self, topic: str, message_type: str, qos: QoS, deliver: Deliver) -> Reader:
-        """Open a reader that calls `deliver` with each CDR message, in a thread of the transport or in the caller's."""
+        """Create a reader; it calls `deliver` with each CDR message, in a thread of the transport or in the writer's thread."""
 
     def server(
         self, service: str, service_type: str, qos: QoS, deliver: DeliverRequest, node: str = ""
     ) -> TransportServer:
-        """Open a server of a service such as `/get_map`; `service_type` as in `nav_msgs/srv/GetMap`.
+        """Create a server of a service such as `/get_map`; a `service_type` is, for example, `nav_msgs/srv/GetMap`.
 
         Args:
             service: absolute name.
             service_type: type of the service.
             qos: profile of requests and responses.
             deliver: called with each request, in a thread of the transport or of a client.
-            node: full name of the node that offers the service, such as `/dd100_0000/dd100`; empty: `Transport.node`. Any
-                other node exists on the network while it has servers. Transports without nodes ignore this argument.
+            node: full name of the node that offers the service, such as `/dd100_0000/dd100`; empty for `Transport.node`.
+                Any other node exists on the network while it has servers. Transports without nodes ignore this argument.
         """
 
     def client(self, service: str, service_type: str, qos: QoS, deliver: DeliverResponse) -> TransportClient:
-        """Open a client of a service; `deliver` is called with each response."""
+        """Create a client of a service; `deliver` is called with each response."""
 
     @property
     def foreign_services(self) -> Mapping[str, str]:
-        """Warnings about incompatible peers, by the name of the service."""
+        """Warnings about incompatible peers of services, by name of the service."""
 
     @property
     def rival_services(self) -> Sequence[str]:
-        """Services of this transport that another program offers too, as known from `graph`; both receive each call."""
+        """Services of this transport that another program also offers, as of the last `graph`; both servers get each call."""
 
     @property
     def malformed(self) -> Mapping[str, int]:
-        """Number of messages by topic or service that were dropped because they do not fit its type."""
+        """Number of messages dropped because they do not fit the type of their topic or service, by topic or service name."""
 
     @property
     def node(self) -> str:
-        """Full name of this process's node on the network; empty if the transport has no nodes. Servers can be on other nodes."""
+        """Full name of this process's node; empty if the transport has no nodes. A server may belong to another node."""
 
     def graph(self, asked: Collection[tuple[str, Direction]] | None = None) -> NetworkGraph:
         """Return all known endpoints, including this transport's; discovery begins with the first call.
 
         Args:
-            asked: topics and directions to look up, None for all; the result may contain others.
+            asked: topics and directions to look up; None for all. The result may contain other endpoints too.
 
         Raises:
             TransportError: the transport is closed.
         """
 
     def log(self, severity: str, text: str) -> None:
-        """Publish a message on /rosout, if there is a node; severities are info, warning and error."""
+        """Publish a message on /rosout if the transport has a node; `severity` is info, warning or error."""
 
     def save(self) -> Any:
-        """Return a copy of the messages and calls that the transport keeps within this process."""
+        """Return a copy of the messages and calls that the transport keeps in this process, for `restore`."""
 
     def restore(self, saved: Any) -> None:
         """Restore the state that `save` returned; messages that were already sent cannot be recalled."""
 
     def close(self) -> None:
-        """Leave the network; safe to call twice."""
+        """Close all endpoints and leave the network; safe to call twice."""
 
 
 def discover(
@@ -231,13 +233,13 @@ def discover(
     *,
     names: bool = False,
 ) -> NetworkGraph:
-    """Return the graph as soon as `enough` accepts it, at the latest after the discovery time.
+    """Return the ROS graph as soon as `enough` accepts it, at the latest after the discovery time.
 
     Args:
         transport: open transport.
-        seconds: time for the discovery of peers, s; None: `Transport.spin_time`. Discovered peers get `PATIENCE` s more to
-            announce their endpoints.
-        enough: called with the graph; the wait ends when it returns true.
+        seconds: time for the discovery of peers, s; None for `Transport.spin_time`. Discovered peers get `PATIENCE` s more
+            to announce their endpoints.
+        enough: called with the graph again and again; a true result ends the wait.
         names: whether to wait for the names of nodes too.
     """
     begun = time.monotonic()

@@ -1,1 +1,1 @@
-"""The web page of a run: its process, the data sent to it, and access control."""
+"""The web page of a run: the page's process, the data that a run sends to it, and access control."""

@@ -1,4 +1,4 @@
-"""Provides small camera pictures for the page: pictures that graphs receive, or pictures rendered for the page one by one."""
+"""Provides small camera images for the page: images that graphs receive, otherwise images rendered only for the page."""
 
 from __future__ import annotations
 
@@ -17,46 +17,46 @@ if TYPE_CHECKING:
     from graphengine.runtime.session_core import SessionCore
 
 WIDTH = 320
-"""Maximum width of a picture, pixels."""
+"""Maximum width of an image, pixels."""
 PAUSE = 0.25
-"""Minimum wall time between two pictures of a camera, s."""
+"""Minimum wall time between two images of a camera, s."""
 SHARE = 0.2
-"""Maximum share of wall time for rendering for the page."""
+"""Maximum fraction of wall time in which images for the page are rendered."""
 FRESH = 1.0
-"""Maximum age of a shown picture that a graph received, simulation time, s."""
+"""Maximum age of an image from a graph, s of simulation time; instead of an older image, one is rendered for the page."""
 
 Pixels = NDArray[np.uint8]
 
 
 class CameraPictures:
-    """Collects camera pictures without blocking.
+    """Collects camera images without blocking the run.
 
     Args:
         session: session with the cameras.
 
     Attributes:
-        error: reason why rendering stopped; empty while pictures are rendered.
+        error: reason why rendering for the page stopped; empty if it did not stop.
     """
 
     def __init__(self, session: SessionCore) -> None:
         self._session = session
         self._cameras: Sequence[Prim] = ()
         self._job: tuple[str, float, Future[Picture]] | None = None
-        """Path of the camera, start (wall time, s), and future of the picture that is being rendered."""
+        """The image that is being rendered: path of its camera, start (wall time, s), and future of the image."""
         self._next = 0.0
-        """Earliest wall time of the next rendering, s."""
+        """Earliest wall time at which the next rendering may start, s."""
         self._shown: dict[str, tuple[float, object]] = {}
-        """Last picture of each camera: its wall time, s, and its number, or the tick in which it was rendered."""
+        """Wall time, s, and identity of each camera's last image; the identity is its number, or the tick of its rendering."""
         self.error = ""
 
     def find(self, cameras: Sequence[Prim]) -> None:
-        """Select the cameras of which `take` collects pictures."""
+        """Set the cameras whose images `take` collects."""
         self._cameras = cameras
         self._job = None
         self._shown.clear()
 
     def take(self, now: float, tick: int) -> Mapping[str, Pixels]:
-        """Return new pictures by camera path.
+        """Return new images by camera path.
 
         Args:
             now: current wall time, s.
@@ -78,7 +78,7 @@ class CameraPictures:
         return found
 
     def _received(self, path: str, tick: int) -> Picture | None:
-        """Return the newest picture of a camera that a graph received, unless it is older than `FRESH`."""
+        """Return the newest image that a graph received from a camera; None if no image is newer than `FRESH`."""
         seconds, ticks = self._session.services.world.tick_period
         for product in self._session.services.render_products.values():
             picture: Picture | None = (
@@ -93,7 +93,7 @@ class CameraPictures:
         return now - when >= PAUSE and what != last
 
     def _render(self, cameras: Sequence[Prim], now: float, tick: int) -> None:
-        """Start rendering the camera with the oldest picture."""
+        """Start to render an image of the camera whose last image is the oldest."""
         due = [prim for prim in cameras if self._is_due(prim.path, now, ("tick", tick))]
         if not due:
             return
@@ -117,6 +117,6 @@ class CameraPictures:
 
 
 def _small(pixels: Pixels) -> Pixels:
-    """Downsample a picture to at most `WIDTH` pixels in width, by taking every nth pixel."""
+    """Return an image with only every nth row and column, so that it is at most `WIDTH` pixels wide."""
     step = -(-pixels.shape[1] // WIDTH)
     return np.ascontiguousarray(pixels[::step, ::step])

@@ -40,17 +40,17 @@ class Feed:
         session: session to show.
         queue: queue for commands of viewers.
         title: name of the scene.
-        host: address of the page.
-        port: port of the page; 0: a free port.
+        host: IP address on which to serve the page.
+        port: TCP port of the page; 0 selects a free port.
         driver: publishes the drive commands of viewers.
-        lost: called once if the page's process ends before `close`.
+        lost: called once, with a warning for the user, if the page's process ends before `close`.
         make_floor: makes the occupancy map of the scene.
-        listen: subscribes to a topic that a viewer selected; None: topics are not measured.
-        findings: returns the findings of the scene's files; strings are rendered findings.
+        listen: subscribes to a topic that a viewer selected; None if topics are not measured.
+        findings: returns the findings in the scene's files; a string is a finding that is already rendered as text.
         definitions: message types.
         read_only: whether viewers can watch but not send commands.
-        playback: the recording that the session replays; None for a run.
-        problems: problems of nodes so far; None to count from now on.
+        playback: controls of the recording that the session replays; None for a live run.
+        problems: counts of node problems so far; None to count from now on.
     """
 
     def __init__(
@@ -101,11 +101,11 @@ class Feed:
 
     @property
     def asked(self) -> bool:
-        """Whether requests of viewers are waiting for `after_tick`."""
+        """Whether requests of viewers are waiting; `after_tick` executes them."""
         return self._viewers.asked
 
     def after_tick(self) -> None:
-        """Execute requests of viewers, and send a frame if one is due; call this after each tick, and also while none run."""
+        """Execute requests of viewers, and send a frame if it is due. Call this after each tick, and also while no ticks run."""
         now = time.monotonic()
         if self.page.lost:
             self._tell_loss()
@@ -118,7 +118,7 @@ class Feed:
             self._tell(now)
 
     def end_run(self, error: BaseException | None) -> None:
-        """Show the error that ended the run, if there was one."""
+        """Show viewers the error that ended the run; do nothing if `error` is None."""
         self._error = self._session.failure if error is not None else ""
         if isinstance(error, NodeError):
             self._problems.add(error.node, str(error))
@@ -127,7 +127,7 @@ class Feed:
             self._tell(time.monotonic())
 
     def _tell(self, now: float) -> None:
-        """Send a frame; also send new content of panes if an update of the panes is due."""
+        """Send the scene if it has changed, then a frame; also send new content of panes if an update of the panes is due."""
         self._next = now + PERIOD
         poses = self._session.services.world.poses()
         self._tell_scene(len(poses))
@@ -163,11 +163,11 @@ class Feed:
             self._topics.end()
 
     def forget_costs(self) -> None:
-        """Leave the executions since the last frame out of the computing times of nodes."""
+        """Exclude the node executions since the last frame from the computing times that viewers see."""
         self._costs.forget()
 
     def _tell_loss(self) -> None:
-        """Report once that the page's process has ended; stop driving and measuring for viewers."""
+        """Report once that the page's process has ended; stop driving robots and measuring for viewers."""
         self._viewers.leave()
         self._end_topics()
         self._costs.end()
@@ -176,12 +176,12 @@ class Feed:
             self._lost = None
 
     def close(self) -> None:
-        """Notify viewers of the end of the run, and end the page's process."""
+        """Tell viewers that the run has ended, and end the page's process."""
         self._end_topics()
         self.page.close(Ended(self._error))
 
     def _tell_scene(self, bodies: int) -> None:
-        """Send the scene if its graphs, its version or the number of its bodies changed."""
+        """Send the scene if its graphs, its version or its number of bodies has changed."""
         graphs, services = self._session.graphs, self._session.services
         present = (*(id(run.executor.graph) for run in graphs), self._session.version, bodies)
         if present == self._shown:
@@ -206,7 +206,7 @@ class Feed:
         )
 
     def _tell_marks(self) -> None:
-        """Send the events of a recording if there are new ones."""
+        """Send all events of a recording that were found so far, if there are new events."""
         marks = self._playback.marks() if self._playback is not None else ()
         if len(marks) != self._marked:
             self._marked = len(marks)

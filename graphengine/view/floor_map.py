@@ -1,4 +1,4 @@
-"""Makes the occupancy map of a scene in the background when it is first shown."""
+"""Makes the occupancy map of a scene in a background thread, when a viewer first shows the map."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ class FloorMaker:
     """Makes an occupancy map once, in a thread.
 
     Args:
-        make: makes the map; takes from 0.1 s to some seconds.
+        make: makes the map, which takes from 0.1 s to some seconds.
 
     Attributes:
-        error: reason why there is no map; empty if there is a map or it is being made.
+        error: reason why the map could not be made; empty without an error.
     """
 
     def __init__(self, make: Callable[[], FloorMap]) -> None:
@@ -26,7 +26,7 @@ class FloorMaker:
         self.error = ""
 
     def take(self) -> FloorMap | None:
-        """Return the map once when it is ready, otherwise None; the first call starts the thread."""
+        """Return the map once, in the first call after it is ready, otherwise None. The thread starts at the first call."""
         if self._thread is None:
             self._thread = threading.Thread(target=self._run, name="floor map", daemon=True)
             self._thread.start()

@@ -21,7 +21,7 @@ class Refusal:
 
 @dataclass(frozen=True, slots=True)
 class Welcome:
-    """The response to the first request of a browser, which moves the token from the address to a cookie."""
+    """A redirect with a cookie: the response to a request with the token in its URL. Later requests have only the cookie."""
 
     location: str
     cookie: str
@@ -31,15 +31,15 @@ class Welcome:
 class PageGuard:
     """Checks each HTTP request and each WebSocket handshake.
 
-    A request needs the token: first in its address, then in a cookie. `Host` must be one of the page's names, so that a foreign
-    name that resolves to this machine does not work (DNS rebinding), and `Origin` must be the page's, so that other pages in
-    the same browser have no access.
+    Each request needs the token: the first request in its URL, later requests in a cookie. `Host` must be one of the page's
+    names; this prevents DNS rebinding, in which a foreign name resolves to this machine. `Origin`, if given, must be the page
+    itself, so that other pages in the same browser have no access.
 
     Attributes:
-        hosts: `name:port` under which the page is served; the first one is shown to the user.
-        every_address: whether the page is served on all addresses of the machine. Then any address is accepted, because only
-            names can be made to resolve to another address.
-        token: shared secret; new in each process.
+        hosts: legal values of `Host`, in the form `name:port`; the user sees the first value.
+        every_address: whether the page is served on all IP addresses of the machine. Then any IP address is a legal host,
+            because DNS rebinding needs a name.
+        token: shared secret, new in each process.
     """
 
     hosts: tuple[str, ...]
@@ -48,15 +48,15 @@ class PageGuard:
 
     @property
     def cookie(self) -> str:
-        """Name of the cookie; it contains the port, because browsers share cookies between ports."""
+        """Name of the cookie; it contains the port, because a browser shares cookies between all ports of a host."""
         return f"graphrun_{self.hosts[0].rpartition(':')[2]}"
 
     def check(self, target: str, headers: Mapping[str, str]) -> Refusal | Welcome | None:
-        """Check a request; return None to accept it.
+        """Check a request. Return None to accept it, otherwise the response to send.
 
         Args:
-            target: path and query.
-            headers: headers by name, in any case.
+            target: path and query of the URL.
+            headers: headers by name; look-ups must ignore the case of names.
         """
         host = headers.get("Host", "")
         if not self._is_own(host):
@@ -69,11 +69,11 @@ class PageGuard:
         if any(map(self._is_token, query.get("token", ()))):
             return Welcome(parts.path, f"{self.cookie}={self.token}; Path=/; HttpOnly; SameSite=Strict")
         if not any(map(self._is_token, _cookies(headers.get("Cookie", ""), self.cookie))):
-            return Refusal(403, "open the address that graphrun printed: it holds the token of this run")
+            return Refusal(403, "open the address that graphrun printed: it contains the token of this run")
         return None
 
     def _other_name(self, host: str) -> str:
-        """Return why a host name is refused, with a remedy if the port was forwarded to another one."""
+        """Return the reason why a host name is refused, and a remedy; a loopback name means that the port was forwarded."""
         port = self.hosts[0].rpartition(":")[2]
         if _is_loopback(host.rpartition(":")[0].strip("[]")):
             forward = f"ssh -L {port}:127.0.0.1:{port} MACHINE"

@@ -1,4 +1,4 @@
-"""Data of the 3D part's layers that a run sends to its page: `SceneLayers` per scene, `FrameLayers` per frame."""
+"""Data that a run sends to its page for the layers of the 3D part: `SceneLayers` per scene, `FrameLayers` per frame."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from graphengine.devices.contact_points import Contacts
 from graphengine.devices.rotation import Pose
 
 LIDAR, CAMERAS, CONTACTS, FLOOR = "lidar", "cameras", "contacts", "map"
-"""Layers whose data the run computes while they are shown; the page draws the others from poses alone."""
+"""Names of layers whose data the run computes while they are shown; the page draws other layers from body poses alone."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -20,9 +20,9 @@ class Mount:
     """A coordinate frame fixed to a body.
 
     Attributes:
-        name: prim path, or the frame's name in TF.
+        name: name of the frame: a prim path, a frame name in TF, or the name of an entity.
         body: row of the body in the array of poses.
-        pose: pose in the body's frame.
+        pose: pose of the frame relative to the body.
     """
 
     name: str
@@ -32,7 +32,7 @@ class Mount:
 
 @dataclass(frozen=True, slots=True)
 class SeenLidar:
-    """A lidar; `beams` are unit vectors in its frame, shape (beams, 3)."""
+    """A lidar; `beams` are the directions of its beams, unit vectors in the frame `mount`, shape (beams, 3)."""
 
     mount: Mount
     beams: NDArray[np.float32]
@@ -45,7 +45,7 @@ class SeenCamera:
     Attributes:
         mount: frame of the camera.
         field_of_view: vertical field of view, rad.
-        aspect: width divided by height of its pictures.
+        aspect: width of an image divided by its height.
     """
 
     mount: Mount
@@ -58,7 +58,7 @@ class SeenEntity:
     """A robot or an object that can be moved.
 
     Attributes:
-        mount: frame of the entity, with the entity's name in commands.
+        mount: frame of the entity; its name is the name of the entity in commands.
         robot: whether it is a robot.
         bodies: rows of its bodies in the array of poses.
         mass: total mass, kg.
@@ -75,7 +75,7 @@ class SceneLayers:
     """Layer data that change only when robots are added or removed.
 
     Attributes:
-        frames: frames of the robots' links, sensors and frame prims, named as in TF.
+        frames: frames of the links, sensors and frame prims of robots, named as in TF.
         lidars: all lidars.
         cameras: one camera of each rig.
         entities: robots and objects that can be moved.
@@ -94,9 +94,10 @@ class FloorMap:
     """An occupancy map.
 
     Attributes:
-        cells: cells from south to north and west to east, shape (rows, columns); 100 occupied, 0 free, -1 unknown.
+        cells: occupancy of the cells, rows from south to north and columns from west to east; 100 occupied, 0 free, -1
+            unknown.
         corner: x and y of the south-west corner, m.
-        cell: side of a cell, m.
+        cell: side length of a cell, m.
     """
 
     cells: NDArray[np.int8]
@@ -109,11 +110,11 @@ class FrameLayers:
     """Data of one frame for the shown layers.
 
     Attributes:
-        scans: ranges (m, inf without a hit) and intensities (0 to 255) of each lidar, by prim path.
+        scans: ranges (m, inf if a beam hits nothing) and intensities (0 to 255) of each lidar, by prim path.
         contacts: contact points between bodies.
-        pictures: new camera pictures by prim path, shape (height, width, 3).
-        floor: the occupancy map; sent in one frame only.
-        notes: reasons why layers show nothing, by layer name.
+        pictures: new camera images by prim path of the camera, RGB, shape (height, width, 3).
+        floor: the occupancy map in the first frame after it is ready, otherwise None.
+        notes: reasons why data of layers are missing, by layer name.
     """
 
     scans: Mapping[str, tuple[NDArray[np.float32], NDArray[np.float32]]] = field(default_factory=dict)

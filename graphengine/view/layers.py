@@ -39,7 +39,7 @@ class Layers:
     """Collects the layer data of a session.
 
     Args:
-        session: session to show; a reload may replace its world.
+        session: session to show; its world may be replaced by a reload.
         make_floor: makes the occupancy map of the session's scene.
         read_only: whether viewers can watch but not send commands.
     """
@@ -48,7 +48,7 @@ class Layers:
         self._session = session
         self._read_only = read_only
         self._world: object = None
-        """World to which the lidars in `_lidars` belong."""
+        """The world that contains the lidars in `_lidars`."""
         self._lidars: dict[str, Lidar] = {}
         self._pictures = CameraPictures(session)
         self._make_floor = make_floor
@@ -79,7 +79,7 @@ class Layers:
         )
 
     def _find_sensors(self) -> tuple[Sequence[Prim], Sequence[Prim]]:
-        """Return the lidars and cameras of the current world, and read these in later frames."""
+        """Return the lidars and cameras of the current world, and store them for `read`."""
         services = self._session.services
         self._world, lidars = services.world, list(services.stage.prims("lidar"))
         self._lidars = {prim.path: services.world.device(Lidar, prim) for prim in lidars}
@@ -123,7 +123,7 @@ class Layers:
 
 
 def _one_of_each_rig(cameras: Iterable[Prim], read: Collection[str]) -> Sequence[Prim]:
-    """Return the cameras whose pictures graphs may receive, and the first camera of each other rig."""
+    """Return one camera of each rig: the first camera of which a graph may receive images, otherwise the first camera."""
     chosen: dict[Prim | None, Prim] = {}
     for prim in cameras:
         first = chosen.setdefault(prim.parent, prim)

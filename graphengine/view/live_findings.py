@@ -1,4 +1,4 @@
-"""Converts the findings of a check to rows of the page's table."""
+"""Converts the findings of a check to rows for the page's table of findings."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _RENDERED = re.compile(
 
 
 def finding_rows(findings: Sequence[Finding | str]) -> list[Mapping[str, Any]]:
-    """Return severity, code, message, position and help of each finding, errors first; a finding may be rendered text."""
+    """Return rows with severity, code, message, position and help of findings, errors first; strings are rendered findings."""
     rows = [_row(finding) if isinstance(finding, Finding) else _row_of_text(finding) for finding in findings[:MOST]]
     return sorted(rows, key=lambda row: ("error", "warning", "note").index(row["severity"]))
 

@@ -1,4 +1,4 @@
-"""Describes the graphs of a session, and reads the values of their ports and variables and the computing time of their nodes."""
+"""Describes the graphs of a session, and reads values of ports and variables and computing times of nodes."""
 
 from __future__ import annotations
 
@@ -20,28 +20,28 @@ from graphengine.runtime.profile import Profile
 from graphengine.view.wire import GraphDetails
 
 MOST_ELEMENTS, LONGEST_TEXT = 8, 200
-"""Maximum number of elements of an array, and of characters of a text, that are shown in full."""
+"""Maximum number of elements of an array, and of characters of a string, to show."""
 
 
 class NodeCosts:
-    """Counts and times the executions of the nodes of selected graphs, while a viewer selects any."""
+    """Counts and times the node executions in the graphs that viewers have selected."""
 
     def __init__(self) -> None:
         self._profile = Profile(every=1)
         self._observed: Sequence[GraphRun] = ()
-        """Graphs whose nodes are timed."""
+        """Graphs whose nodes are timed at present."""
         self._counted: dict[str, tuple[int, int, float]] = {}
 
     def end(self) -> None:
-        """Stop timing nodes; the next `since_last` starts again."""
+        """Stop timing nodes until the next call of `since_last`."""
         self._profile.end()
 
     def forget(self) -> None:
-        """Leave the executions up to now out of the next result of `since_last`."""
+        """Exclude the executions up to now from the next result of `since_last`."""
         self._counted |= {node.path: (node.runs, node.fired, node.seconds) for node in self._profile.nodes()}
 
     def since_last(self, ticks: int, runs: Sequence[GraphRun]) -> Mapping[str, Mapping[str, tuple[int, int, float]]]:
-        """Return executions, firings and microseconds per execution since the last call, by graph and node."""
+        """Return executions, firings and microseconds per execution since the last call, by graph and node of `runs`."""
         if runs != self._observed:
             self._profile.end()
             self._observed = runs
@@ -60,12 +60,12 @@ class NodeCosts:
 
 
 def summarize(run: GraphRun, robots: Sequence[str], folder: str = "") -> dict[str, Any]:
-    """Return name, robot, prim path, file and variables of a graph; the robot is empty for a graph of the scene.
+    """Return name, robot, prim path, file and variables of a graph; the robot is empty if the scene itself has the graph.
 
     Args:
         run: run of the graph.
         robots: names of all robots.
-        folder: prefix to remove from file paths: the folder into which a recording's files were extracted.
+        folder: prefix to remove from file paths, for files that were extracted from a recording into this folder.
     """
     graph = run.executor.graph
     robot, _, short = graph.name.partition("/")
@@ -84,7 +84,7 @@ def summarize(run: GraphRun, robots: Sequence[str], folder: str = "") -> dict[st
 
 
 def describe(viewer: int, run: GraphRun, folder: str = "") -> GraphDetails:
-    """Return the drawing and details of a graph that a viewer selected; `folder` is removed from file paths."""
+    """Return drawing data and details of the graph that a viewer selected; the prefix `folder` is removed from file paths."""
     graph = run.executor.graph
     try:
         view = make_graph_view(graph, Findings())
@@ -120,7 +120,7 @@ def _nodes_of(graph: Graph, folder: str) -> dict[str, dict[str, Any]]:
 
 
 def place_of(span: Span, folder: str = "") -> dict[str, str]:
-    """Return a file position in short form for display, and as `path:line` for editors; `folder` is cut off from the path."""
+    """Return a file position, short for display and as `path:line` for editors; the prefix `folder` is removed from paths."""
     path = span.source.path.removeprefix(folder)
     absolute = os.path.abspath(path) if path == span.source.path else path
     return {"place": near(str(span).removeprefix(folder)), "copy": f"{absolute}:{span.line}"}
@@ -139,7 +139,7 @@ def values_of(run: GraphRun) -> dict[str, Any]:
 
 
 def short_value(value: Any) -> Any:
-    """Return a number unchanged, and any other value as short text: a large array as shape and range, an object as its class."""
+    """Return a finite number unchanged, any other value as short text: large arrays as shape and range, objects as class."""
     if isinstance(value, bool) or value is None:
         return str(value).lower()
     if isinstance(value, float):

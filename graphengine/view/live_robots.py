@@ -33,7 +33,7 @@ def list_robots(session: SessionCore) -> Sequence[Mapping[str, Any]]:
 
 
 def _short(use: str) -> str:
-    """Return a file name unchanged, and an empty string for the text of a description."""
+    """Return the source of a robot if it is a file name; empty if it is the text of a robot description."""
     return use if len(use) < 1000 and use.isprintable() else ""
 
 

@@ -1,4 +1,4 @@
-"""Measures the topics of a session and keeps the newest messages while viewers show them."""
+"""Measures the topics of a session, and keeps the newest message of each topic that a viewer selected."""
 
 from __future__ import annotations
 
@@ -28,18 +28,18 @@ class Newest(Protocol):
 
     @property
     def latest_data(self) -> bytes | None:
-        """The newest message as serialized CDR data; None before the first message."""
+        """The newest message, encoded as CDR; None before the first message."""
 
     def close(self) -> None:
         """Unsubscribe from the topic."""
 
 
 Listen = Callable[[str], Newest]
-"""Subscribes to a topic; raises GraphError if that is not possible."""
+"""Function that subscribes to the topic with this name; raises GraphError if this fails."""
 
 
 class _Traffic:
-    """Counts messages and bytes of each topic since it was added as a tap."""
+    """A tap of the network that counts messages and bytes of each topic."""
 
     def __init__(self) -> None:
         self.counts: defaultdict[str, list[int]] = defaultdict(lambda: [0, 0])
@@ -51,14 +51,14 @@ class _Traffic:
         count[1] += len(data)
 
     def deliver(self, claim: EndpointClaim, arrived: Sequence[bytes]) -> None:
-        """Count messages for a subscription of a node."""
+        """Count messages that a node's subscription received."""
         count = self.counts[claim.topic]
         count[0] += len(arrived)
         count[1] += sum(map(len, arrived))
 
 
 class LiveTopics:
-    """The topics of a session. Rates are per second of simulation time, so they do not depend on the speed of the run.
+    """Measures the topics of a session. Rates are per second of simulation time; they do not depend on the speed of the run.
 
     Args:
         session: session to measure.
@@ -70,7 +70,7 @@ class LiveTopics:
         self._listen = listen
         self._traffic: _Traffic | None = None
         self._seen: deque[tuple[float, Mapping[str, tuple[int, int]]]] = deque()
-        """Simulation times, and the counts at each time."""
+        """Simulation times within `WINDOW`, s, each with the counts of messages and bytes by topic at that time."""
         self._version = session.version
         self._watched: dict[str, Newest] = {}
         self._sent: dict[str, bytes | None] = {}
@@ -85,7 +85,7 @@ class LiveTopics:
             self._seen.clear()
 
     def rows(self, time: float) -> list[Mapping[str, Any]]:
-        """Return name, type, rate, bandwidth, subscribers and publishers of each topic at a simulation time, as JSON values."""
+        """Return name, type, rate, bandwidth and endpoints of each topic as JSON values; `time` is the simulation time, s."""
         rates = self._rates(time)
         publishers: defaultdict[str, list[Publisher]] = defaultdict(list)
         for publisher in self._session.services.network.publishers:
@@ -99,7 +99,7 @@ class LiveTopics:
         ]
 
     def _rates(self, time: float) -> Mapping[str, tuple[float, float]]:
-        """Return messages and bytes per second by topic; empty before the second measurement."""
+        """Return messages per second and bytes per second by topic; empty before the second measurement."""
         if self._traffic is None:
             self._traffic = _Traffic()
             self._session.services.network.tap(self._traffic)
@@ -119,7 +119,7 @@ class LiveTopics:
         }
 
     def watch(self, topics: Collection[str]) -> None:
-        """Subscribe to these topics, which viewers selected, and unsubscribe from all others."""
+        """Subscribe to the topics that viewers have selected, and unsubscribe from all other topics."""
         version, self._version = self._version, self._session.version
         reloaded = version != self._version  # a topic may have another type
         for topic in [topic for topic in self._watched if reloaded or topic not in topics]:
@@ -133,7 +133,7 @@ class LiveTopics:
                     continue
 
     def messages(self) -> Iterator[TopicMessage]:
-        """Return the newest message of each watched topic, if it changed since the last call."""
+        """Yield the newest message of each watched topic that has a new message since the last call."""
         for topic, newest in self._watched.items():
             data = newest.latest_data
             if topic in self._sent and data is self._sent[topic]:

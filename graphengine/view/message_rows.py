@@ -1,4 +1,4 @@
-"""Converts a message to the rows of a tree; arrays are shortened to shape, range and first elements."""
+"""Converts a message to the rows of a tree; long arrays are shortened to their range and first elements."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ from graphengine.messages.definitions import Definitions
 from graphengine.messages.message_text import TypedValue
 
 MOST_ROWS, MOST_ELEMENTS, LONGEST_TEXT = 500, 8, 200
-"""Maximum number of shown rows of a message, elements of an array, and characters of a string."""
+"""Maximum number of rows to show of a message, elements of an array, and characters of a string."""
 _STAMPS = ("builtin_interfaces/msg/Time", "builtin_interfaces/msg/Duration")
 
 Row = Mapping[str, Any]
 
 
 def message_rows(data: bytes, message_type: str, definitions: Definitions) -> list[Row]:
-    """Return depth, path, name, type and text of each field, as JSON values; one row with the error if decoding fails."""
+    """Return a row with depth, path, name, type and text for each field; if decoding fails, one row with the error."""
     try:
         part = TypedValue.of(messages.decode(data, message_type, definitions), definitions)
     except GraphError as error:

@@ -8,27 +8,27 @@ from typing import Any
 from graphengine.node.dropped_values import DroppedValues
 
 MOST_NODES, LONGEST_TEXT = 1000, 2000
-"""Maximum number of nodes with problems, and of characters of a text, to keep."""
+"""Maximum number of nodes whose problems are kept, and of characters kept of a text."""
 
 
 class NodeProblems:
-    """Problems of nodes by prim path: number of problems and text of the last one.
+    """Counts the problems of each node, by the node's prim path, and keeps the text of its last problem.
 
     Attributes:
-        dropped: counts of dropped values; None if a bad value ends the run.
+        dropped: counts of dropped values; None if no values are dropped, because a bad value ends the run.
     """
 
     def __init__(self, dropped: DroppedValues | None = None) -> None:
         self.dropped = dropped
         self._graphs: tuple[str, ...] | None = None
-        """Prim paths of the present graphs, each with a slash at its end; None until `keep`."""
+        """Prim paths of the existing graphs, each with a slash at its end; None before the first call of `keep`."""
         self._counts: dict[str, int] = {}
-        """Number of problems other than dropped values, by prim path."""
+        """Number of problems of each node by prim path, without dropped values."""
         self._texts: dict[str, str] = {}
         self._errors: set[str] = set()
 
     def log(self, severity: str, node: str, text: str) -> None:
-        """Count a log message of a node as a problem; warnings about dropped values are counted in `dropped`."""
+        """Count an error or warning that a node logs; for a dropped value, keep only the text: `dropped` counts it."""
         if not node or severity not in ("error", "warning"):
             return
         if severity == "warning" and node in self._drops():
@@ -52,7 +52,7 @@ class NodeProblems:
         return self.dropped.ticks if self.dropped is not None else {}
 
     def keep(self, graphs: Sequence[str]) -> None:
-        """Remove the problems of nodes whose graph is not among these prim paths, because the graph was removed."""
+        """Remove the problems of nodes in removed graphs; `graphs` has the prim paths of the existing graphs."""
         self._graphs = tuple(f"{graph}/" for graph in graphs)
         for node in [node for node in self._texts if not node.startswith(self._graphs)]:
             del self._texts[node]
@@ -60,7 +60,7 @@ class NodeProblems:
             self._errors.discard(node)
 
     def all(self) -> Mapping[str, Any]:
-        """Return severity, count and last text by prim path, as JSON values."""
+        """Return severity, number and last text of each node's problems, by prim path, as JSON values."""
         drops = self._drops()
         others = [node for node in drops if node not in self._texts]
         nodes = [

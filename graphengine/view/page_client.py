@@ -1,4 +1,4 @@
-"""The run's side of its page: starts the process of the page, and sends it the state after ticks without waiting."""
+"""The run's side of its page: starts the page's process, and sends the state of the run to it without blocking."""
 
 from __future__ import annotations
 
@@ -18,17 +18,17 @@ from graphengine.format.errors import UsageError
 ALLOWED = 20.0
 """Maximum wait for the page to start, s."""
 FAREWELL = 1.0
-"""Maximum wall time that `close` waits until all data are sent, s."""
+"""Maximum wall time for which `close` waits for data to be sent, s."""
 
 
 class Page:
     """The process of a page, with one thread that writes to it and one that reads from it.
 
-    The queue keeps all objects in order, but only the newest frame.
+    Objects wait in a queue and are sent in order; of the waiting frames, only the newest one is kept.
 
     Args:
-        host: address of the page.
-        port: port of the page; 0: a free port.
+        host: IP address on which to serve the page.
+        port: TCP port of the page; 0 selects a free port.
         asked: called with each request of a viewer, in the reading thread.
 
     Raises:
@@ -50,7 +50,7 @@ class Page:
         self._asked = asked
         self._closed = False
         self.lost = False
-        """Whether the process has ended before `close`."""
+        """Whether the process ended before `close` was called."""
         self._news = threading.Condition()
         self._waiting: list[object] = []
         self._frame: object = None
@@ -65,10 +65,10 @@ class Page:
             thread.start()
 
     def _wait(self) -> str:
-        """Wait for the page's address.
+        """Wait until the page's process has started, and return the URL of the page.
 
         Raises:
-            UsageError: the page did not start.
+            UsageError: the page did not start in time, or its process reports an error.
         """
         told: Mapping[str, str] = {}
         with contextlib.suppress(EOFError, OSError):
@@ -76,7 +76,7 @@ class Page:
                 told = json.loads(self._connection.recv_bytes())
         if "url" not in told:
             raise UsageError(
-                told.get("error") or "the page did not start; see the output of its process, or it took too long"
+                told.get("error") or "the page did not start: its process failed (see its output) or took too long"
             )
         return told["url"]
 
@@ -87,17 +87,17 @@ class Page:
 
     @property
     def busy(self) -> bool:
-        """Whether the last frame has not been written yet."""
+        """Whether a frame is waiting to be written."""
         return self._frame is not None
 
     def tell(self, told: object) -> None:
-        """Send an object; objects are sent in order."""
+        """Queue an object for the page; objects are sent in order."""
         with self._news:
             self._waiting.append(told)
             self._news.notify()
 
     def show(self, frame: object) -> None:
-        """Send a frame; it replaces a frame that is still waiting."""
+        """Queue a frame for the page; it replaces a frame that is still waiting."""
         with self._news:
             self._frame = frame
             self._news.notify()
@@ -127,7 +127,7 @@ class Page:
         self.lost = not self._closed
 
     def close(self, last: object = None) -> None:
-        """Send the pending objects and then `last`, and end the process; safe to call twice."""
+        """Send the waiting objects and then `last`, and end the process; safe to call twice."""
         with self._news:
             self._waiting += [one for one in (self._frame, last) if one is not None and not self._closed]
             self._frame = None

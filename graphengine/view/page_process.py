@@ -1,7 +1,7 @@
 """The process of the page: `python -m graphengine.view.page_process FD HOST PORT`, started by `page_client.Page`.
 
-It reads the run's data from a socket that it inherits, draws the 3D part, and sends everything else to the viewers. It ends
-when the socket closes.
+It reads the run's data from a socket that it inherits, draws the 3D part, and sends all other data to the viewers. It ends when
+the socket closes.
 """
 
 from __future__ import annotations
@@ -29,20 +29,20 @@ from graphengine.view.scene.scene3d import Scene3D
 from graphengine.view.wire import Answer, Ended, GraphDetails, LiveScene, LiveState, PaneContent, TopicMessage
 
 WHAT = ("command", "look", "select", "topics", "drive", "playback", "gone")
-"""Requests of viewers that are passed to the run."""
+"""Kinds of viewers' requests that the process passes to the run."""
 CAMERA = np.array([-2.5, -2.5, 1.8])
-"""First position of a viewer's camera, seen from the first robot, m."""
+"""Initial position of a viewer's camera relative to the first robot, world axes, m."""
 OF_SCENE = -1
-"""Viewer number in requests of the 3D part."""
+"""Number in place of a viewer's number in requests from the 3D part."""
 
 
 class PageProcess:
-    """Passes data of a run to viewers, and their requests to the run.
+    """Passes data of a run to viewers, and requests of viewers to the run.
 
     Args:
         run: connection to the run.
-        host: address of the page.
-        port: port of the page; 0: a free port.
+        host: IP address on which to serve the page.
+        port: TCP port of the page; 0 selects a free port.
     """
 
     def __init__(self, run: Connection, host: str, port: int) -> None:
@@ -58,7 +58,7 @@ class PageProcess:
         self._tell({"viewer": OF_SCENE, "ask": "show", "viewers": len(self.server.viewers), "layers": layers})
 
     def _command(self, client: int, name: str, arguments: Mapping[str, Any]) -> None:
-        """Send a command from the 3D part; `client` is the viewer's client id in viser."""
+        """Send a command from the 3D part to the run; `client` is the viewer's client id in viser."""
         self._tell({"viewer": OF_SCENE, "ask": "command", "id": client, "command": name, "arguments": arguments})
 
     def _ask(self, viewer: Viewer, message: Mapping[str, Any]) -> None:
@@ -76,7 +76,7 @@ class PageProcess:
             self._run.send_bytes(json.dumps(what).encode())
 
     def serve(self) -> None:
-        """Serve until the run ends."""
+        """Serve the page until the run ends."""
         self._tell({"url": self.server.url})
         try:
             while True:
@@ -117,7 +117,7 @@ class PageProcess:
         self._show("stage", shown)
 
     def _place_camera(self, focus: NDArray[np.float64]) -> None:
-        """Point the cameras of new viewers at a position; the URL has it too, because viser applies it before its messages."""
+        """Set the initial camera pose of new viewers, looking at `focus`, in viser and in the URL, which viser applies first."""
         camera = self.server.viser.initial_camera
         camera.position, camera.look_at = focus + CAMERA, focus
         position, look_at = (",".join(f"{part:.3f}" for part in one) for one in (focus + CAMERA, focus))
@@ -135,7 +135,7 @@ class PageProcess:
 
 
 def _draw(graph: GraphDetails) -> str:
-    """Return the drawing of a graph as `graphrun show` makes it, or a paragraph with the reason if drawing fails."""
+    """Return the drawing of a graph as SVG, like `graphrun show`; if drawing fails, an HTML paragraph with the reason."""
     try:
         if isinstance(graph.view, str):
             raise UsageError(graph.view)
@@ -152,7 +152,7 @@ def _text(told: Mapping[str, Any]) -> str:
 
 
 def _finite(value: Any) -> Any:
-    """Return a JSON value with texts such as `nan` in the place of numbers that are not finite."""
+    """Return the value with strings such as `nan` instead of numbers that are not finite, which JSON does not have."""
     if isinstance(value, float):
         return value if math.isfinite(value) else str(value)
     if isinstance(value, Mapping):

@@ -1,8 +1,9 @@
-"""Serves everything of the page on one port: its files, viser's 3D part, and the live values.
+"""Serves all parts of the page on one port: its files, viser's 3D part, and the live values.
 
-viser opens its port itself: on all interfaces, for everyone, with messages of up to 50 MB, and each client can request a public
-tunnel. So this module replaces the function of websockets with which viser opens its port: the replacement binds to one address,
-lets the guard check each request, and limits messages and viewers. Nothing else of viser is changed, and it opens no other port.
+By default, viser opens a port on all interfaces without access control, accepts messages of up to 50 MB, and lets each client
+request a public tunnel. So this module replaces the function of the package websockets with which viser opens its port. The
+replacement binds to one address, lets a `PageGuard` check each request, and limits the size of messages and the number of
+viewers. Requests for tunnels are disabled too.
 """
 
 from __future__ import annotations
@@ -32,14 +33,14 @@ from graphengine.view.guard import PageGuard, Refusal, Welcome
 
 MAX_VIEWERS = 8
 FAREWELL = 1.0
-"""Maximum wall time for sending the last message to viewers, s."""
+"""Maximum wall time for sending the last message to viewers at the end of the run, s."""
 MAX_MESSAGE = 1_000_000
 """Maximum size of a message from a browser, bytes."""
 MAX_UNREAD = 8_000_000
-"""Size of unread answers above which a viewer is disconnected, characters."""
+"""Size of unsent answers above which a viewer is disconnected, characters."""
 EVERY_ADDRESS = ("0.0.0.0", "::")
 SCENE, FEED = "/3d", "/feed"
-"""Paths of viser's page and socket, and of the feed's socket."""
+"""URL paths: the page and WebSocket of viser, and the WebSocket of the feed, which sends live values."""
 _POLICY = (
     "default-src 'self'; img-src 'self' data: blob:; style-src 'self' 'unsafe-inline'; frame-ancestors 'self'; "
     "base-uri 'none'; form-action 'none'"
@@ -51,7 +52,7 @@ Handler = Callable[[ServerConnection], Awaitable[None]]
 
 
 class Viewer:
-    """A browser that receives live values; of unread messages, only the newest of each kind is kept."""
+    """A browser that receives live values; of several unsent messages of one kind, only the newest is kept."""
 
     def __init__(self, number: int, connection: ServerConnection) -> None:
         self.number = number
@@ -59,28 +60,28 @@ class Viewer:
         self._waiting: dict[str, str] = {}
         self._answers: list[str] = []
         self.unread = 0
-        """Size of the pending answers, characters."""
+        """Size of the unsent answers, characters."""
         self._news = asyncio.Event()
 
     def put(self, kind: str, text: str) -> None:
-        """Send a message; it replaces an unread one of the same kind."""
+        """Queue a message; it replaces an unsent message of the same kind."""
         self._waiting[kind] = text
         self._news.set()
 
     def answer(self, text: str) -> None:
-        """Send a message that no other message replaces."""
+        """Queue a message that no other message replaces."""
         self._answers.append(text)
         self.unread += len(text)
         self._news.set()
 
     async def take(self) -> list[str]:
-        """Wait until there are messages to send."""
+        """Wait until messages are queued; return and remove them."""
         await self._news.wait()
         self._news.clear()
         return self.drain()
 
     def drain(self) -> list[str]:
-        """Return the pending messages and clear them."""
+        """Return and remove the queued messages without waiting."""
         found = [*self._answers, *self._waiting.values()]
         self._answers.clear()
         self._waiting.clear()
@@ -92,8 +93,8 @@ class PageServer:
     """Serves the page until it is closed.
 
     Args:
-        host: address to bind to.
-        port: port; 0: a free port.
+        host: IP address to bind to.
+        port: TCP port; 0 selects a free port.
         asked: called with each message of a viewer, in the server's thread.
         greet: returns the first messages for a new viewer, by kind.
 
@@ -113,9 +114,9 @@ class PageServer:
         self._numbers = itertools.count()
         self.viewers: dict[int, Viewer] = {}
         self.start = ""
-        """Query for viser's page, which tells a new viewer's camera its first pose."""
+        """URL query for viser's page with the initial camera pose of a new viewer."""
         self._sockets: Counter[bool] = Counter()
-        """Number of open WebSocket connections: of the feed (True) and of viser (False)."""
+        """Number of open WebSocket connections, by whether they belong to the feed (True) or to viser (False)."""
         self._socket = _listen(host, port)
         self.port = self._socket.getsockname()[1]
         hosts = [f"[{name}]:{self.port}" if ":" in name else f"{name}:{self.port}" for name in _names(host)]
@@ -130,7 +131,7 @@ class PageServer:
         self.viser.gui.main_panel.minimize()
 
     def broadcast(self, kind: str, text: str) -> None:
-        """Send a message to all viewers; thread-safe."""
+        """Send a message to all viewers; it replaces an unsent message of the same kind. Thread-safe."""
         self._loop.call_soon_threadsafe(self._put, kind, text)
 
     def answer(self, viewer: int, text: str) -> None:
@@ -150,7 +151,7 @@ class PageServer:
             viewer.put(kind, text)
 
     def end(self, text: str) -> None:
-        """Send the pending messages and a last one to all viewers, and disconnect them."""
+        """Send the queued messages and then `text` to all viewers, and disconnect them."""
 
         async def tell(viewer: Viewer) -> None:
             with contextlib.suppress(ConnectionClosed):
@@ -166,7 +167,7 @@ class PageServer:
         asyncio.run_coroutine_threadsafe(tell_all(), self._loop).result()
 
     def close(self) -> None:
-        """Disconnect all viewers."""
+        """Stop the server and disconnect all viewers."""
         with contextlib.redirect_stdout(None):
             self.viser.stop()
         self._socket.close()
@@ -174,7 +175,7 @@ class PageServer:
     # In the server's thread
 
     def _serve(self, handler: Handler, host: str, port: int, **options: Any) -> Any:
-        """Replace `websockets.asyncio.server.serve` for viser: check requests, limit viewers, and serve the feed too."""
+        """Open viser's port in place of `websockets.asyncio.server.serve`; check requests, limit viewers, and serve the feed."""
         show = options.pop("process_request")
         self._loop = asyncio.get_running_loop()
 
@@ -182,7 +183,7 @@ class PageServer:
             assert connection.request is not None
             feed = _path(connection.request) == FEED
             if self._sockets[feed] >= MAX_VIEWERS:
-                await connection.close(1013, f"{MAX_VIEWERS} viewers are there already")
+                await connection.close(1013, f"the page already has {MAX_VIEWERS} viewers")
                 return
             self._sockets[feed] += 1
             try:
@@ -197,7 +198,7 @@ class PageServer:
         return _original(handle, sock=self._socket, **options)
 
     def _answer(self, request: Request) -> Response | None:
-        """Return the page's own response to a request; None leaves the request to viser."""
+        """Return the response to a request, or None if viser should respond."""
         verdict = self._guard.check(request.path, request.headers)
         if isinstance(verdict, Refusal):
             return _response(verdict.status, "text/plain", f"{verdict.reason}\n".encode())
@@ -219,7 +220,7 @@ class PageServer:
         return _response(404, "text/plain", b"there is no such file\n")
 
     async def _feed(self, connection: ServerConnection) -> None:
-        """Send new messages to a viewer, and pass on its requests."""
+        """Serve a viewer until it disconnects: send queued messages to it, and pass its requests on."""
         viewer = Viewer(next(self._numbers), connection)
         self.viewers[viewer.number] = viewer
         for kind, text in self._greet().items():
@@ -230,7 +231,7 @@ class PageServer:
             async for given in connection:
                 message = _read(given)
                 if message is None:
-                    await connection.close(1003, "write a JSON object")
+                    await connection.close(1003, "send a JSON object")
                     break
                 self._asked(viewer, message)
         except ConnectionClosed:
@@ -269,7 +270,7 @@ def _response(status: int, kind: str, body: bytes, **headers: str) -> Response:
 
 
 def _names(host: str) -> list[str]:
-    """Return the host names by which the page can be reached; the first one is shown to the user."""
+    """Return the host names by which the page can be reached; the user sees the first name."""
     if host in EVERY_ADDRESS:
         return [socket.gethostname(), "localhost"]
     return [host, "localhost"] if ipaddress.ip_address(host).is_loopback else [host]
@@ -279,7 +280,7 @@ def _listen(host: str, port: int) -> socket.socket:
     try:
         ipaddress.ip_address(host)
     except ValueError:
-        raise UsageError(f"{host!r} is not an address for the page; give one such as 127.0.0.1") from None
+        raise UsageError(f"{host!r} is not an IP address for the page; use one such as 127.0.0.1") from None
     try:
         family = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)[0][0]
         return socket.create_server((host, port), family=family)
@@ -292,7 +293,7 @@ _original = websocket_server.serve
 
 @contextlib.contextmanager
 def _served_by(serve: Callable[..., Any]) -> Iterator[None]:
-    """Return a context in which viser opens its port with `serve` instead of the function of websockets."""
+    """Return a context in which viser opens its port with `serve` instead of the function of the package websockets."""
     build = _client_autobuild.ensure_client_is_built
     websocket_server.serve = serve  # type: ignore[assignment, misc]
     _client_autobuild.ensure_client_is_built = lambda: None  # which would download Node.js if dates of files look wrong

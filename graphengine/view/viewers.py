@@ -1,4 +1,4 @@
-"""Executes the requests of a page's viewers in a session."""
+"""Executes the requests that viewers of a page send to a session."""
 
 from __future__ import annotations
 
@@ -14,18 +14,18 @@ from graphengine.view.page_client import Page
 from graphengine.view.wire import Answer
 
 MAX_ASKED = 1000
-"""Maximum number of waiting requests of viewers; beyond it, the oldest are discarded."""
+"""Maximum number of waiting requests of viewers; if there are more, the oldest requests are discarded."""
 LONGEST_NAME = 1000
 """Maximum length of a name in a viewer's request, characters."""
 DEAD_MAN = 0.5
-"""Wall time without drive commands after which a robot stops, s."""
+"""Wall time without a drive command after which a driven robot is stopped, s."""
 
 
 class Driver(Protocol):
     """Publishes the drive commands of viewers."""
 
     def topics(self) -> Mapping[str, str]:
-        """Return the drive topic of each robot that has one, by the robot's name."""
+        """Return the drive topics by robot name; robots without a drive topic are left out."""
 
     def drive(self, topic: str, twist: tuple[float, float, float] | None) -> None:
         """Publish a twist until the next call: forward and sideways speed (m/s) and turn rate (rad/s); None stops the robot."""
@@ -35,7 +35,7 @@ class RecordingControls(Protocol):
     """Controls of a recording that the page shows instead of a run.
 
     Attributes:
-        folder: prefix to remove from the paths of its extracted files.
+        folder: prefix to remove from the paths of files that were extracted from the recording.
     """
 
     folder: str
@@ -48,7 +48,7 @@ class RecordingControls(Protocol):
         """
 
     def facts(self) -> Mapping[str, Any]:
-        """Return status values for the page as JSON: `recording`, and values that replace those of `RunStatus`."""
+        """Return JSON values for the page's status: `recording`, and fields that replace fields of `RunStatus`."""
 
     def marks(self) -> Sequence[Mapping[str, Any]]:
         """Return the events of the recording that were found so far; the list only grows."""
@@ -58,18 +58,18 @@ class Viewers:
     """The viewers of a session's page, and their requests.
 
     Args:
-        queue: queue for their commands.
-        driver: publishes their drive commands.
+        queue: queue for the commands of viewers.
+        driver: publishes the drive commands of viewers.
         read_only: whether viewers can watch but not send commands.
-        playback: controls of the shown recording; None for a run.
+        playback: controls of the recording that the page shows; None for a live run.
 
     Attributes:
         number: number of viewers.
         layers: shown layers of the 3D part.
-        graphs: selected graph of each viewer.
-        newcomers: viewers whose selected graph has not been sent yet.
-        robots: selected robot of each viewer.
-        topics: selected topic of each viewer with an open topics pane; empty for none.
+        graphs: selected graph, by number of the viewer.
+        newcomers: numbers of viewers to which their selected graph has not been sent yet.
+        robots: selected robot, by number of the viewer.
+        topics: selected topic, by number of the viewer; only viewers with an open topics pane, empty if none is selected.
     """
 
     def __init__(
@@ -86,7 +86,7 @@ class Viewers:
         self._read_only = read_only
         self._playback = playback
         self._driven: dict[str, float] = {}
-        """Wall time of the last drive command by topic, s."""
+        """Wall time of the last drive command on each drive topic, s."""
         self._asked: deque[Mapping[str, Any]] = deque(maxlen=MAX_ASKED)
 
     def ask(self, asked: Mapping[str, Any]) -> None:
@@ -99,7 +99,7 @@ class Viewers:
         return bool(self._asked)
 
     def obey(self, page: Page, now: float) -> None:
-        """Execute the waiting requests, and stop robots without a drive command for `DEAD_MAN` s."""
+        """Execute the waiting requests; stop driven robots that have received no drive command for `DEAD_MAN` s."""
         while self._asked:
             self._obey(page, self._asked.popleft(), now)
         for topic, driven in list(self._driven.items()):
@@ -107,7 +107,7 @@ class Viewers:
                 self._stop(topic)
 
     def leave(self) -> None:
-        """Stop all robots that viewers drive, because the viewers are gone."""
+        """Stop all robots that viewers drive; called when the viewers are gone."""
         for topic in list(self._driven):
             self._stop(topic)
 
@@ -151,7 +151,7 @@ class Viewers:
         name, arguments = asked.get("command"), asked.get("arguments", {})
         try:
             if not isinstance(name, str) or not isinstance(arguments, dict):
-                raise UsageError("a request needs a command and its arguments")
+                raise UsageError("a command request needs a `command` string and an `arguments` object")
             done = self._queue.submit(name, arguments)
         except UsageError as error:
             page.tell(Answer(viewer, {"id": asked.get("id"), "error": str(error)}))

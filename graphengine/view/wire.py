@@ -1,4 +1,4 @@
-"""Messages from a run to the process of its page. In the other direction, messages are JSON: `{"viewer": 0, "ask": …}`."""
+"""Messages that a run sends to the process of its page. The process sends JSON to the run: `{"viewer": 0, "ask": …}`."""
 
 from __future__ import annotations
 
@@ -23,9 +23,9 @@ class LiveScene:
         title: name of the scene.
         bodies: visible bodies.
         graphs: name, robot, prim path, file and variables of each graph in execution order, as JSON values.
-        drives: drive topic of each robot that has one.
+        drives: drive topics by robot name.
         layers: data of the 3D part's layers.
-        focus: initial focus of the camera, m.
+        focus: point at which cameras initially look, m.
         robots: name, prim path, namespace, file and sensors of each robot, as JSON values.
         definitions: message types.
     """
@@ -47,7 +47,7 @@ class GraphDetails:
     Attributes:
         viewer: number of the viewer.
         name: name of the graph, such as `robot/graph`.
-        view: drawing data; a string with the reason if the graph cannot be drawn.
+        view: data for drawing the graph, or the reason why the graph cannot be drawn.
         nodes: details of nodes and their ports, by node name.
     """
 
@@ -65,8 +65,8 @@ class LiveState:
         facts: fields of a `RunStatus` as JSON values.
         poses: position (m) and quaternion (x, y, z, w) of each body, shape (bodies, 7).
         layers: data of the shown layers of the 3D part.
-        values: short value of each port and variable of the selected graphs, by graph, then `Node.side:port` or `variable:name`.
-        nodes: executions, firings and microseconds per execution since the last frame, by selected graph, then node.
+        values: short values of ports and variables, by selected graph, then by `Node.side:port` or `variable:name`.
+        nodes: executions, firings and microseconds per execution since the last frame, by selected graph, then by node.
         robots: pose and velocity of the selected robots, by name.
     """
 
@@ -80,7 +80,7 @@ class LiveState:
 
 @dataclass(frozen=True, slots=True)
 class PaneContent:
-    """New content of a pane of the page; replaces the previous content.
+    """New content of a pane of the page; it replaces the previous content.
 
     Attributes:
         kind: kind of the pane, such as `topics`.
@@ -99,7 +99,7 @@ class TopicMessage:
         topic: full name of the topic.
         type: message type, such as `nav_msgs/msg/Odometry`.
         size: size of the message, bytes.
-        data: serialized CDR data; None before the first message, and for a message that is too large to show.
+        data: CDR message; None before the first message, and if the message is too large to show.
     """
 
     topic: str
@@ -110,11 +110,11 @@ class TopicMessage:
 
 @dataclass(frozen=True, slots=True)
 class Answer:
-    """The response to a command.
+    """The response to a request of a viewer.
 
     Attributes:
-        viewer: number of the viewer that sent it.
-        told: result or error, as JSON values.
+        viewer: number of the viewer that sent the request.
+        told: `result` or `error`, and the `id` of the request, as JSON values.
     """
 
     viewer: int

@@ -72,4 +72,4 @@ def test_a_port_that_is_taken_is_told(graphrun: Graphrun, clock: Path) -> None:
     path = clock.parent / "out.mcap"
     record(path, 3, clock)
     result = graphrun("view", str(path), "--view-host", "localhost", code=2)
-    assert "is not an address for the page; give one such as 127.0.0.1" in result.err
+    assert "is not an IP address for the page; use one such as 127.0.0.1" in result.err

@@ -361,7 +361,7 @@ def test_a_server_that_never_comes_is_told_once(context: RecordingContext) -> No
     assert context.logged == [
         (
             "network",
-            f"/service_name: no server offers this service with the type {SET_BOOL}; the last 10 calls wait for it",
+            f"/service_name: no server offers this service with the type {SET_BOOL}; the last 10 calls wait for a server",
         )
     ]
 

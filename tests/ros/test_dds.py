@@ -185,7 +185,7 @@ def test_a_message_that_is_not_padded_is_padded(alice: DdsTransport) -> None:
 
 def test_a_topic_has_one_type(alice: DdsTransport) -> None:
     alice.writer("/chatter", STRING, QoS())
-    with pytest.raises(TransportError, match=r"^/chatter has the type std_msgs/msg/String here"):
+    with pytest.raises(TransportError, match=r"^/chatter has the type std_msgs/msg/String in this process"):
         alice.reader("/chatter", "std_msgs/msg/Bool", QoS(), lambda data: None)
 
 

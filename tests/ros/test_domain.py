@@ -46,5 +46,5 @@ def test_a_value_that_makes_no_sense_is_an_error_that_tells_what_does(name: str,
 
 
 def test_a_domain_that_cannot_be_cannot_be_made() -> None:
-    with pytest.raises(TransportError, match="not in 0 to 232"):
+    with pytest.raises(TransportError, match="domain id 233 is out of range; legal: 0 to 232"):
         Domain(233)

@@ -1,4 +1,4 @@
-"""Numbers the calls of a service, and keeps the unanswered ones."""
+"""Numbers the calls of a service client, and keeps track of unanswered calls."""
 
 from __future__ import annotations
 
@@ -9,14 +9,14 @@ from typing import Any
 from graphengine.format.stateful import Stateful
 
 MAX_OPEN = 10_000
-"""Maximum number of unanswered calls; beyond it, the oldest is discarded, because its server may have left."""
+"""Maximum number of unanswered calls; if there are more, the oldest call is discarded, as its server may be gone."""
 
 
 class Calls(Stateful):
     """The unanswered calls of a service; each gets a number from 1 and at most one response.
 
     Args:
-        give_up: called with the data of each call that is discarded because too many are open.
+        give_up: called with the data of each call that is discarded because too many calls are unanswered.
     """
 
     kept = ("_last", "_open")
@@ -28,7 +28,7 @@ class Calls(Stateful):
         self._give_up = give_up
 
     def begin(self, kept: Any = True) -> int:
-        """Return the number of a new call, and keep data that its response will need."""
+        """Return the number of a new call; `kept` is the data that `end` returns for the call."""
         with self._lock:
             self._last += 1
             self._open[self._last] = kept

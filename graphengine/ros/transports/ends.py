@@ -31,7 +31,7 @@ class RosEnd:
         self.node = ""
         """Full name of the node that has the endpoint; empty for the transport's own node."""
         self.malformed = 0
-        """Number of received messages that were dropped because they do not fit the type."""
+        """Number of received messages that were dropped because they do not fit the type of the topic or service."""
         self.dropped = 0
         """Number of sent messages that were dropped because a peer was too slow."""
         self._remove = remove
@@ -42,21 +42,21 @@ class RosEnd:
     def close(self) -> None:
         """Close the endpoint; safe to call twice.
 
-        No message is delivered after this method returns: it waits for a delivery that is in progress in another thread.
+        It waits for a delivery that is in progress in another thread; after it returns, no message is delivered.
         """
         with self._delivering:
             self._delivers = False
         self._remove(self)
 
     def end(self) -> None:
-        """Forget all peers, because the endpoint or its node has left the network."""
+        """Forget all peers; called when the endpoint or its node has left the network."""
 
     def warning(self) -> str:
         """Return a warning about incompatible peers; empty if there are none."""
         return ""
 
     def hand_over(self, take: Callable[..., None], *message: Any) -> None:
-        """Call `take` with a message, unless the endpoint is closed. Only the first exception is logged; none ends the thread."""
+        """Call `take` with a message, unless the endpoint is closed. Catch exceptions, and log the first one."""
         with self._delivering:
             if not self._delivers:
                 return

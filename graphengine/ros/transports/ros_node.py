@@ -1,4 +1,4 @@
-"""Base class of transports that join the network as a ROS 2 node: name, log, lock, endpoints and message counts."""
+"""Base class of transports that are a ROS 2 node: it holds the node's name, log, lock, endpoints and message counts."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ from graphengine.ros.network_graph import full_name, split_name
 from graphengine.ros.transport import JoinOptions, Writer
 
 ROSOUT = ("/rosout", "rcl_interfaces/msg/Log", qos.ROSOUT)
-"""Topic, type and QoS of ROS 2's log, which rqt_console shows."""
+"""Topic, type and QoS of the ROS 2 log, as rqt_console reads it."""
 
 _LEVELS = {"info": messages.Log.INFO, "warning": messages.Log.WARN, "error": messages.Log.ERROR}
 
 
 class RosNode(Stateful):
-    """A ROS 2 node. A subclass joins the network in `_join`, and adds each `RosEnd` that it opens to its writers or readers.
+    """A ROS 2 node. A subclass joins the network in `_join`, and adds each new `RosEnd` to `_writers` or `_readers`.
 
     Args:
         options: domain and name of the node.
@@ -47,18 +47,18 @@ class RosNode(Stateful):
         self._closed = False
         self._writers: list[Any] = []
         self._readers: list[Any] = []
-        """Readers, and the servers and clients of services."""
+        """Readers, service servers and service clients."""
         self._mistyped = Counter[str]()
-        """Number of messages with a different type definition that closed readers dropped, by topic."""
+        """Number of messages that closed readers have dropped because of a different type definition, by topic."""
         self.description = f"{self._join()}, {self._domain}" + (f"; {options.because}" if options.because else "")
         atexit.register(self.close)
 
     def _join(self) -> str:
-        """Join the network and open the writer for /rosout; return the name of the implementation."""
+        """Join the network and create the writer for /rosout; return the name of the implementation for `description`."""
         raise NotImplementedError
 
     def _leave(self) -> None:
-        """Leave the network and end the thread."""
+        """Leave the network and end the transport's thread."""
 
     def _delete(self, end: Any) -> None:
         """Remove an endpoint from the network."""
@@ -69,7 +69,7 @@ class RosNode(Stateful):
 
     @property
     def foreign_services(self) -> Mapping[str, str]:
-        """Warnings about incompatible peers, by the name of the service."""
+        """Warnings about incompatible peers of services, by name of the service."""
         told = {}
         for end in tuple(self._readers):
             with self._lock:  # not for all of them, as other threads wait for it
@@ -79,7 +79,7 @@ class RosNode(Stateful):
 
     @property
     def rival_services(self) -> Sequence[str]:
-        """Services of this transport that another program offers too, as far as known; both receive each call."""
+        """Services of this transport that another known program also offers; both servers receive each call."""
         with self._lock:
             own = Counter(end.name for end in self._readers if end.peer == "client")
             known = {} if self._closed else self._count_servers(own)
@@ -87,14 +87,14 @@ class RosNode(Stateful):
 
     @property
     def malformed(self) -> Mapping[str, int]:
-        """Number of messages by topic or service that were dropped because they do not fit its type."""
+        """Number of messages dropped because they do not fit the type of their topic or service, by topic or service name."""
         counts = Counter(self._mistyped)
         for end in tuple(self._readers):
             counts[end.name] += end.malformed
         return +counts
 
     def log(self, severity: str, text: str) -> None:
-        """Publish a message on /rosout; severities are info, warning and error."""
+        """Publish a message on /rosout; `severity` is info, warning or error."""
         stamp = messages.Time(*divmod(time.time_ns(), 1_000_000_000))
         logger = f"{self._namespace}/{self._name}".strip("/").replace("/", ".")
         level = _LEVELS.get(severity, messages.Log.INFO)
@@ -103,7 +103,7 @@ class RosNode(Stateful):
                 self._rosout.write(messages.encode(messages.Log(stamp, level, logger, text, "", "", 0)))
 
     def close(self) -> None:
-        """Remove the node, end the thread and leave the network; safe to call twice."""
+        """Remove the node from the network, and end the transport's thread; safe to call twice."""
         with self._lock:
             if self._closed:
                 return
@@ -122,12 +122,12 @@ class RosNode(Stateful):
             names.check_node_name(name)
 
     def _admit(self, name: str = "") -> None:
-        """Raise an error if the transport is closed; the error names the given topic or service."""
+        """Raise TransportError if the transport is closed; `name` is the topic or service to mention."""
         if self._closed:
             raise TransportError(f"{name}: the transport is closed" if name else "the transport is closed")
 
     def _remove(self, end: Any) -> None:
-        """Delete a closed endpoint."""
+        """Remove a closed endpoint from the node and from the network."""
         with self._lock:
             ends = self._writers if end in self._writers else self._readers
             if self._closed or end not in ends:

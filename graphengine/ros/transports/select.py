@@ -1,4 +1,4 @@
-"""Finds transports by name: built-in ones in the folders beside this file, and those of packages by entry points."""
+"""Finds transports by name: built-in transports in the folders beside this file, and others by entry points of packages."""
 
 from __future__ import annotations
 
@@ -17,18 +17,18 @@ AUTO = "auto"
 
 
 def transport_helps(*, reaching_others: bool = False) -> dict[str, str]:
-    """Return a line of help for `auto` and for each transport, optionally only for those that reach other processes."""
+    """Return lines of help by transport name; `reaching_others` leaves out transports that stay within this process."""
     kinds, broken = _load_all()
     ranked = ", ".join(kind.name for kind in kinds if kind.auto is not None)
     shown = {kind.name: kind.help for kind in kinds if kind.reaches_others or not reaching_others}
-    return {AUTO: f"the first usable one of {ranked}", **shown, **broken}
+    return {AUTO: f"the first of {ranked} that can be used", **shown, **broken}
 
 
 def find_transport(name: str) -> TransportKind:
-    """Return the transport with a name, which may be unusable on this machine.
+    """Return the transport with this name, without a check that it can be used on this machine.
 
     Raises:
-        TransportError: there is no such transport, its package cannot be imported, or several packages provide one.
+        TransportError: no or several packages provide a transport with this name, or its package cannot be imported.
     """
     known = _entries()
     if name not in known:
@@ -43,7 +43,7 @@ def find_transport(name: str) -> TransportKind:
         kind = entry.load()
     except (Exception, SystemExit) as error:  # a package may fail in any way
         why = _line(error)
-        remedy = f"install what {package} needs, or uninstall it, or take another --transport"
+        remedy = f"install the dependencies of {package}, or uninstall it, or use another --transport"
         raise TransportError(f"transport {name!r} of {package} cannot be imported: {why}\n{remedy}") from error
     if not isinstance(kind, TransportKind) or kind.name != name:
         raise TransportError(f"{entry.value} of {package} is not a TransportKind with the name {name!r}")
@@ -51,15 +51,15 @@ def find_transport(name: str) -> TransportKind:
 
 
 def open_transport(name: str, options: JoinOptions) -> Transport:
-    """Join a domain as a ROS 2 node; the transport's description says which transport was chosen and why.
+    """Join a domain and return the transport; its description tells users which transport it is, and why `auto` chose it.
 
     Args:
-        name: name of the transport; `auto` chooses the first usable one: rclpy if ROS 2 is sourced, else dds.
+        name: name of the transport; `auto` chooses the first transport that can be used: rclpy if ROS 2 is sourced, else dds.
         options: domain and name of the node.
 
     Raises:
         TopicError: the node's name or namespace is not legal in ROS 2.
-        TransportError: the domain cannot be joined, or as for `find_transport`.
+        TransportError: `find_transport` raises it, the transport cannot be used here, or it cannot join the domain.
     """
     kind, because = _chosen() if name == AUTO else (find_transport(name), "")
     if name != AUTO and (missing := _missing(kind)) is not None:
@@ -74,7 +74,7 @@ def open_transport(name: str, options: JoinOptions) -> Transport:
 
 
 def _chosen() -> tuple[TransportKind, str]:
-    """Return the transport that `auto` chooses, and why."""
+    """Return the transport that `auto` chooses, and the reason."""
     kinds, broken = _load_all()
     reasons, remedies = list(broken.values()), list[str]()
     for kind in kinds:
@@ -89,7 +89,7 @@ def _chosen() -> tuple[TransportKind, str]:
 
 
 def _missing(kind: TransportKind) -> str | None:
-    """Return why a transport cannot be used, also if its own check fails; None if it can be used."""
+    """Return the reason why a transport cannot be used, or the error of its own check; None if it can be used."""
     try:
         return kind.missing()
     except Exception as error:  # a package may fail in any way
@@ -97,12 +97,12 @@ def _missing(kind: TransportKind) -> str | None:
 
 
 def _line(error: BaseException) -> str:
-    """Return type and first line of an error."""
+    """Return the type of an error and the first line of its text."""
     return f"{type(error).__name__}: {error}".splitlines()[0]
 
 
 def _load_all() -> tuple[list[TransportKind], dict[str, str]]:
-    """Return all transports in the order of `auto`, and the import errors of the others by name."""
+    """Return all transports, sorted by rank for `auto`, and the error texts of transports that fail to load, by name."""
     kinds, broken = [], {}
     for name in _entries():
         try:
@@ -113,7 +113,7 @@ def _load_all() -> tuple[list[TransportKind], dict[str, str]]:
 
 
 def _entries() -> dict[str, list[EntryPoint]]:
-    """Return entry points by transport name; built-in ones are found even if the package is not installed."""
+    """Return entry points by transport name; built-in transports are found even if graphengine is not installed."""
     modules = pkgutil.iter_modules(transports.__path__, "graphengine.ros.transports.")
     folders = [module.name for module in modules if module.ispkg]
     own = [EntryPoint(importlib.import_module(name).TRANSPORT.name, f"{name}:TRANSPORT", GROUP) for name in folders]

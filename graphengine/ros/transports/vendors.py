@@ -1,4 +1,4 @@
-"""The DDS implementations of ROS 2's RMWs: services do not work between different ones."""
+"""The RMWs of ROS 2 and their DDS vendors; services do not work between different RMWs."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ _RMWS = {b"\x01\x01": "rmw_connextdds", FAST_DDS: "rmw_fastrtps_cpp", CYCLONE: C
 
 
 def warning(service: str, peer: str, gids: Iterable[bytes], own: str) -> str:
-    """Return a warning about incompatible peers of a service; empty if there are none.
+    """Return a warning about peers of a service that run on another RMW; empty if there are none.
 
     Args:
-        service: service that the peers offer or call.
-        peer: whether they are a server or a client.
-        gids: GIDs of their endpoints, of which the first two bytes are sufficient.
-        own: RMW of this process; if it is not based on DDS, nothing is reported.
+        service: name of the service.
+        peer: role of the peers, `server` or `client`.
+        gids: GIDs of the peers' endpoints; the first two bytes are sufficient.
+        own: RMW of this process; if it is not a known DDS RMW, the result is empty.
     """
     own = own.replace("_dynamic", "")  # Fast DDS has two RMWs, which understand each other
     others = {_RMWS.get(gid[:2], "another RMW") for gid in gids} - {own}
@@ -33,6 +33,6 @@ def warning(service: str, peer: str, gids: Iterable[bytes], own: str) -> str:
     return (
         f"{action or service}: a {peer} on {' and '.join(sorted(others))} is unreachable:"
         f" {'actions' if action else 'services'} do not work between different"
-        f" RMWs of ROS 2\n  run it with RMW_IMPLEMENTATION={own}, or graphrun with --transport rclpy on its RMW; `graphrun ctl`"
-        " controls the simulation in any case"
+        f" RMWs of ROS 2\n  run it with RMW_IMPLEMENTATION={own}, or run graphrun with --transport rclpy on the same RMW;"
+        " `graphrun ctl` controls the simulation in any case"
     )

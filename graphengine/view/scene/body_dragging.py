@@ -1,6 +1,6 @@
-"""Mouse control of entities: a drag pulls an entity with forces, and handles move it.
+"""Mouse control of entities: a drag of an entity pulls it with forces, and a drag of its handles moves it.
 
-Each mouse move is an event; the run gets at most one command per `PERIOD`, with the newest position.
+The browser sends an event for each mouse move; the run gets at most one command per `PERIOD`, with the newest position.
 """
 
 from __future__ import annotations
@@ -19,11 +19,11 @@ if TYPE_CHECKING:
     import viser
 
 PERIOD = 0.1
-"""Minimum time between two commands, s: wall time, and for pushes also simulation time."""
+"""Minimum time between two commands, s: in wall time, and for pushes in simulation time too."""
 STIFFNESS, DAMPING = 15.0, 6.0
-"""Force of a push per kg of the entity: N per metre of distance to the mouse, and N per m/s of damping."""
+"""Coefficients of the pushing force, per kg of the entity: N per m of distance to the mouse, and N per m/s of damping."""
 FARTHEST = 2.0
-"""Distance beyond which the force of a pull is constant, m."""
+"""Distance to the mouse beyond which the pulling force no longer grows, m."""
 
 Command = Callable[[str, dict[str, Any]], None]
 Vector = NDArray[np.float64]
@@ -38,7 +38,7 @@ class Pull:
         command: sends a command to the run.
 
     Attributes:
-        held: the entity, and the vector from the start of the drag to the mouse, m; None while nothing is dragged.
+        held: the dragged entity, and the vector from the start of the drag to the mouse, m; None while nothing is dragged.
     """
 
     def __init__(self, command: Command) -> None:
@@ -76,10 +76,10 @@ class Pull:
 
 
 class MoveHandles:
-    """Handles around an entity with which a viewer moves it.
+    """Handles around an entity; a viewer drags them to move the entity.
 
     Args:
-        scene: scene of this viewer only.
+        scene: viser scene that only this viewer sees.
         command: sends a command to the run.
     """
 
@@ -94,9 +94,9 @@ class MoveHandles:
         """Whether the viewer drags a handle."""
 
     def update(self, name: str, position: Floats, rotation: Floats) -> None:
-        """Move the named entity to its handles if a move is due; otherwise move the handles to the entity.
+        """Send a command that moves the entity to its handles if one is due; otherwise move the handles to the entity.
 
-        An empty name removes the handles.
+        The arguments are the name and pose of the entity; an empty name removes the handles.
         """
         if name != self._name:
             self._show(name)

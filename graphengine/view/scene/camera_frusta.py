@@ -1,4 +1,4 @@
-"""The layer of cameras: pictures in the viewing frusta."""
+"""The layer of cameras: the viewing frustum of each camera, with its image."""
 
 from __future__ import annotations
 
@@ -14,17 +14,17 @@ if TYPE_CHECKING:
     import viser
 
 ABOUT_X = np.array([[0.0, 1.0, 0.0, 0.0]], np.float32)
-"""Quaternion for half a turn about x, because viser's cameras look along z with y down, and ours along -z with y up."""
+"""Half a turn about x, quaternion (w, x, y, z): viser's cameras look along z with y down, a `SeenCamera` along -z with y up."""
 SIZE = 0.15
-"""Size of a frustum; viser gives all fields of view the same volume."""
+"""Size of a frustum; for a given size, viser draws frusta of equal volume for all fields of view."""
 
 
 class CameraFrusta(Layer):
-    """A frustum with a picture for each camera."""
+    """A frustum with an image for each camera."""
 
     name = CAMERAS
     title = "Cameras"
-    hint = "One camera of each rig with its picture, a few times per second; rendering takes CPU time of the run"
+    hint = "One camera of each rig with its image, a few times per second; rendering takes CPU time of the run"
 
     def _draw(self, layers: SceneLayers) -> None:
         self._carried = Carried.of([(camera.mount.body, camera.mount.pose) for camera in layers.cameras])
@@ -44,7 +44,7 @@ class CameraFrusta(Layer):
         }
 
     def _update(self, poses: Poses, frame: FrameLayers) -> None:
-        """Move the cameras with their bodies, and show new pictures."""
+        """Move the cameras with their bodies, and show new images."""
         if not self.shown or not self._frusta:
             return
         for path, pixels in frame.pictures.items():

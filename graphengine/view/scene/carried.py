@@ -1,4 +1,4 @@
-"""World poses of many frames that are fixed to bodies; quaternions are (w, x, y, z), as in viser."""
+"""Computes the world poses of many frames that are fixed to bodies; quaternions are (w, x, y, z), as in viser."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ class Carried:
     """Frames that are fixed to bodies.
 
     Attributes:
-        rows: row of each frame's body in the poses, shape (n,).
-        positions: positions in the bodies' frames, m, shape (n, 3).
-        rotations: quaternions in the bodies' frames, shape (n, 4).
+        rows: row of each frame's body in the array of poses, shape (n,).
+        positions: positions relative to the bodies, m, shape (n, 3).
+        rotations: quaternions relative to the bodies, shape (n, 4).
     """
 
     rows: NDArray[np.intp]
@@ -29,13 +29,13 @@ class Carried:
 
     @classmethod
     def of(cls, frames: Sequence[tuple[int, Pose]]) -> Carried:
-        """Create frames from the row of each body and the pose in its frame, whose quaternion is (x, y, z, w)."""
+        """Create frames from pairs of a body's row and a pose relative to this body; these quaternions are (x, y, z, w)."""
         positions = np.array([pose[0] for _, pose in frames], np.float32).reshape(-1, 3)
         rotations = np.array([pose[1] for _, pose in frames], np.float32).reshape(-1, 4)[:, [3, 0, 1, 2]]
         return cls(np.array([row for row, _ in frames], np.intp), positions, rotations)
 
     def at(self, poses: NDArray[np.float64]) -> tuple[Floats, Floats]:
-        """Return positions and rotations in the world frame.
+        """Return positions, m, and quaternions of the frames in the world frame.
 
         Args:
             poses: position and quaternion (x, y, z, w) of each body, shape (bodies, 7).
@@ -46,7 +46,7 @@ class Carried:
 
 
 def multiplied(a: Floats, b: Floats) -> Floats:
-    """Return the products of quaternions, row by row."""
+    """Return the quaternion products of rows of `a` and `b`, shape (n, 4)."""
     aw, ax, ay, az = a.T
     bw, bx, by, bz = b.T
     product: Floats = np.stack(
@@ -62,7 +62,7 @@ def multiplied(a: Floats, b: Floats) -> Floats:
 
 
 def turned(q: Floats, v: Floats) -> Floats:
-    """Return vectors rotated by quaternions, row by row."""
+    """Return the rows of `v`, shape (n, 3), rotated by the quaternions in the rows of `q`, shape (n, 4)."""
     t = 2.0 * np.cross(q[:, 1:], v)
     found: Floats = v + q[:, :1] * t + np.cross(q[:, 1:], t)
     return found

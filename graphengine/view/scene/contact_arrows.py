@@ -1,4 +1,4 @@
-"""The layer of contacts: contact points and forces."""
+"""The layer of contacts: contact points, and arrows for contact forces."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Draws the bodies of a world: surfaces once, then the poses of moving bodies."""
+"""Draws the bodies of a world: sends their surfaces to browsers once, and then only poses of bodies that move."""
 
 from __future__ import annotations
 
@@ -20,13 +20,13 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Batch:
-    """Shapes that share a surface; `handle` is a viser handle with one instance per shape."""
+    """Shapes with the same surface; `handle` is a viser handle with one instance for each shape."""
 
     handle: Any
     shapes: Carried
 
     def place(self, poses: Poses) -> None:
-        """Move the shapes with their bodies."""
+        """Move the shapes with their bodies; `poses` are the poses of all bodies."""
         self.handle.batched_positions, self.handle.batched_wxyzs = self.shapes.at(poses)
 
 
@@ -35,7 +35,7 @@ class DrawnBodies:
 
     Args:
         scene: viser scene to draw in.
-        path: path of the parent node.
+        path: path of the parent node in the viser scene.
 
     Attributes:
         shown: whether the group is shown.
@@ -50,7 +50,7 @@ class DrawnBodies:
         self.batches: Sequence[Batch] = ()
 
     def draw(self, bodies: Bodies, chosen: Collection[int]) -> None:
-        """Draw the bodies of these rows, after a reset of the viser scene."""
+        """Draw the bodies in the rows `chosen`; called after a reset of the viser scene."""
         self._root = self._scene.add_frame(self._path, show_axes=False, visible=self.shown)
         groups: defaultdict[tuple[object, ...], list[VisibleShape]] = defaultdict(list)
         for shape in bodies.shapes:
@@ -69,7 +69,7 @@ class DrawnBodies:
         self._last = None
 
     def update(self, poses: Poses) -> None:
-        """Update the poses of bodies; bodies that have not moved cost nothing."""
+        """Show or hide the group, and update the poses of bodies that have moved."""
         self._root.visible = self.shown
         last, self._last = self._last, poses
         changed = (poses != last).any(axis=1) if last is not None and last.shape == poses.shape else None

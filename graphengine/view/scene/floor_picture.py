@@ -9,13 +9,13 @@ from graphengine.view.layer_data import FLOOR, FloorMap, FrameLayers, SceneLayer
 from graphengine.view.scene.layer import Layer, Poses
 
 HEIGHT = 0.02
-"""Height of the picture above z = 0, m; at a smaller one, it flickers with the floor when seen from afar."""
+"""Height of the image above z = 0, m; an image closer to the floor flickers when seen from afar."""
 OCCUPIED, FREE = (20, 24, 40, 235), (60, 150, 90, 80)
-"""Red, green, blue and opacity, 0 to 255; unknown cells are transparent."""
+"""Colours of occupied and free cells: red, green, blue and opacity, 0 to 255. Unknown cells are transparent."""
 
 
 class FloorPicture(Layer):
-    """The map that `graphrun map` makes: occupied cells dark, free cells green."""
+    """The occupancy map that `graphrun map` makes: occupied cells are dark, free cells green."""
 
     name = FLOOR
     title = "Map"
@@ -27,7 +27,7 @@ class FloorPicture(Layer):
             self._show(self._floor)
 
     def _update(self, poses: Poses, frame: FrameLayers) -> None:
-        """Show the map when it arrives."""
+        """Show the map if the frame contains it."""
         if frame.floor is not None:
             self._floor = frame.floor
             self._show(frame.floor)
@@ -49,7 +49,7 @@ class FloorPicture(Layer):
 
 
 def picture(floor: FloorMap) -> NDArray[np.uint8]:
-    """Return the map as an image, shape (rows, columns, 4), from south to north: viser draws the first row at the smallest y."""
+    """Return the map as an RGBA image, shape (rows, columns, 4); the first row is in the south, where viser draws it."""
     pixels = np.zeros((*floor.cells.shape, 4), np.uint8)
     pixels[floor.cells == 100] = OCCUPIED
     pixels[floor.cells == 0] = FREE

@@ -1,4 +1,4 @@
-"""The layer of frames: the axes of the robots' links, sensors and frames, with their names in TF."""
+"""The layer of frames: the axes of robots' links, sensors and frame prims, with their names in TF."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from graphengine.view.scene.carried import Carried
 from graphengine.view.scene.layer import Layer, Poses
 
 MOST_NAMES = 40
-"""Maximum number of frames with names; more names would overlap."""
+"""Maximum number of frames for which names are shown; with more frames, no names are shown, as they would overlap."""
 LENGTH = 0.12
 """Length of an axis, m."""
 TEXT_HEIGHT = 0.018
@@ -20,7 +20,7 @@ TEXT_HEIGHT = 0.018
 
 
 class FrameAxes(Layer):
-    """Axes in red, green and blue for x, y and z."""
+    """Axes of each frame: x is red, y green and z blue."""
 
     name = "frames"
     title = "Frames"
@@ -62,7 +62,7 @@ class FrameAxes(Layer):
 
 
 def _names(frames: Sequence[Mount]) -> Mapping[int, Sequence[str]]:
-    """Group the names of frames at the same position on a body, by the index of the first frame of the group."""
+    """Return the names of frames in groups with the same position on a body, by the index of a group's first frame."""
     places: dict[tuple[int, ...], int] = {}
     found: dict[int, list[str]] = {}
     for row, frame in enumerate(frames):

@@ -1,4 +1,4 @@
-"""The base of the layers of the 3D part."""
+"""The base class of the layers of the 3D part."""
 
 from __future__ import annotations
 
@@ -22,9 +22,9 @@ class Layer:
         scene: viser scene to draw in.
 
     Attributes:
-        name: name of the layer in `FrameLayers` and requests to the run.
-        title: title in the panel.
-        hint: tooltip in the panel.
+        name: name of the layer in `FrameLayers` and in requests to the run.
+        title: title in the panel of the 3D part.
+        hint: tooltip in this panel.
         shown: whether the layer is shown.
     """
 
@@ -38,16 +38,16 @@ class Layer:
         self.path = f"/{self.name}"
 
     def draw(self, layers: SceneLayers) -> None:
-        """Draw a new scene, after a reset of the viser scene."""
+        """Draw the layer for a new scene; called after a reset of the viser scene."""
         self._root = self._scene.add_frame(self.path, show_axes=False, visible=self.shown)
         self._draw(layers)
 
     def update(self, poses: Poses, frame: FrameLayers) -> None:
-        """Draw the layer's part of a frame; a layer that is switched off is hidden."""
+        """Show or hide the layer, and draw its data of a frame."""
         self._root.visible = self.shown
         self._update(poses, frame)
 
     def _draw(self, layers: SceneLayers) -> None: ...
 
     def _update(self, poses: Poses, frame: FrameLayers) -> None:
-        """Draw the layer's part of a frame; called even while the layer is hidden."""
+        """Draw the layer's data of a frame; called for each frame, even while the layer is hidden."""

@@ -1,4 +1,4 @@
-"""The layer of lidar hits."""
+"""The layer of lidars: the points that lidar beams hit."""
 
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ class LidarHits(Layer):
 
 
 def _mixed(steps: tuple[tuple[int, int, int], ...], where: Floats) -> NDArray[np.uint8]:
-    """Interpolate between colours, equally spaced from 0 to 1; values outside this range get the first or last one."""
+    """Return a colour for each value in `where`: 0 gives the first of `steps`, 1 the last, values between interpolate."""
     columns = np.array(steps, float).T
     parts = [np.interp(where, np.linspace(0.0, 1.0, len(steps)), column) for column in columns]
     return np.stack(parts, axis=1).astype(np.uint8)

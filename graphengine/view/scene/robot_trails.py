@@ -1,4 +1,4 @@
-"""The layer of trails: the paths that robots have driven, stored by the page."""
+"""The layer of trails: the paths that robots have driven; the page's process stores them."""
 
 from __future__ import annotations
 
@@ -15,18 +15,18 @@ from graphengine.view.scene.layer import Layer, Poses
 STEP = 0.05
 """Minimum distance between two points of a trail, m."""
 MOST_POINTS = 1000
-"""Maximum number of points of a trail; of a longer trail, the newest part is shown."""
+"""Maximum number of points of a trail; older points are discarded."""
 JUMP = 1.0
-"""Distance between two frames beyond which a robot was moved by a command and its trail restarts, m."""
+"""Distance from the last point of a trail beyond which the trail restarts, m: a command must have moved the robot."""
 PERIOD = 0.25
-"""Minimum wall time between two drawings, s."""
+"""Minimum wall time between two updates of the drawn trails, s."""
 LIFT = 0.03
 """Height of trails above the origins of robots, m."""
 COLOURS = ((31, 119, 180), (255, 127, 14), (44, 160, 44), (214, 39, 40), (148, 103, 189), (23, 190, 207))
 
 
 class RobotTrails(Layer):
-    """A line for each robot."""
+    """A line along the path of each robot."""
 
     name = "trails"
     title = "Trails"
@@ -50,7 +50,7 @@ class RobotTrails(Layer):
         ]
 
     def _update(self, poses: Poses, frame: FrameLayers) -> None:
-        """Store the positions of robots, and draw the trails once per `PERIOD`."""
+        """Store the positions of robots, and draw the trails that have grown, once per `PERIOD`."""
         if not self._trails:
             return
         positions, _ = self._carried.at(poses)

@@ -26,18 +26,19 @@ if TYPE_CHECKING:
 
 LAYERS: Sequence[type[Layer]] = (LidarHits, CameraFrusta, FrameAxes, ContactArrows, RobotTrails, FloorPicture)
 BODIES = ("Robots", "Objects", "World")
-"""Titles of the groups of bodies, each with a switch: robots, other movable entities, and fixed bodies."""
+"""Titles of the groups of bodies, in the panel: robots, other movable entities, and fixed bodies."""
 PULL_KEY: Literal["cmd/ctrl"] = "cmd/ctrl"
-"""Key with which a drag of the left button pulls a body; without the key, the drag turns the camera."""
+"""Key to hold while dragging with the left mouse button to pull a body; without the key, a drag turns the camera."""
 
 
 class Scene3D:
-    """The 3D part.
+    """The 3D part of the page.
 
     Args:
         server: viser server.
         shown: called when a viewer shows or hides a layer.
-        command: sends a command to the run, on behalf of the viewer with a client id in viser.
+        command: sends a command to the run; its arguments are the viewer's client id in viser, the name of the command, and
+            the arguments of the command.
     """
 
     def __init__(
@@ -53,7 +54,7 @@ class Scene3D:
         self._layers = [layer(server.scene) for layer in LAYERS]
         self._scene = SceneLayers()
         self._owners: dict[int, SeenEntity] = {}
-        """Entity of each movable body, by its row."""
+        """Entity of each movable body, by row of the body."""
         self._carried = Carried.of([])
         self._viewers: dict[int, ViewerControls] = {}
         # Set before the first viewer connects: viser's default light and shadows take a browser seconds to build.
@@ -96,7 +97,7 @@ class Scene3D:
         return [layer.name for layer in self._layers if layer.shown]
 
     def show(self, stage: LiveScene) -> None:
-        """Replace the drawn scene."""
+        """Draw a new scene in place of the previous one."""
         scene = self._server.scene
         scene.reset()
         scene.add_light_ambient("/lights/ambient", intensity=1.2)
@@ -115,7 +116,7 @@ class Scene3D:
             layer.draw(stage.layers)
 
     def update(self, state: LiveState) -> None:
-        """Show a frame."""
+        """Draw a frame, and update the controls of all viewers."""
         for bodies in self._bodies.values():
             bodies.update(state.poses)
         for layer in self._layers:
@@ -135,14 +136,14 @@ class Scene3D:
             viewer.update(state.facts["time"], poses)
 
     def select(self, name: str) -> None:
-        """Select an entity that a viewer selected in the page's tree; ignored unless there is exactly one viewer."""
+        """Select the entity that a viewer selected in the page's tree; do nothing unless exactly one viewer is connected."""
         viewers = list(self._viewers.values())
         known = any(entity.mount.name == name for entity in self._scene.entities)
         if len(viewers) == 1 and known and viewers[0].selected != name:
             viewers[0].click(name)
 
     def tell(self, client: int, error: str) -> None:
-        """Show a viewer why a command was refused."""
+        """Show a viewer the error of a refused command; `client` is the viewer's client id in viser."""
         if client in self._viewers:
             self._viewers[client].tell(error)
 
@@ -154,7 +155,7 @@ class Scene3D:
         self._viewers.pop(client.client_id, None)
 
     def _let_touch(self, batch: Batch) -> None:
-        """Let viewers select the entities of a batch by a click, and pull them by a drag."""
+        """Let viewers select entities with a click on a shape of the batch, and pull entities with a drag."""
 
         def click(event: viser.SceneNodePointerEvent[Any]) -> None:
             viewer, entity = self._viewers.get(event.client_id), self._touched(batch, event.instance_index)

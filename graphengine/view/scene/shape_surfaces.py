@@ -1,4 +1,4 @@
-"""Makes triangle surfaces of shapes, plain or textured."""
+"""Makes triangle surfaces of shapes, with or without a texture."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from trimesh.visual.material import PBRMaterial
 from graphengine.devices.visible import Bodies, Surface, VisibleShape
 
 FLOOR = 200.0
-"""Side of the square that represents an infinite plane, m."""
+"""Side length of the square that represents an infinite plane, m."""
 MANY_TRIANGLES = 200_000
 """Maximum number of triangles; a larger surface is simplified and drawn without its texture."""
 LARGEST_TEXTURE = 1024
@@ -24,7 +24,7 @@ Scale = tuple[float, float, float]
 
 
 def scale(shape: VisibleShape) -> Scale:
-    """Return the scale factors from `surface` to the size of a shape."""
+    """Return the factors along x, y and z by which the result of `surface` must be scaled to the size of the shape."""
     x, y, z = shape.size
     if shape.kind == "sphere":
         return x, x, x
@@ -36,7 +36,7 @@ def scale(shape: VisibleShape) -> Scale:
 
 
 def surface(shape: VisibleShape, bodies: Bodies) -> Surface:
-    """Return the surface of a shape: of unit size to be scaled, but of actual size for a capsule or mesh."""
+    """Return the triangle surface of a shape: a capsule or mesh in its actual size, other kinds as a unit shape."""
     if shape.kind == "mesh":
         vertices, faces = bodies.surfaces[shape.mesh]
         if len(faces) <= MANY_TRIANGLES:
@@ -92,7 +92,7 @@ def textured_surface(shape: VisibleShape, bodies: Bodies) -> bytes:
 
 
 def _image(pixels: NDArray[np.uint8]) -> Image.Image:
-    """Return a texture as an encoded image, at most `LARGEST_TEXTURE` pixels wide and high."""
+    """Return a texture as a PNG or JPEG image, at most `LARGEST_TEXTURE` pixels wide and high."""
     image = Image.fromarray(pixels[..., 0] if pixels.shape[2] == 1 else pixels)
     if image.mode == "L":
         image = image.convert("RGB")

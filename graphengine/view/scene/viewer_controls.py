@@ -1,4 +1,4 @@
-"""Controls of one viewer of the 3D part: selected entity, camera that follows it, and handles that move it."""
+"""Controls of one viewer of the 3D part: the selected entity, a camera that follows it, and handles that move it."""
 
 from __future__ import annotations
 
@@ -19,9 +19,9 @@ if TYPE_CHECKING:
 NOTHING = "nothing"
 ORIGIN = np.zeros(3, np.float32)
 FARTHEST = 8.0
-"""Maximum distance of a camera when it starts to follow an entity; a farther camera moves closer, m."""
+"""Maximum distance of a camera when it starts to follow an entity, m; a camera that is farther away moves closer."""
 UNTOUCHED = 0.25
-"""Wall time after the viewer last turned the camera before it follows again, s: each step would undo part of the turn."""
+"""Wall time for which the camera does not follow after the viewer last turned it, s; following would undo the turn."""
 
 SHOWN = 5.0
 """Wall time for which an error is shown, s."""
@@ -35,8 +35,8 @@ class ViewerControls:
         command: sends a command to the run.
 
     Attributes:
-        pull: pull at the dragged entity.
-        scene: scene with the selectable entities.
+        pull: pulls the entity that the viewer drags.
+        scene: layer data with the entities that can be selected.
     """
 
     def __init__(self, client: viser.ClientHandle, command: Callable[[str, dict[str, Any]], None]) -> None:
@@ -44,28 +44,28 @@ class ViewerControls:
         self._handles = MoveHandles(client.scene, command)
         self.pull = Pull(command)
         self.scene = SceneLayers(read_only=True)
-        gui, hint = client.gui, "the selected robot or object; a click on it selects it, another click deselects it"
+        gui, hint = client.gui, "the selected robot or object; click one to select it, click it again to deselect it"
         self._selected: Any = gui.add_dropdown("Selected", (NOTHING,), order=-3, hint=hint)
-        self._follows = gui.add_checkbox("Follow it", True, order=-2, hint="the camera follows the selected one")
+        self._follows = gui.add_checkbox("Follow it", True, order=-2, hint="the camera follows the selection")
         hint = "handles move the selected robot or object; a drag with Ctrl or Cmd held pulls any robot or object"
         self._moves = gui.add_checkbox("Move it", False, order=-1, visible=False, hint=hint)
         self._quiet = 0.0
         self._away, self._rest = np.zeros(3), 0.0
-        """Last vector from the focus to the camera, m, and the wall time at which the camera follows again, s."""
+        """Vector from the camera's focus to the camera, m, and the wall time from which the camera follows again, s."""
 
     @property
     def selected(self) -> str:
-        """Name of the selected entity; empty without one."""
+        """Name of the selected entity; empty if no entity is selected."""
         value = str(self._selected.value)
         return value if value != NOTHING else ""
 
     @property
     def needs_poses(self) -> bool:
-        """Whether an entity is selected or pulled."""
+        """Whether `update` needs poses, because an entity is selected or pulled."""
         return bool(self.selected) or self.pull.held is not None
 
     def offer(self, scene: SceneLayers) -> None:
-        """Offer the entities of a new scene; select a new robot if it is the only one; deselect a removed entity."""
+        """Offer the entities of a new scene; deselect a removed entity; select the only robot if it is new."""
         self.scene = scene
         self._moves.visible = not scene.read_only
         before, names = self._selected.options, [entity.mount.name for entity in scene.entities]
@@ -79,11 +79,11 @@ class ViewerControls:
         self._selected.value = NOTHING if name == self.selected else name
 
     def update(self, seconds: float, poses: Mapping[str, tuple[Floats, Floats]]) -> None:
-        """Let camera and handles follow the selected entity, and push the pulled entity.
+        """Move the camera and handles to the selected entity, and push the pulled entity.
 
         Args:
             seconds: simulation time, s.
-            poses: poses of the entities by name; empty while no viewer needs them.
+            poses: poses of the entities by name; empty while no viewer `needs_poses`.
         """
         self.pull.update(seconds, poses)
         name = self.selected
@@ -93,7 +93,7 @@ class ViewerControls:
             self._follow(position.astype(float))
 
     def _follow(self, position: np.ndarray[Any, Any]) -> None:
-        """Point the camera at a position, from the direction and distance that the viewer chose."""
+        """Point the camera at a position, and keep the direction and distance that the viewer chose."""
         camera = self._client.camera
         away, now = camera.position - camera.look_at, time.monotonic()
         if not np.allclose(away, self._away, atol=1e-3):
@@ -109,7 +109,7 @@ class ViewerControls:
             camera.look_at = position
 
     def tell(self, error: str) -> None:
-        """Show why a command was refused; further errors within `SHOWN` are ignored."""
+        """Show a notification with the error of a refused command; ignore further errors within `SHOWN` s."""
         now = time.monotonic()
         if now < self._quiet:
             return

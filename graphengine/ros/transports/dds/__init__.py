@@ -1,4 +1,4 @@
-"""The DDS transport, which does not need an installed ROS 2."""
+"""The transport `dds`, which does not need an installed ROS 2."""
 
 import importlib
 from dataclasses import replace
@@ -20,7 +20,7 @@ def _missing() -> str | None:
         importlib.import_module("cyclonedds")
     except ImportError as error:
         where = "PyPI has cyclonedds for Linux on x86_64, for macOS and for Windows, and for Python 3.11 to 3.13"
-        remedy = "source a ROS 2 and use --transport rclpy, or do without a network: --transport memory"
+        remedy = "source a ROS 2 installation and use --transport rclpy, or run without a network: --transport memory"
         return f"{error}\n{where}\n{remedy}"
     return None
 

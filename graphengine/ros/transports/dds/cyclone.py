@@ -1,6 +1,6 @@
-"""Wraps Eclipse Cyclone DDS: joins a domain as ROS 2 does, converts QoS, and sends and takes encoded messages.
+"""Wraps the Python package of Eclipse Cyclone DDS: joins a domain as ROS 2 does, converts QoS, and moves encoded messages.
 
-Two functions of the package's C layer are not public, but only they move encoded bytes; so its version is pinned.
+Encoded messages need two private functions of the package, `ddspy_write` and `ddspy_take`; so its version is pinned.
 """
 
 from __future__ import annotations
@@ -29,15 +29,15 @@ from graphengine.ros.domain import Domain
 from graphengine.ros.transports.dds.cyclone_log import LOG
 
 MAX_BLOCKING_MS = 100
-"""Maximum time that a write blocks for a slow reader, ms."""
+"""Maximum time for which a slow reliable reader can block a write, ms."""
 
 DESCRIPTORS, ADDRESS_SPACE = 24, 400_000_000
-"""File descriptors and bytes that a participant may need; measured: 10 descriptors, and 390 MB for its threads."""
+"""File descriptors, and bytes of address space, that must be free for a participant; measured use: 10 and 390 MB."""
 
 TIMEOUT: int = DDSException.DDS_RETCODE_TIMEOUT
 
 READING_POLICIES = threading.Lock()
-"""Lock for reading a peer's policies, which the package stores in variables that all threads share."""
+"""Lock for reading the QoS policies of a peer: while it reads them, the package uses global variables."""
 
 _ANY_STATE = 0x7F
 _TYPE_HASH = re.compile(rb"typehash=(RIHS[0-9A-Fa-f_]+);")
@@ -45,23 +45,23 @@ _BATCH = 64
 _UNLIMITED = -1
 _LOOPBACK = "127.0.0.1"
 _DATAGRAM = 14720
-"""Maximum size of a datagram, bytes: Cyclone's default. A socket with the default buffer holds only three of 65500 bytes."""
+"""Maximum size of a datagram, bytes: Cyclone's default. A default socket buffer holds only three datagrams of 65500."""
 _FRAGMENT = 14600
-"""Size of a fragment, bytes: one fills a datagram. With Cyclone's default, 1344, repairs take ten times as many datagrams."""
+"""Size of a fragment that fills a datagram, bytes. With Cyclone's default, 1344, repairs need ten times as many datagrams."""
 _MAX_PARTICIPANTS = 32
 """Maximum number of ROS 2 processes on a host without multicast, as in rmw_cyclonedds_cpp."""
 
 
 def write(entity: Any, data: bytes) -> int:
-    """Send a CDR message; return a negative Cyclone error code on failure."""
+    """Send a CDR message with a Cyclone DDS writer; return a negative Cyclone error code on failure."""
     code: int = _clayer.ddspy_write(entity._ref, data)
     return code
 
 
 def take(entity: Any) -> list[tuple[bytes, int]]:
-    """Remove and return some of the messages that a reader holds, oldest first, each with the handle of its writer.
+    """Remove messages from a reader's queue and return them, oldest first, each with the handle of its writer.
 
-    The list is empty if the reader holds no messages.
+    One call may leave messages in the queue; the list is empty only if the queue is empty.
     """
     while isinstance(samples := _clayer.ddspy_take(entity._ref, _ANY_STATE, _BATCH), list) and samples:
         if messages := [(data, info.publication_handle) for data, info in samples if info.valid_data]:
@@ -74,7 +74,7 @@ class Peer(NamedTuple):
 
     Args:
         gid: 16 bytes that identify the endpoint in ROS 2.
-        user_data: user data that it announces.
+        user_data: user data that the peer announces.
     """
 
     gid: bytes
@@ -87,7 +87,7 @@ class Peer(NamedTuple):
 
 
 def writer_of(reader: Any, handle: int) -> Peer:
-    """Return a matched writer of a reader by its handle; its GID is empty if it is gone."""
+    """Return the matched writer with this handle; if the writer is gone, the result has an empty GID."""
     return _peers([handle], reader.get_matched_publication_data).get(unsigned(handle), Peer(b"", b""))
 
 
@@ -113,13 +113,13 @@ def unsigned(handle: int) -> int:
 
 
 def user_data(policies: Qos) -> bytes:
-    """Return the user data in the policies of an endpoint or participant."""
+    """Return the user data in the policies of an endpoint or participant; empty if it has none."""
     policy = policies[Policy.Userdata]
     return bytes(policy.data) if policy else b""
 
 
 def type_hash(data: bytes) -> str:
-    """Return the hash of a message type in the user data of an endpoint; empty if there is none."""
+    """Return the type hash in the user data of an endpoint; empty if the data contain no type hash."""
     found = _TYPE_HASH.search(data)
     return found[1].decode() if found else ""
 
@@ -136,7 +136,7 @@ def reason(code: int) -> str:
 
 
 def endpoint_qos(qos: QoS, user_data: str) -> Qos:
-    """Return DDS policies of a writer or reader that match ROS 2 endpoints with the same profile."""
+    """Return the DDS policies of a writer or reader for a QoS profile, as ROS 2 sets them."""
     qos = settled(qos)
     history = Policy.History.KeepAll if qos.history == "keepAll" else Policy.History.KeepLast(qos.depth)
     reliable = Policy.Reliability.Reliable(duration(milliseconds=MAX_BLOCKING_MS))
@@ -164,7 +164,7 @@ def endpoint_qos(qos: QoS, user_data: str) -> Qos:
 
 
 def read_qos(policies: Qos) -> QoS:
-    """Return the profile of an endpoint with the given policies; kinds that ROS 2 does not have become `systemDefault`."""
+    """Return the QoS profile for DDS policies; a durability that ROS 2 does not have becomes `systemDefault`."""
     history, reliability = policies[Policy.History], policies[Policy.Reliability]
     deadline, lifespan = policies[Policy.Deadline], policies[Policy.Lifespan]
     liveliness = policies[Policy.Liveliness]
@@ -194,7 +194,7 @@ def _seconds(nanoseconds: int) -> float:
 
 @dataclass(slots=True)
 class _Joined:
-    """A DDS domain that this process has joined, with all participants in it; Cyclone allows one configuration per domain."""
+    """A DDS domain that this process has joined, and the number of its participants, which share one configuration."""
 
     domain: Domain
     entity: Any
@@ -209,7 +209,8 @@ def join(domain: Domain, user_data: str) -> Any:
     """Return a new participant in a domain, configured for its discovery range.
 
     Raises:
-        TransportError: there is no network, or this process is in the domain with another configuration.
+        TransportError: Cyclone cannot use the network, file descriptors or memory are too scarce, or this process has joined
+            the domain with another configuration.
     """
     with _lock:
         _require_resources(domain)
@@ -230,7 +231,7 @@ def join(domain: Domain, user_data: str) -> Any:
 
 
 def _require_resources(domain: Domain) -> None:
-    """Raise TransportError if file descriptors or memory are too scarce; Cyclone would end the process."""
+    """Raise TransportError if file descriptors or memory are too scarce for a participant; Cyclone would end the process."""
     if not has_descriptors(DESCRIPTORS):
         remedy = "raise the limit of `ulimit -n`"
         raise TransportError(f"cannot join {domain}: it needs {DESCRIPTORS} more open files\n{remedy}")
@@ -240,7 +241,7 @@ def _require_resources(domain: Domain) -> None:
 
 
 def leave(domain: Domain, participant: Any) -> None:
-    """Delete a participant; the last one of a domain also ends Cyclone's threads and sockets for it."""
+    """Delete a participant. With the last participant in a domain, Cyclone also closes its sockets and ends its threads."""
     with _lock:
         delete(participant)
         joined = _joined[domain.id]
@@ -263,10 +264,10 @@ def _open(domain: Domain) -> Any:
 
 
 def configurations(domain: Domain) -> list[str]:
-    """Return Cyclone DDS configurations for a domain, in the order to try them.
+    """Return Cyclone DDS configurations for a domain, in the order in which to try them.
 
-    Cyclone ignores loopback addresses, which ROS 2 uses within a host, unless `lo` is one of its interfaces. If `lo` is the only
-    active interface, Cyclone chooses it automatically, and an additional entry for it is an error.
+    ROS 2 programs on one host use loopback addresses. Cyclone ignores these unless `lo` is one of its interfaces. If `lo` is the
+    only active interface, Cyclone chooses it automatically, and an additional entry for `lo` is an error.
     """
     if domain.cyclone_uri:
         return [f"{_fragment(domain, '')},{domain.cyclone_uri}"]
@@ -282,7 +283,7 @@ def configurations(domain: Domain) -> list[str]:
 
 
 def _fragment(domain: Domain, interfaces: str) -> str:
-    """Return the configuration of rmw_cyclonedds_cpp for the discovery range, with larger fragments and the given interfaces."""
+    """Return a configuration like that of rmw_cyclonedds_cpp for the discovery range, but with larger fragments."""
     if domain.discovery_range == "SYSTEM_DEFAULT":
         return ""
     multicast = "true" if domain.discovery_range == "SUBNET" else "false"
@@ -303,7 +304,7 @@ def _fragment(domain: Domain, interfaces: str) -> str:
 
 
 def _address(peer: str) -> str:
-    """Return the IP address of a host; Cyclone would abort the process if it could not resolve the name."""
+    """Return the IP address of a host; raise TransportError for an unknown host, for which Cyclone would abort the process."""
     try:
         return socket.gethostbyname(peer)
     except OSError as error:

@@ -1,7 +1,7 @@
-"""Captures the log of Cyclone DDS, which prints a line for each malformed message that it drops.
+"""Captures the log of Cyclone DDS, and counts the malformed messages in it: Cyclone logs each malformed message that it drops.
 
-Cyclone writes to a file in memory, which is read from time to time. A log callback could deadlock: it would wait for Python's
-GIL while Cyclone holds locks that a write needs.
+Cyclone logs to a file in memory, which this module reads from time to time. A log callback could deadlock: it would wait for
+Python's GIL in a thread of Cyclone that holds locks, while a thread that has the GIL waits for these locks in a write.
 """
 
 from __future__ import annotations
@@ -23,19 +23,19 @@ from graphengine.messages import names
 _log = logging.getLogger(__name__)
 
 _MAX_SIZE = 1 << 20
-"""Size of the log file above which the part that was already read is discarded, bytes."""
+"""Size of the log file above which its content is discarded after reading, bytes."""
 _LINE = re.compile(r"[0-9.]+ \[(?P<domain>[0-9]+)\] +\S+ *(?P<text>.*)")
 _MALFORMED = re.compile(r"deserialization (?P<topic>r[tqr]/\S+)/\S+ failed")
 _VARYING = re.compile(r"<.*|\b[0-9a-f]+\b|[0-9a-f]*[0-9][0-9a-f]*")
-"""The parts in which similar log lines differ: numbers, and the content of a packet up to the end of the line."""
+"""Parts that vary between log lines of one kind: numbers, and the content of a packet, from `<` to the end of the line."""
 MAX_KINDS = 20
-"""Maximum number of different lines that are logged; further ones are only counted."""
+"""Maximum number of kinds of lines to log, one line of each kind; lines of further kinds are only counted."""
 PERIOD = 60.0
-"""Time between two reports of the number of lines that were not logged, s."""
+"""Minimum time between two reports of the number of lines that were not logged, s."""
 
 
 class CycloneLog:
-    """The log of all domains of this process; with a C library other than glibc, it is printed to the terminal."""
+    """The log of all domains in this process. Only with glibc can it be captured; otherwise Cyclone prints it to stderr."""
 
     def __init__(self) -> None:
         self._lock = threading.Lock()
@@ -50,9 +50,9 @@ class CycloneLog:
 
     @contextmanager
     def capture(self) -> Iterator[None]:
-        """Return a context in which new domains log to this object.
+        """Return a context in which new domains log to this object, by a replacement of the C library's `stderr`.
 
-        A domain keeps the C library's `stderr` from the time when it was created, and has no other setting for its log.
+        A domain always logs to the stream that was `stderr` when the domain was created; there is no setting for its log.
         """
         if platform.libc_ver()[0] != "glibc":
             yield
@@ -71,24 +71,24 @@ class CycloneLog:
                 stderr.value = before
 
     def reason(self) -> str:
-        """Return the last log line, which says why a domain could not be created; empty if there is none."""
+        """Return the text of the last new log line, the reason why a domain could not be created; empty if there is no line."""
         with self._lock:
             lines = self._lines()
         return _text(lines[-1]) if lines else ""
 
     def malformed(self, domain_id: int) -> Mapping[str, int]:
-        """Return the number of dropped messages by topic or service; other lines are logged, similar ones only once."""
+        """Read the log, and return the number of malformed messages by topic or service; log other lines, once per kind."""
         with self._lock:
             for line in self._lines():
                 self._note(line)
             if self._unlogged and time.monotonic() >= self._due:
                 self._due = time.monotonic() + PERIOD
-                _log.warning("Cyclone DDS: %d further messages are not shown", self._unlogged)
+                _log.warning("Cyclone DDS: %d further log lines are not shown", self._unlogged)
                 self._unlogged = 0
             return dict(self._malformed.get(domain_id, {}))
 
     def forget(self, domain_id: int) -> None:
-        """Reset the counts of a domain, because this process has no participant in it any more."""
+        """Discard the counts of a domain; called when this process has no participant in it any more."""
         self.malformed(domain_id)
         with self._lock:
             self._malformed.pop(domain_id, None)
@@ -121,7 +121,7 @@ class CycloneLog:
 
 
 def _text(line: str) -> str:
-    """Return a line without time, domain and thread."""
+    """Return the text of a log line without its prefix of time, domain and thread."""
     parts = _LINE.match(line)
     return parts["text"] if parts else line
 

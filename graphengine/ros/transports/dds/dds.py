@@ -1,8 +1,8 @@
-"""A transport over DDS without ROS: other ROS 2 programs see this process as an ordinary node.
+"""The DDS transport, which does not use ROS libraries: other ROS 2 programs see this process as an ordinary node.
 
-Its Python code runs in the callers' threads and in a thread of the transport, which waits for messages and for changes of peers.
-DDS listeners could deadlock: Cyclone DDS would call them in its threads while it holds locks that a write needs; they would wait
-for Python's GIL, which a writing thread holds.
+One thread of the transport waits for messages and for changes of peers. It does not use DDS listeners, because these could
+deadlock: a listener would wait for Python's GIL in a thread of Cyclone DDS that holds locks, while a thread that has the GIL
+waits for these locks in a write.
 """
 
 from __future__ import annotations
@@ -38,14 +38,14 @@ from graphengine.ros.transports.ros_node import ROSOUT, RosNode
 _FOREVER = duration(infinite=True)
 
 _BACKLOG = 1000
-"""Minimum depth of a reader's queue, so that messages are not lost while this process is busy."""
+"""Minimum depth of the queue of a volatile reader, so that no messages are lost while this process is busy."""
 
 _End = TypeVar("_End", bound=DdsEnd)
 
 
 @dataclass(slots=True)
 class _DdsTopic:
-    """A DDS topic, shared by all open endpoints on it."""
+    """A DDS topic that this process uses, with the number of its open endpoints."""
 
     message_type: str
     entity: Any
@@ -59,7 +59,7 @@ class DdsTransport(RosNode):
         domain = self._domain
         self.spin_time = 0.0 if domain.discovery_range == "OFF" else 0.5
         self._hearing = threading.Lock()
-        """Lock for reading the discovery data, which may take long; acquired before the lock of the node."""
+        """Lock held while reading discovery data, which may take long; acquire it before the lock of the node."""
         self._topics: dict[str, _DdsTopic] = {}
         self._service_numbers = itertools.count(1)
         self._delivering: DdsEnd | None = None
@@ -82,11 +82,11 @@ class DdsTransport(RosNode):
         return "dds (Eclipse Cyclone DDS)"
 
     def writer(self, topic: str, message_type: str, qos: QoS) -> DdsWriter:
-        """Open a writer on a topic.
+        """Create a writer on a topic.
 
         Raises:
             MessageTypeError: the type is unknown.
-            TransportError: this process uses the topic with another type, or the transport is closed.
+            TransportError: this process uses the topic with another type, Cyclone DDS refuses it, or the transport is closed.
         """
         with self._lock:
             policies = _lossless(qos) if self._patient else qos
@@ -94,7 +94,7 @@ class DdsTransport(RosNode):
             return self._open(DdsWriter(topic, self._remove, entity))
 
     def reader(self, topic: str, message_type: str, qos: QoS, deliver: Deliver) -> DdsReader:
-        """Open a reader on a topic; `deliver` runs in the transport's thread and should be fast.
+        """Create a reader on a topic; `deliver` runs in the transport's thread and should be fast.
 
         Raises:
             TransportError: as for `writer`.
@@ -105,7 +105,7 @@ class DdsTransport(RosNode):
             return self._open(DdsReader(topic, self._remove, entity, agrees, deliver))
 
     def server(self, service: str, service_type: str, qos: QoS, deliver: DeliverRequest, node: str = "") -> DdsServer:
-        """Open a server of a service; `deliver` runs in the transport's thread and should be fast.
+        """Create a server of a service; `deliver` runs in the transport's thread and should be fast.
 
         Raises:
             TopicError: the name of the node is not legal.
@@ -119,7 +119,7 @@ class DdsTransport(RosNode):
             return self._open(server)
 
     def client(self, service: str, service_type: str, qos: QoS, deliver: DeliverResponse) -> DdsClient:
-        """Open a client of a service; `deliver` runs in the transport's thread and should be fast.
+        """Create a client of a service; `deliver` runs in the transport's thread and should be fast.
 
         Raises:
             TransportError: as for `writer`.
@@ -130,16 +130,16 @@ class DdsTransport(RosNode):
 
     @property
     def source(self) -> bytes:
-        """GID of the writer of the message that is being delivered; empty if the writer is gone."""
+        """GID of the writer whose message is being delivered; empty if the writer is gone."""
         return self._delivering.source if isinstance(self._delivering, DdsReader) else b""
 
     @property
     def malformed(self) -> Mapping[str, int]:
-        """Number of dropped messages by topic or service; participants of this process in the same domain share the count."""
+        """Number of malformed messages by topic or service; includes those of other transports of this process in the domain."""
         return Counter(LOG.malformed(self._domain.id)) + Counter(super().malformed)
 
     def graph(self, asked: Collection[tuple[str, Direction]] | None = None) -> NetworkGraph:
-        """Return all known endpoints.
+        """Return all known endpoints and nodes; `asked` has no effect.
 
         Raises:
             TransportError: the transport is closed.
@@ -163,25 +163,25 @@ class DdsTransport(RosNode):
         return self._discovery.servers if self._discovery is not None else {}
 
     def _endpoint(self, make: Callable[..., Any], topic: str, message_type: str, qos: QoS, identity: str = "") -> Any:
-        """Create a DDS writer or reader; `identity` is the user data that identifies a service's pair, empty for a topic."""
+        """Create a DDS writer or reader; `identity` is user data that a service's reader and writer share, empty for a topic."""
         shown = names.ros_name(topic)
         self._admit(shown)
         known = self._topics.get(topic)
         if known and known.message_type != message_type:
-            what = f"{shown} has the type {known.message_type} here"
-            raise TransportError(f"{what} and cannot also have {message_type}")
+            what = f"{shown} has the type {known.message_type} in this process"
+            raise TransportError(f"{what}; it cannot also have the type {message_type}")
         policies = cyclone.endpoint_qos(qos, f"{identity}typehash={self._definitions.type_hash(message_type)};")
         try:
             described = idl_type(message_type, self._definitions, is_call=bool(identity))
             entity = known.entity if known else Topic(self._participant, topic, described)
             made = make(self._participant, entity, qos=policies)
         except DDSException as error:
-            raise TransportError(f"{shown} cannot be opened: {error}") from error
+            raise TransportError(f"{shown} cannot be created: {error}") from error
         self._topics.setdefault(topic, _DdsTopic(message_type, entity)).endpoints += 1
         return made
 
     def _pair(self, role: str, service: str, service_type: str, qos: QoS) -> Pair:
-        """Create the reader and writer of a service, whose user data identifies them as a pair."""
+        """Create the DDS reader and writer of a service server or client; equal user data identify them as a pair."""
         asked, answered = zip(names.service_topics(service), self._definitions.service_parts(service_type), strict=True)
         heard, told = (asked, answered) if role == "service" else (answered, asked)
         identity = f"{role}id={dds_services.identity(self._gid, next(self._service_numbers))};"
@@ -195,7 +195,7 @@ class DdsTransport(RosNode):
         return Pair(reader, writer, service_type, *agrees)
 
     def _open(self, end: _End) -> _End:
-        """Let the transport's thread wait for an endpoint, and announce it to peers."""
+        """Start to serve an endpoint in the transport's thread, announce it to peers, and return it."""
         (self._writers if isinstance(end, DdsWriter) else self._readers).append(end)
         for entity, status in zip(end.entities, end.statuses, strict=True):
             entity.set_status_mask(status)
@@ -211,7 +211,7 @@ class DdsTransport(RosNode):
         self._announce(*self._nodes())
 
     def _discard(self, entity: Any) -> None:
-        """Delete a reader or writer, and its DDS topic if no other one uses it."""
+        """Delete a DDS reader or writer, and its DDS topic if no other endpoint uses it."""
         topic = entity.topic.name
         cyclone.delete(entity)
         self._topics[topic].endpoints -= 1
@@ -219,7 +219,7 @@ class DdsTransport(RosNode):
             cyclone.delete(self._topics.pop(topic).entity)
 
     def _nodes(self) -> Sequence[discovery.DiscoveredNode]:
-        """Return the nodes to announce: the transport's own, then the other nodes that offer services."""
+        """Return the nodes to announce: the transport's own node first, then other nodes that offer services."""
         nodes: dict[str, tuple[list[bytes], list[bytes]]] = {self.node: ([], [])}
         for end in (*self._writers, *self._readers):
             readers, writers = nodes.setdefault(end.node or self.node, ([], []))
@@ -249,16 +249,16 @@ class DdsTransport(RosNode):
 
 
 def _lossless(qos: QoS) -> QoS:
-    """Return the profile for writers that wait for readers; a latched topic keeps its depth for late joiners."""
+    """Return the profile of a patient writer: keepAll if it is reliable and volatile, so that it waits for slow readers."""
     qos = settled(qos)
     return replace(qos, history="keepAll") if (qos.reliability, qos.durability) == ("reliable", "volatile") else qos
 
 
 def _deep(qos: QoS) -> QoS:
-    """Return the profile for readers, with a large queue, because Cyclone DDS does not count the messages that it overwrites.
+    """Return the profile of a reader with a large queue: Cyclone DDS does not report the messages that a full queue loses.
 
-    A reader announces its depth, so `ros2 topic info -v` on Cyclone DDS shows the larger one. Latched topics keep their depth,
-    because it determines how many old messages are sent.
+    Peers see this larger depth, for example in `ros2 topic info -v` on Cyclone DDS. The depth of a latched topic is not changed,
+    because it determines how many old messages the reader receives.
     """
     qos = settled(qos)
     return replace(qos, depth=max(qos.depth, _BACKLOG)) if qos.durability == "volatile" else qos

@@ -19,7 +19,7 @@ def gid_of(entity: Any) -> bytes:
 
 
 class DdsEnd(RosEnd):
-    """An endpoint with its Cyclone DDS entities.
+    """An endpoint that owns Cyclone DDS entities.
 
     Args:
         name: name of the topic or service.
@@ -36,10 +36,10 @@ class DdsEnd(RosEnd):
         self.gids = tuple(map(gid_of, entities))
 
     def refresh(self) -> None:
-        """Update the matched peers."""
+        """Read the matched peers from Cyclone DDS; called when they may have changed."""
 
     def drain(self) -> bool:
-        """Deliver some of the arrived messages; return False if there were none."""
+        """Take some messages from the queue and deliver them; return False if the queue was empty."""
         return False
 
     def _send(self, writer: Any, data: bytes) -> None:
@@ -56,7 +56,7 @@ class DdsEnd(RosEnd):
 
 
 class DdsWriter(DdsEnd):
-    """A DDS writer on a topic, which counts its readers and the messages dropped for slow readers."""
+    """A writer with a DDS writer; it counts its matched readers, and the messages dropped because of slow readers."""
 
     statuses = (DDSStatus.PublicationMatched,)
 
@@ -75,7 +75,7 @@ class DdsWriter(DdsEnd):
         self._send(self.entity, data + bytes(-len(data) & 3) if len(data) & 3 else data)
 
     def refresh(self) -> None:
-        """Update the number of readers."""
+        """Read the number of matched readers from Cyclone DDS."""
         # Two threads that look must not note down what they saw in the wrong order.
         with self._lock:
             try:
@@ -90,13 +90,13 @@ class DdsWriter(DdsEnd):
 
 
 class DdsReader(DdsEnd):
-    """A DDS reader on a topic.
+    """A reader with a DDS reader.
 
     Args:
         name: name of the topic.
         remove: called when the reader is closed.
         entity: Cyclone DDS reader.
-        agrees: returns whether a writer's type hash equals the reader's.
+        agrees: returns whether a writer with this type hash has the reader's definition of the type.
         deliver: called with each message.
     """
 
@@ -105,15 +105,15 @@ class DdsReader(DdsEnd):
     def __init__(self, name: str, remove: Remove, entity: Any, agrees: Callable[[str], bool], deliver: Deliver) -> None:
         super().__init__(name, remove, entity)
         self.source = b""
-        """GID of the writer of the message that is being delivered; empty if the writer is gone."""
+        """GID of the writer whose message is being delivered; empty if the writer is gone."""
         self.entity = entity
         self._agrees = agrees
         self._deliver = deliver
         self._writers: dict[int, tuple[bytes, bool]] = {}
-        """GID of each writer by its handle, and whether its messages can be read."""
+        """GID of each writer, and whether its messages can be read, by the writer's handle."""
 
     def drain(self) -> bool:
-        """Deliver some of the arrived messages; return False if there were none."""
+        """Take some messages from the queue and deliver them; return False if the queue was empty."""
         arrived = cyclone.take(self.entity)
         for data, handle in arrived:
             if handle not in self._writers:

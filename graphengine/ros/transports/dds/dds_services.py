@@ -1,8 +1,8 @@
-"""Services over DDS as in rmw_cyclonedds_cpp: one topic for requests, one for responses, and a header in both.
+"""Service servers and clients over DDS, as in rmw_cyclonedds_cpp: each service has a request topic and a response topic.
 
-The header identifies the call, because each client of a service reads all responses. A client's request writer and response
-reader have the same identity in their user data. A request may arrive before the server has discovered the client's reader; the
-server recognizes the reader by the identity and then sends the response.
+All clients of a service read all responses; so requests and responses have a header that identifies the call. The DDS writer
+and reader of a client announce the same identity in their user data. When a request arrives before the server has discovered
+the client's reader, the server holds the response until it discovers a reader with the identity of the request's writer.
 """
 
 from __future__ import annotations
@@ -25,24 +25,24 @@ from graphengine.ros.transports.dds.dds_endpoints import DdsEnd
 from graphengine.ros.transports.ends import Remove
 
 _ENCAPSULATION = 4
-"""Size of the header of a CDR message, bytes; the second byte gives the byte order."""
+"""Size of the CDR encapsulation header, bytes; its second byte gives the byte order."""
 _HEADER = {0: struct.Struct(">Qq"), 1: struct.Struct("<Qq")}
-"""Format of a call's header by byte order: handle of the writer in the client's process, and number of the call."""
+"""Format of a call's header, by byte order: the client's handle of its writer, and the number of the call."""
 _REQUEST_ID = struct.Struct("<QqQ")
-"""Format of a request's identity: its header, then the handle of the client's writer in this process."""
+"""Format of a request's identity: the call's header, then the server's handle of the client's writer."""
 _MAX_HELD = 1000
-"""Maximum number of responses that wait for the client's reader to be matched."""
+"""Maximum number of responses that a server holds until the client's reader is matched."""
 _IDENTITY = re.compile(rb"(?:clientid|serviceid)=([^;]*)")
 
 
 def identity(participant: bytes, number: int) -> str:
-    """Return the identity that rmw_cyclonedds_cpp gives to the n-th client or server of a participant."""
+    """Return the identity of a participant's client or server with this number, in the format of rmw_cyclonedds_cpp."""
     first, *rest = participant[:12] + number.to_bytes(4, "big")
     return ".".join([f"{first:2x}", *(f"{byte:x}" for byte in rest)])
 
 
 def with_header(data: bytes, client: int, number: int) -> bytes:
-    """Return a CDR message with a call's header, padded to a multiple of 4 bytes; return other data unchanged."""
+    """Return a CDR message with a call's header, padded to a multiple of 4 bytes; malformed data are returned unchanged."""
     order = _HEADER.get(data[1]) if len(data) > _ENCAPSULATION else None
     if order is None:
         return data
@@ -51,7 +51,7 @@ def with_header(data: bytes, client: int, number: int) -> bytes:
 
 
 def without_header(data: bytes) -> tuple[int, int, bytes] | None:
-    """Return client and number of a call, and the CDR message; None if the bytes have no message after a header."""
+    """Return the client's handle, the number of the call, and the CDR message; None if `data` is malformed."""
     order = _HEADER.get(data[1]) if len(data) > _ENCAPSULATION + 16 else None
     if order is None:
         return None
@@ -60,7 +60,7 @@ def without_header(data: bytes) -> tuple[int, int, bytes] | None:
 
 
 class Pair(NamedTuple):
-    """The reader and writer of a server or client.
+    """The DDS reader and writer of a service server or client.
 
     Args:
         reader: reader of requests (server) or responses (client).
@@ -78,7 +78,7 @@ class Pair(NamedTuple):
 
 
 class _DdsService(DdsEnd):
-    """A server or client with its matched peers."""
+    """A service server or client, and its matched peers."""
 
     statuses = (DDSStatus.DataAvailable | DDSStatus.SubscriptionMatched, DDSStatus.PublicationMatched)
 
@@ -90,9 +90,9 @@ class _DdsService(DdsEnd):
         self._writers: dict[int, cyclone.Peer] = {}
         self._readers: dict[int, cyclone.Peer] = {}
         self._vendors: set[bytes] = set()
-        """First two bytes of the GIDs of peers on other DDS implementations, which identify the vendor."""
+        """RTPS vendor ids of peers on other DDS implementations: the first two bytes of their GIDs."""
         self._mistyped = False
-        """Whether a peer had another definition of the service's type."""
+        """Whether any peer so far had a different definition of the service type."""
 
     def close(self) -> None:
         """Close the endpoint; safe to call twice."""
@@ -100,14 +100,14 @@ class _DdsService(DdsEnd):
         super().close()
 
     def end(self) -> None:
-        """Stop sending, and forget the peers."""
+        """Refuse further calls, and forget the peers."""
         with self._lock:
             self._ended = True
             self._writers, self._readers = {}, {}
             self._follow()
 
     def drain(self) -> bool:
-        """Deliver some of the arrived messages; return False if there were none."""
+        """Take some messages from the queue and deliver them; return False if the queue was empty."""
         arrived = cyclone.take(self._pair.reader)
         for data, handle in arrived:
             call = without_header(data)
@@ -118,7 +118,7 @@ class _DdsService(DdsEnd):
         return bool(arrived)
 
     def refresh(self) -> None:
-        """Update the matched peers."""
+        """Read the matched peers from Cyclone DDS, if they have changed."""
         # Two threads that look must not note down what they saw in the wrong order.
         with self._lock:
             if self._ended:
@@ -148,7 +148,7 @@ class _DdsService(DdsEnd):
             return foreign or ("\n  ".join(another) if self._mistyped else "")
 
     def _is_foreign(self, handle: int) -> bool:
-        """Return whether a writer is incompatible: on another DDS implementation, or with another definition."""
+        """Return whether a matched writer is incompatible: it has another DDS implementation or another type definition."""
         if handle not in self._writers:
             self.refresh()
         peer = self._writers.get(handle)
@@ -170,12 +170,12 @@ class _DdsService(DdsEnd):
         raise NotImplementedError
 
     def _follow(self) -> None:
-        """Called when the matched peers may have changed: a server sends held responses, a client updates `ready`."""
+        """Send held responses (server), or update `ready` (client); called when the matched peers may have changed."""
         raise NotImplementedError
 
 
 class DdsServer(_DdsService):
-    """A service server over DDS, which clients on rmw_cyclonedds_cpp can call."""
+    """A service server over DDS; clients on rmw_cyclonedds_cpp can call it."""
 
     peer = "client"
 
@@ -183,10 +183,10 @@ class DdsServer(_DdsService):
         super().__init__(name, remove, pair)
         self._deliver = deliver
         self._held: deque[tuple[int, bytes]] = deque(maxlen=_MAX_HELD)
-        """Responses that wait for the client's reader to be matched, each with the handle of the client's writer."""
+        """Responses held until the client's reader is matched, each with the server's handle of the client's writer."""
 
     def answer(self, request_id: bytes, response: bytes) -> None:
-        """Send a response; if the client's reader is not matched yet, send it when it is.
+        """Send a response, at once or as soon as the client's reader is matched.
 
         Raises:
             TransportError: the server is closed, or the bytes are not a message of the service's type.
@@ -205,7 +205,7 @@ class DdsServer(_DdsService):
                 self._held.append((handle, data))
 
     def _hears(self, handle: int) -> bool:
-        """Return whether a client can receive responses; `handle` identifies its request writer."""
+        """Return whether the client's response reader is matched; `handle` is the server's handle of its request writer."""
         if handle not in self._writers:
             return False
         client = _identity(self._writers[handle])
@@ -224,7 +224,7 @@ class DdsServer(_DdsService):
 
 
 class DdsClient(_DdsService):
-    """A service client over DDS, which can call servers on rmw_cyclonedds_cpp."""
+    """A service client over DDS; it can call servers on rmw_cyclonedds_cpp."""
 
     peer = "server"
 
@@ -259,11 +259,11 @@ class DdsClient(_DdsService):
 
 
 def _talks(peer: cyclone.Peer, agrees: Callable[[str], bool]) -> bool:
-    """Return whether a peer is compatible: on the same DDS implementation, with the same definition."""
+    """Return whether a peer is compatible: it has the same DDS implementation and the same type definition."""
     return peer.gid.startswith(vendors.CYCLONE) and agrees(peer.type_hash)
 
 
 def _identity(peer: cyclone.Peer) -> bytes:
-    """Return the identity that a peer's reader and writer share; empty if an early version of ROS 2 does not announce it."""
+    """Return the identity that a peer's reader and writer share; empty for an old ROS 2 version that announces none."""
     found = _IDENTITY.search(peer.user_data)
     return found[1] if found else b""

@@ -1,4 +1,4 @@
-"""Discovery of peers: DDS announces the endpoints, and each ROS 2 process announces the nodes that own them."""
+"""Discovery of peers: DDS announces endpoints, and each ROS 2 process announces which of its nodes own them."""
 
 from __future__ import annotations
 
@@ -27,18 +27,18 @@ TOPIC = "ros_discovery_info"
 TYPE = "rmw_dds_common/msg/ParticipantEntitiesInfo"
 TELLING = LATCHED
 HEARING = replace(LATCHED, history="keepAll")
-"""QoS of the reader of all processes' announcements; with a depth of 1, they would overwrite each other."""
+"""QoS of the reader on `TOPIC`. The topic has no key: with a depth of 1, processes would overwrite each other's messages."""
 
 _BATCH = 50
-"""Number of endpoints read while holding `READING_POLICIES`, for which threads of services also wait."""
+"""Number of samples to read at a time while holding the lock `READING_POLICIES`, which services need too."""
 _ENCLAVE = b"enclave="
 _PREFIX = 12
-"""Length of the participant's prefix in a GID, bytes."""
+"""Length of the prefix that the GIDs of a participant and its endpoints share, bytes."""
 
 
 @dataclass(frozen=True, slots=True)
 class DiscoveredNode:
-    """A node of a process, with the GIDs of its endpoints."""
+    """A node as its process announces it, with the GIDs of its readers and writers."""
 
     namespace: str
     name: str
@@ -47,9 +47,10 @@ class DiscoveredNode:
 
 
 def announcement(participant: bytes, nodes: Sequence[DiscoveredNode]) -> bytes:
-    """Return a message of type `TYPE` with the nodes of a process; it is sent again after each change of the endpoints.
+    """Return a CDR message of type `TYPE` with the nodes of a process.
 
-    It is encoded by hand, because a general codec takes a microsecond per GID, which adds up to seconds for a thousand topics.
+    The message is sent after each change of the endpoints and has the GIDs of all endpoints. A general codec needs a microsecond
+    per GID, which adds up to seconds when a thousand topics are created; so this function encodes the message by hand.
     """
     parts = [b"\0\1\0\0", participant, _count(nodes)]
     for node in nodes:
@@ -66,11 +67,11 @@ def _count(items: Sized) -> bytes:
 
 
 class Discovery:
-    """Tracks the endpoints of a participant and of its peers.
+    """Tracks the endpoints and nodes of a participant and its peers.
 
     Args:
         participant: Cyclone DDS participant.
-        nodes: reader of `TOPIC`.
+        nodes: DDS reader on `TOPIC`.
     """
 
     def __init__(self, participant: Any, nodes: Any) -> None:
@@ -83,11 +84,11 @@ class Discovery:
         self._nodes: dict[bytes, list[DiscoveredNode]] = {}
         """Announced nodes, by the GID prefix of their participant."""
         self._endpoints: dict[bytes, Endpoint | None] = {}
-        """Endpoints by GID; None if the DDS topic is not a ROS 2 topic, such as that of a service."""
+        """Endpoints by GID; None for an endpoint whose DDS topic is not a ROS 2 topic, such as a service's request topic."""
         self._services: dict[bytes, tuple[str, str, Direction]] = {}
-        """Name and type of a service, by the GID of an endpoint that sends (`publish`) or receives (`subscribe`) its requests."""
+        """Name and type of a service, and `publish` for a client or `subscribe` for a server, by GID of the request endpoint."""
         self._graph: NetworkGraph | None = None
-        """The graph as of the last call; None when newer discovery data was read."""
+        """Graph that the last call returned; None if discovery data have changed since."""
 
     def graph(self) -> NetworkGraph:
         """Read the new discovery data, and return all known endpoints and nodes."""
@@ -172,7 +173,7 @@ def _samples(reader: Any) -> Iterator[Any]:
 
 
 def _is_there(sample: Any) -> bool:
-    """Return whether a sample describes an existing entity; samples of deleted entities have data too."""
+    """Return whether a discovery sample describes an entity that exists; samples of deleted entities have data too."""
     return bool(sample.sample_info.instance_state == InstanceState.Alive)
 
 
@@ -189,13 +190,13 @@ def _endpoint(gid: bytes, direction: Direction, sample: Any) -> Endpoint | None:
 
 
 def _service(sample: Any) -> tuple[str, str] | None:
-    """Return name and type of the service whose requests an endpoint sends or receives; None for other topics."""
+    """Return name and type of a service if the sample's topic is the request topic of a service, otherwise None."""
     name = names.ros_name(sample.topic_name)
     asks = sample.topic_name == names.service_topics(name)[0]
     return (name, ros_type(sample.type_name).removesuffix("_Request")) if asks else None
 
 
 def ros_type(name: str) -> str:
-    """Return the ROS name of a DDS type: `nav_msgs/msg/Odometry` for `nav_msgs::msg::dds_::Odometry_`; others are unchanged."""
+    """Return `nav_msgs/msg/Odometry` for the DDS type `nav_msgs::msg::dds_::Odometry_`; other names are unchanged."""
     namespace, separator, last = name.rpartition("dds_::")
     return f"{namespace}{last.removesuffix('_')}".replace("::", "/") if separator else name

@@ -1,4 +1,4 @@
-"""DDS types of ROS messages: names and type information that Cyclone DDS announces and uses to check payloads."""
+"""Makes DDS types for ROS messages; Cyclone DDS announces their type information and checks payloads with it."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def idl_type(message_type: str, definitions: Definitions = DEFINITIONS, *, is_ca
     Args:
         message_type: ROS name of the type.
         definitions: message types.
-        is_call: whether the message belongs to a service and begins with a header, as `cdds_request_header` of
+        is_call: whether the message is a request or response, which begins with the `cdds_request_header` of
             rmw_cyclonedds_cpp.
 
     Raises:

@@ -1,4 +1,4 @@
-"""The memory transport, whose messages stay in the process."""
+"""The transport `memory`, whose messages stay in this process."""
 
 from graphengine.ros.transport import JoinOptions, Transport, TransportKind
 

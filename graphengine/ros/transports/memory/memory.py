@@ -1,4 +1,4 @@
-"""A transport within the process, for tests and headless runs; written messages can be read back."""
+"""A transport whose messages stay in this process, for tests and headless runs; written messages can be read back."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from graphengine.ros.transports.memory.memory_services import MemoryClient, Memo
 
 @dataclass(eq=False)
 class _MemoryEnd:
-    """A writer or reader of a `MemoryTransport`; actual values replace system defaults in its QoS."""
+    """A writer or reader of a `MemoryTransport`; its QoS has actual values instead of `systemDefault`."""
 
     direction: ClassVar[Direction]
 
@@ -45,10 +45,10 @@ class MemoryWriter(_MemoryEnd):
     dropped = 0
 
     kept: deque[tuple[int, bytes]] = field(init=False)
-    """Latched messages for late joiners, each with its number."""
+    """Messages kept for late joiners, each with its number in the order of all messages; empty unless transient local."""
     is_open: bool = True
     readers: list[MemoryReader] = field(default_factory=list)
-    """Matching readers, in the order in which they were opened."""
+    """Matching readers, in the order in which they were created."""
 
     def __post_init__(self) -> None:
         latched, unlimited = self.qos.durability == "transientLocal", self.qos.history == "keepAll"
@@ -56,7 +56,7 @@ class MemoryWriter(_MemoryEnd):
 
     @property
     def matched(self) -> int:
-        """Number of readers; at least 1 if the transport simulates a reader."""
+        """Number of matching readers; at least 1 if the transport has `wants_all`, and 0 after `close`."""
         return max(len(self.readers), int(self.transport.wants_all)) if self.is_open else 0
 
     def write(self, data: bytes) -> None:
@@ -77,14 +77,14 @@ class MemoryReader(_MemoryEnd):
     deliver: Deliver
 
     def matches(self, writer: MemoryWriter) -> bool:
-        """Return whether topic, type and quality of service are compatible with a writer's."""
+        """Return whether a writer has the same topic and type, and a compatible QoS."""
         same = (self.topic, self.message_type) == (writer.topic, writer.message_type)
         return same and not mismatch(writer.qos, self.qos)
 
 
 @dataclass(slots=True)
 class _MemoryTopic:
-    """Writers and readers of a topic, and the messages written to it."""
+    """Writers and readers of a topic, and the messages written to it with their types."""
 
     writers: list[MemoryWriter] = field(default_factory=list)
     readers: list[MemoryReader] = field(default_factory=list)
@@ -92,11 +92,11 @@ class _MemoryTopic:
 
 
 class MemoryTransport:
-    """Topics and services within one process, with DDS's rules for matching endpoints and for late joiners.
+    """A transport within one process; endpoints match, and late joiners get kept messages, by the rules of DDS.
 
     Args:
-        wants_all: count each writer as matched, so that nodes build all messages.
-        keeps: keep all written messages for reading back; memory grows with them.
+        wants_all: whether each writer counts as matched even without readers, so that nodes build all messages.
+        keeps: whether all written messages are kept for `raw` and `messages`; memory use grows with each message.
         definitions: message types.
     """
 
@@ -113,15 +113,15 @@ class MemoryTransport:
         self.wants_all = wants_all
         self._keeps = keeps
         self.source = b""
-        """GID of the writer of the message that is being delivered; empty for an injected message."""
+        """GID of the writer whose message is being delivered; empty for an injected message."""
         self._closed = False
         self._numbers = itertools.count()
         self._topics: defaultdict[str, _MemoryTopic] = defaultdict(_MemoryTopic)
         self._services: list[MemoryServer | MemoryClient] = []
-        """All open servers and clients."""
+        """All open service servers and clients."""
 
     def writer(self, topic: str, message_type: str, qos: QoS) -> MemoryWriter:
-        """Open a writer on a topic.
+        """Create a writer on a topic.
 
         Raises:
             MessageTypeError: the type is unknown.
@@ -134,7 +134,7 @@ class MemoryTransport:
         return writer
 
     def reader(self, topic: str, message_type: str, qos: QoS, deliver: Deliver) -> MemoryReader:
-        """Open a reader on a topic; `deliver` runs in the thread that writes.
+        """Create a reader on a topic; `deliver` runs in the thread that writes the message.
 
         Raises:
             TransportError: as for `writer`.
@@ -154,7 +154,7 @@ class MemoryTransport:
     def server(
         self, service: str, service_type: str, qos: QoS, deliver: DeliverRequest, node: str = ""
     ) -> MemoryServer:
-        """Open a server of a service; `deliver` runs in the caller's thread. `node` has no effect: there are no nodes.
+        """Create a server of a service; `deliver` runs in the thread that calls the service, and `node` has no effect.
 
         Raises:
             TransportError: as for `writer`.
@@ -165,7 +165,7 @@ class MemoryTransport:
         return server
 
     def client(self, service: str, service_type: str, qos: QoS, deliver: DeliverResponse) -> MemoryClient:
-        """Open a client of a service; `deliver` runs in the thread that answers.
+        """Create a client of a service; `deliver` runs in the thread that sends the response.
 
         Raises:
             TransportError: as for `writer`.
@@ -176,15 +176,15 @@ class MemoryTransport:
         return client
 
     def raw(self, topic: str) -> list[bytes]:
-        """Return all messages that were written to a topic, encoded, oldest first."""
+        """Return all messages that were written to a topic, as CDR bytes, oldest first."""
         return [data for _, data in self._topics[topic].sent]
 
     def messages(self, topic: str) -> list[Any]:
-        """Return all messages that were written to a topic, oldest first."""
+        """Return all messages that were written to a topic, decoded, oldest first."""
         return [messages.decode(data, kind, self._definitions) for kind, data in self._topics[topic].sent]
 
     def inject(self, topic: str, message: Any) -> None:
-        """Deliver a message or bytes to all readers of a topic, as from a peer that matches them all.
+        """Deliver a message to all readers of a topic, as if a matching peer had published it; bytes are delivered unchanged.
 
         Raises:
             TransportError: the topic has no readers, or a reader has another type.
@@ -204,15 +204,15 @@ class MemoryTransport:
             reader.deliver(message)
 
     def log(self, severity: str, text: str) -> None:
-        """Do nothing, because there is no node."""
+        """Do nothing: this transport has no node."""
 
     def save(self) -> Any:
-        """Return a copy of the latched messages and open calls."""
+        """Return a copy of the messages kept for late joiners, and of the open calls."""
         kept = {name: [list(writer.kept) for writer in topic.writers] for name, topic in self._topics.items()}
         return kept, [client.calls.save() for client in self._clients]
 
     def restore(self, saved: Any) -> None:
-        """Restore the state that `save` returned; the messages that `raw` and `messages` return stay."""
+        """Restore the state that `save` returned; this does not change the results of `raw` and `messages`."""
         topics, calls = saved
         for name, topic in self._topics.items():
             for writer, kept in zip(topic.writers, topics.get(name, ()), strict=False):
@@ -222,7 +222,7 @@ class MemoryTransport:
             client.calls.restore(state)
 
     def graph(self, asked: Collection[tuple[str, Direction]] | None = None) -> NetworkGraph:
-        """Return all endpoints, without node names.
+        """Return all endpoints, or those of the topics and directions in `asked`; they have no node names.
 
         Raises:
             TransportError: the transport is closed.
@@ -237,11 +237,11 @@ class MemoryTransport:
         return NetworkGraph(map(self._described, ends), services=services)
 
     def new_gid(self) -> bytes:
-        """Return a unique GID."""
+        """Return a new GID that is unique within this transport."""
         return next(self._numbers).to_bytes(16, "big")
 
     def close(self) -> None:
-        """Close all endpoints; written messages can still be read back."""
+        """Close all endpoints; `raw` and `messages` still return the written messages."""
         self._closed = True
         for topic in self._topics.values():
             for writer in topic.writers:
@@ -251,7 +251,7 @@ class MemoryTransport:
         self._services.clear()
 
     def send(self, writer: MemoryWriter, data: bytes) -> None:
-        """Keep a writer's message and deliver it.
+        """Keep a writer's message and deliver it to the matching readers.
 
         Raises:
             TransportError: the writer is closed.
@@ -266,7 +266,7 @@ class MemoryTransport:
             reader.deliver(data)
 
     def remove(self, endpoint: _MemoryEnd) -> None:
-        """Remove a closed endpoint."""
+        """Remove an endpoint from the transport; a removed writer refuses further messages."""
         topic = self._topics[endpoint.topic]
         if isinstance(endpoint, MemoryWriter):
             endpoint.is_open = False

@@ -1,4 +1,4 @@
-"""Services within one process, with DDS's rules for matching."""
+"""Service servers and clients of the memory transport; they match by the rules of DDS."""
 
 from __future__ import annotations
 
@@ -12,22 +12,22 @@ from graphengine.messages.qos import mismatch
 from graphengine.ros.transports.calls import Calls
 
 GID = 16
-"""Size of a client's GID, bytes; in a request's identity, the number of the call follows it."""
+"""Size of a client's GID, bytes; a request's identity is this GID, followed by the number of the call."""
 
 
 @dataclass(eq=False)
 class _MemoryService:
-    """A server or client; actual values replace system defaults in its QoS."""
+    """A service server or client; its QoS has actual values instead of `systemDefault`."""
 
     services: list[Any]
-    """All open servers and clients."""
+    """All open servers and clients of the transport."""
     service: str
     service_type: str
     qos: QoS
     deliver: Callable[[Any, bytes], None]
 
     def matches(self, other: _MemoryService) -> bool:
-        """Return whether service, type and quality of service are compatible, for requests and responses."""
+        """Return whether a peer has the same service and type, and a QoS that is compatible in both directions."""
         same = (self.service, self.service_type) == (other.service, other.service_type)
         return same and not mismatch(self.qos, other.qos) and not mismatch(other.qos, self.qos)
 
@@ -37,7 +37,7 @@ class _MemoryService:
             self.services.remove(self)
 
     def _peers(self, kind: type[Any]) -> list[Any]:
-        """Return the matching servers or clients, selected by class; none after `close`."""
+        """Return the matching endpoints of class `kind`; empty after `close`."""
         open_ends = self.services if self in self.services else ()
         return [end for end in open_ends if isinstance(end, kind) and self.matches(end)]
 

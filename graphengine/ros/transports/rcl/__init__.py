@@ -1,4 +1,4 @@
-"""The transport over an installed ROS 2."""
+"""The transport `rclpy`, which uses an installed ROS 2."""
 
 import importlib
 
@@ -6,7 +6,7 @@ from graphengine.ros.transport import JoinOptions, Transport, TransportKind
 
 
 def import_error() -> str | None:
-    """Return why rclpy cannot be used, or None; an installation for another Python version cannot be used."""
+    """Return the reason why rclpy cannot be imported, such as another Python version; None if it can be imported."""
     try:
         for module in ("rclpy.executors", "rclpy.node", "rosidl_runtime_py.utilities"):
             importlib.import_module(module)
@@ -23,4 +23,6 @@ def _open(options: JoinOptions) -> Transport:
     return RclTransport(options)
 
 
-TRANSPORT = TransportKind("rclpy", "ROS 2 programs through the sourced ROS 2", _open, auto=1, missing=import_error)
+TRANSPORT = TransportKind(
+    "rclpy", "ROS 2 programs through a sourced ROS 2 installation", _open, auto=1, missing=import_error
+)

@@ -1,4 +1,4 @@
-"""A transport over an installed ROS 2: rclpy carries the encoded messages, on the RMW of the user's environment."""
+"""The transport over an installed ROS 2: rclpy carries the encoded messages, on the RMW of the user's environment."""
 
 from __future__ import annotations
 
@@ -26,16 +26,16 @@ _End = TypeVar("_End", bound=RclEnd)
 _log = logging.getLogger(__name__)
 _environment_lock = threading.Lock()
 _PATIENCE = 0.1
-"""Maximum time that closing a reader takes, s."""
+"""Maximum wait for the executor when a reader, server or client is closed, s."""
 
 
 class RclTransport(RosNode):
-    """A transport that is an rclpy node with an rclpy context of its own."""
+    """A transport that joins a domain as an rclpy node in a separate rclpy context."""
 
     source = b""
-    """GID of a message's writer; always empty, because rclpy does not report it."""
+    """GID of the writer whose message is being delivered; always empty, because rclpy does not report it."""
     spin_time = 2.0
-    """Typical time for discovery, s; between Fast DDS and Cyclone DDS it takes one second."""
+    """Typical time that discovery takes, s; between Fast DDS and Cyclone DDS it is one second."""
 
     def _join(self) -> str:
         import rclpy
@@ -51,7 +51,7 @@ class RclTransport(RosNode):
                 self._name, namespace=self._namespace, context=self._context, start_parameter_services=False
             )
             self._others: dict[str, Any] = {}
-            """Other rclpy nodes, by full name; each exists while it has servers."""
+            """Additional rclpy nodes that offer services, by full name; a node exists while it has servers."""
             self._executor = SingleThreadedExecutor(context=self._context)
             self._executor.add_node(self._node)
             self._rosout = self.writer(*ROSOUT)
@@ -63,7 +63,7 @@ class RclTransport(RosNode):
         return f"rclpy ({rclpy.get_rmw_implementation_identifier()})"
 
     def writer(self, topic: str, message_type: str, qos: QoS) -> RclWriter:
-        """Open a writer on a topic.
+        """Create a writer on a topic.
 
         Raises:
             MessageTypeError: the type is not installed.
@@ -76,7 +76,7 @@ class RclTransport(RosNode):
         return self._open(writer, message_type, qos, event_callbacks=events)
 
     def reader(self, topic: str, message_type: str, qos: QoS, deliver: Deliver) -> RclReader:
-        """Open a reader on a topic; `deliver` runs in the transport's thread.
+        """Create a reader on a topic; `deliver` runs in the transport's thread.
 
         Raises:
             TransportError: as for `writer`.
@@ -88,7 +88,7 @@ class RclTransport(RosNode):
         return self._open(reader, message_type, qos, callback=reader.receive, event_callbacks=events, raw=True)
 
     def server(self, service: str, service_type: str, qos: QoS, deliver: DeliverRequest, node: str = "") -> RclServer:
-        """Open a server of a service; `deliver` runs in the transport's thread.
+        """Create a server of a service; `deliver` runs in the transport's thread.
 
         Raises:
             TopicError: the name of the node is not legal.
@@ -103,7 +103,7 @@ class RclTransport(RosNode):
         return server
 
     def client(self, service: str, service_type: str, qos: QoS, deliver: DeliverResponse) -> RclClient:
-        """Open a client of a service; `deliver` runs in the transport's thread.
+        """Create a client of a service; `deliver` runs in the transport's thread.
 
         Raises:
             TransportError: as for `writer`.
@@ -111,7 +111,7 @@ class RclTransport(RosNode):
         return self._open(RclClient(service, self._remove, deliver, self._node), service_type, qos)
 
     def graph(self, asked: Collection[tuple[str, Direction]] | None = None) -> NetworkGraph:
-        """Return all known endpoints; faster if `asked` limits the topics.
+        """Return all known endpoints; if `asked` is given, only these topics and directions, which is faster.
 
         Raises:
             TransportError: the transport is closed.
@@ -137,7 +137,7 @@ class RclTransport(RosNode):
         return NetworkGraph(found, named=all(end.node for end in found), services=services, nodes=nodes)
 
     def _nodes(self) -> Iterator[NetworkNode]:
-        """Yield all known nodes with their services. For nodes with equal names, rclpy returns the services of only one."""
+        """Yield all known nodes with their services; of several nodes with the same name, rclpy reports one node's services."""
         from rclpy.node import NodeNameNonExistentError
 
         for name, namespace in self._node.get_node_names_and_namespaces():
@@ -159,7 +159,7 @@ class RclTransport(RosNode):
         return {service: self._node.count_services(service) for service in services}
 
     def _fits(self, message_type: str, reader: RclReader) -> bool:
-        """Return whether no publisher of a reader's topic announces a different definition of the message type."""
+        """Return whether all publishers on a reader's topic have the same definition of the message type, as far as announced."""
         number = self._node.count_publishers(reader.name)
         if number != reader.publishers:
             found = self._node.get_publishers_info_by_topic(reader.name)
@@ -169,11 +169,11 @@ class RclTransport(RosNode):
         return reader.agrees
 
     def _open(self, end: _End, kind: str, qos: QoS, **more: Any) -> _End:
-        """Create the rclpy object of an endpoint; `kind` is the ROS 2 name of its type."""
+        """Create the rclpy object of an endpoint, and return the endpoint; `kind` is the message or service type."""
         from rosidl_runtime_py import utilities
 
         find = utilities.get_service if end.peer else utilities.get_message
-        what = f"{end.name} cannot be opened with {kind}"
+        what = f"{end.name} cannot be created with the type {kind}"
         with self._lock, warnings.catch_warnings():
             # Jazzy's rclpy warns of a class of its own that it uses for the event of a publisher.
             warnings.simplefilter("ignore", DeprecationWarning)
@@ -208,7 +208,7 @@ class RclTransport(RosNode):
             node.destroy_node()
 
     def _node_of(self, end: RclEnd) -> Any:
-        """Return the rclpy node of an endpoint; create the node for its first endpoint."""
+        """Return the rclpy node of an endpoint; an additional node is created for its first endpoint."""
         from rclpy.node import Node
 
         if not end.node or end.node == self.node:
@@ -223,7 +223,7 @@ class RclTransport(RosNode):
         return self._others[end.node]
 
     def _wait_for_executor(self) -> None:
-        """Wait until the executor releases destroyed endpoints; only then can their topic be opened with another type."""
+        """Wait until the executor has released destroyed endpoints; before that, their topic cannot get another type."""
         gone = threading.Event()
         self._executor.create_task(gone.set)
         gone.wait(_PATIENCE)
@@ -239,7 +239,7 @@ class RclTransport(RosNode):
                 continue  # of a writer or reader that was closed just then
             except Exception:
                 if not failed:
-                    _log.exception("rclpy could not take a message; told once")
+                    _log.exception("rclpy could not take a message; further errors are not reported")
                 failed = True
 
 
@@ -250,7 +250,7 @@ def _pairs(services: Iterable[tuple[str, list[str]]]) -> list[tuple[str, str]]:
 
 @contextlib.contextmanager
 def discovery(domain: Domain) -> Iterator[None]:
-    """Return a context that sets the environment variables for the discovery range; a new rclpy context reads them."""
+    """Return a context in which the environment variables have the discovery range of `domain`; rclpy.Context reads them."""
     wanted = {
         "ROS_AUTOMATIC_DISCOVERY_RANGE": domain.discovery_range,
         "ROS_STATIC_PEERS": ";".join(domain.static_peers),

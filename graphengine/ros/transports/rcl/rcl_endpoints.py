@@ -1,4 +1,4 @@
-"""Publishers and subscriptions of the transport over rclpy."""
+"""Writers and readers of the rclpy transport: rclpy publishers and subscriptions."""
 
 from __future__ import annotations
 
@@ -10,18 +10,18 @@ from graphengine.ros.transports.ends import Remove, RosEnd
 
 
 class RclEnd(RosEnd):
-    """An endpoint with its rclpy object."""
+    """An endpoint that owns an rclpy object."""
 
     kind: str
-    """The endpoint's name in rclpy's methods, such as `publisher` in `create_publisher`."""
+    """Kind of the rclpy object, as in the names of rclpy methods: `publisher` for `create_publisher`."""
 
     def __init__(self, name: str, remove: Remove) -> None:
         super().__init__(name, remove)
         self.entity: Any = None
-        """rclpy's object; None once it is closed."""
+        """The rclpy object, such as a Publisher; None when the endpoint is closed."""
 
     def end(self) -> None:
-        """Refuse further calls, because the rclpy object is destroyed."""
+        """Drop the rclpy object, which was destroyed; `opened` raises an error from now on."""
         self.entity = None
 
     def opened(self) -> Any:
@@ -37,7 +37,7 @@ class RclEnd(RosEnd):
 
 
 class RclWriter(RclEnd):
-    """An rclpy publisher; it does not count messages that readers lose."""
+    """A writer with an rclpy publisher; `dropped` stays 0, because rclpy does not report lost messages."""
 
     kind = "publisher"
     matched = 0
@@ -49,7 +49,7 @@ class RclWriter(RclEnd):
     def write(self, data: bytes) -> None:
         """Send a message.
 
-        With rmw_cyclonedds_cpp and the history keepAll, this blocks until an unresponsive reader is dropped, after 10 s.
+        With rmw_cyclonedds_cpp and the history keepAll, an unresponsive reader blocks this call for 10 s; then it is dropped.
 
         Raises:
             TransportError: rclpy refuses the message, or the writer is closed.
@@ -67,15 +67,15 @@ class RclWriter(RclEnd):
 
 
 class RclReader(RclEnd):
-    """An rclpy subscription.
+    """A reader with an rclpy subscription.
 
-    rclpy does not report the publisher of a message, so all messages of a topic are dropped while one publisher has a different
-    definition of the type.
+    While any publisher on the topic has a different definition of the type, all messages are dropped: rclpy does not report
+    which publisher sent a message.
 
     Args:
         name: name of the topic.
         remove: called when the reader is closed.
-        fits: returns whether the topic's publishers have the same definition as this reader.
+        fits: returns whether all publishers on the topic have the same definition of the type as this reader.
         deliver: called with each message.
     """
 

@@ -1,4 +1,4 @@
-"""Converts quality of service, endpoints and parts of actions between rclpy and graphengine."""
+"""Converts QoS profiles and endpoints between rclpy and graphengine, and finds the rclpy classes of action parts."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from graphengine.messages.qos import settled
 from graphengine.ros.network_graph import Endpoint
 
 _UNKNOWN_NODE = "_NODE_NAME_UNKNOWN_"
-"""rclpy's name for the node of an endpoint until the node's process has announced it."""
+"""Node name that rclpy gives an endpoint whose process has not announced its nodes yet."""
 
 
 def to_profile(qos: QoS) -> Any:
@@ -77,7 +77,7 @@ _WORDS: Mapping[str, Any] = {name: word for word, name in _NAMES.items()}
 
 
 def _seconds(time: Any) -> float:
-    """Return an rclpy duration in seconds; 0 if it is infinite."""
+    """Return an rclpy duration in seconds; an infinite duration becomes 0."""
     from rclpy.duration import Infinite
 
     return 0.0 if time == Infinite else time.nanoseconds / 1e9
@@ -88,11 +88,11 @@ _PARTS_OF_ACTIONS = {
     "GetResult": "GetResultService",
     "FeedbackMessage": "FeedbackMessage",
 }
-"""Attributes of an action class in rclpy that hold its services and its feedback message."""
+"""Attribute of the `Impl` of a Python action class, by suffix of the service or message type."""
 
 
 def part_of_action(message_type: str) -> Any | None:
-    """Return the class of a service or message that belongs to an action; None for other types."""
+    """Return the Python class of an action's service or message, such as `…/action/Fibonacci_SendGoal`; else None."""
     from rosidl_runtime_py import utilities
 
     action, _, part = message_type.rpartition("_")

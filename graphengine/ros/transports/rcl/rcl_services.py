@@ -1,7 +1,8 @@
-"""Services over rclpy whose requests can be answered at any time, and whose messages are already encoded.
+"""Service servers and clients of the rclpy transport. They use encoded messages, and a server can respond at any time.
 
-In rclpy, a service's callback returns the response, which rclpy passes to `send_response` with the header of the request. Here
-the callback returns the request itself. A replacement for `send_response` delivers it, and keeps the header for the response.
+Normally, the callback of an rclpy service returns the response; rclpy passes it to `send_response` with the header of the
+request. Here, the callback returns the request, and `send_response` is replaced: the replacement delivers the request and
+keeps the header for the response.
 """
 
 from __future__ import annotations
@@ -21,13 +22,13 @@ from graphengine.ros.transports.rcl.rcl_endpoints import RclEnd
 
 
 class _RclService(RclEnd):
-    """A server or client of rclpy.
+    """A service server or client with an rclpy object.
 
     Args:
         name: name of the service.
         remove: called when the endpoint is closed.
-        deliver: called with the identity of a call and a message.
-        node: rclpy node.
+        deliver: called with each encoded request and its identity, or each encoded response and the number of its call.
+        node: rclpy node that looks up the peers.
     """
 
     def __init__(self, name: str, remove: Remove, deliver: Callable[[Any, bytes], None], node: Any) -> None:
@@ -61,7 +62,7 @@ class _RclService(RclEnd):
 
 
 class RclServer(_RclService):
-    """A service server of rclpy that can send a response at any time after the request."""
+    """A service server with an rclpy service; it can send a response at any time after the request."""
 
     kind = "service"
     peer = "client"
@@ -73,7 +74,7 @@ class RclServer(_RclService):
         """Headers of unanswered requests."""
 
     def begin(self) -> None:
-        """Start to deliver requests, after rclpy has created the service."""
+        """Replace `send_response`, and start to deliver requests; called when rclpy has created the service."""
         self.entity.send_response = self._receive
         self._begun.set()
 
@@ -108,7 +109,7 @@ class RclServer(_RclService):
 
 
 class RclClient(_RclService):
-    """A service client of rclpy that sends encoded requests and delivers encoded responses."""
+    """A service client with an rclpy client; it sends encoded requests and delivers encoded responses."""
 
     kind = "client"
     peer = "server"
@@ -116,7 +117,7 @@ class RclClient(_RclService):
     def __init__(self, name: str, remove: Remove, deliver: DeliverResponse, node: Any) -> None:
         super().__init__(name, remove, deliver, node)
         self._calls = Calls(self._give_up)
-        """Futures of unanswered calls, which rclpy also keeps."""
+        """rclpy futures of unanswered calls; a call that is discarded here is removed from rclpy too."""
 
     @property
     def ready(self) -> bool:
