@@ -1,9 +1,10 @@
-"""Disables joints that a robot file names.
+"""Disables the joints that a robot file names.
 
-PhysX releases the child of a disabled joint. Descriptions have many joints that carry only frames or light links, and these are
-what users disable: here they become fixed. A joint whose child would really fall off causes an error, unless the file welds it.
+PhysX releases the child link of a disabled joint. Users mostly disable joints that carry only frames or light links, of which
+descriptions have many; here, these joints become fixed. A joint whose child link would fall off causes an error, unless the file
+welds the joint.
 
-If all mass is below a disabled joint, its child moves freely, and the links above the joint are frames on it.
+If all mass is below a disabled joint, its child link moves freely, and the links above the joint become frames on the child link.
 """
 
 from __future__ import annotations
@@ -17,15 +18,15 @@ from graphengine.physics.description.robot_file import RobotFile
 from graphengine.physics.description.urdf import Urdf, UrdfJoint, UrdfLink
 
 NEGLIGIBLE = 0.01
-"""Greatest share of a robot's mass on one side of a disabled joint that becomes fixed."""
+"""A disabled joint becomes fixed if one side of it has at most this share of the robot's mass (and no collider)."""
 
 
 @dataclass(frozen=True, slots=True)
 class Disabled:
-    """The joints that a file disables, and the consequences.
+    """The joints that a robot file disables, and the link that can move freely.
 
     Attributes:
-        joints: names of the joints, parents first.
+        joints: names of the disabled joints, parents first.
         free_link: link that moves freely and carries all other links; None if the base is fixed.
     """
 
@@ -34,10 +35,10 @@ class Disabled:
 
 
 def disable_joints(file: RobotFile, urdf: Urdf, findings: Findings) -> Disabled:
-    """Check and apply all joints that a robot file disables.
+    """Disable the joints that a robot file names, and check that no link would fall off.
 
     Args:
-        file: robot file with `joints` and `keep_only_joints`.
+        file: robot file; its keys `joints` and `keep_only_joints` determine which joints are disabled.
         urdf: robot description; a moving joint that is welded becomes fixed.
         findings: receives errors, and notes on joints that become fixed.
     """
@@ -63,17 +64,17 @@ def disable_joints(file: RobotFile, urdf: Urdf, findings: Findings) -> Disabled:
         else:
             staying.append(name)
     if staying:
-        text = "disabled joints stay welded, as one side of each has no collider and less than 1 % of the mass"
+        text = "disabled joints stay welded, because one side of each has no collider and less than 1 % of the mass"
         findings.add("N103", text, off[staying[0]], listing(staying, "joints"))
     for name, spec in file.spec.joints.items():
         if spec.weld and name not in off:
             text = f"joint {name!r} is not disabled: weld applies only to disabled joints"
-            findings.add("G109", text, file.span("joints", name, "weld"), "write enabled: false beside it")
+            findings.add("G109", text, file.span("joints", name, "weld"), "write enabled: false beside weld")
     return Disabled(tuple(off), free_link)
 
 
 def _disabled(file: RobotFile, urdf: Urdf) -> dict[str, Span]:
-    """Return the joints that a robot file disables, parents first, and the places in the file that disable them."""
+    """Return the names of the joints that a robot file disables, parents first, with the place in the file that disables each."""
     spec = file.spec
     off: dict[str, Span] = {}
     for link in urdf.depth_first():
@@ -90,7 +91,7 @@ def _matters(links: Sequence[UrdfLink], urdf: Urdf) -> bool:
 
 
 def _described(links: Sequence[UrdfLink]) -> str:
-    """Return the name of the first link and the mass of all links, for messages."""
+    """Return a text with the name of the first link and the total mass of all links, for messages."""
     mass = sum(link.mass for link in links)
     return f"{links[0].name!r} ({mass:g} kg)"
 
@@ -111,8 +112,9 @@ def _weld(
     ]
     if followers:
         held = listing(followers, "joints")
-        findings.add("S106", f"joint {joint.name!r} cannot be welded: others mimic it", span, held, "disable them, too")
-    place = ", where it is with the joint at zero" if joint.moves else ""
+        text = f"joint {joint.name!r} cannot be welded: other joints mimic it"
+        findings.add("S106", text, span, held, "disable these joints, too")
+    place = " where it is when the joint is at zero" if joint.moves else " in place"
     findings.add("N103", f"joint {joint.name!r} is disabled and welded: {_described(below)} stays{place}", span)
     joint.type, joint.mimic = "fixed", None
     joint.element.attributes["type"] = "fixed"

@@ -13,7 +13,7 @@ from graphengine.physics.sensors.fast.tree import NODE, Tree, build
 def count_triangles(model: mujoco.MjModel, geoms: Indices) -> int:
     """Return the number of triangles of the meshes and height fields of some geoms.
 
-    A mesh that several geoms share counts once. The few triangles at the sides of a height field do not count.
+    A mesh that several geoms share counts once. The few triangles below a height field and at its sides do not count.
     """
     meshes, fields = (set(model.geom_dataid[geoms[model.geom_type[geoms] == kind]].tolist()) for kind in (MESH, HFIELD))
     cells = sum(int(model.hfield_nrow[field]) * int(model.hfield_ncol[field]) for field in fields)
