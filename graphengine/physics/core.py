@@ -112,7 +112,7 @@ class SimulationCore(Stateful):
         self.settled_after: float | None = None
         """Simulation time that settling took, s; None if it was not requested or not all bodies came to rest."""
         self.realtime = False
-        """Whether a camera image that is not rendered when it is due is dropped; if False, that tick waits for the image."""
+        """Whether late camera images are dropped; if False, the tick in which an image is due waits for it."""
         self.dropped_pictures: dict[str, int] = {}
         """Number of images dropped since play, by prim path of the camera."""
         self.clamps_commands = True
@@ -197,7 +197,7 @@ class SimulationCore(Stateful):
             self.refresh()
 
     def continue_with(self, model: mujoco.MjModel, *, awake: bool = False) -> None:
-        """Switch to a changed model, for example with one robot more or less.
+        """Switch to a changed model, for example to add or remove a robot.
 
         Bodies that both models have keep their state, commands and initial pose.
 
@@ -262,7 +262,7 @@ class SimulationCore(Stateful):
         """Update derived quantities after the state was written directly.
 
         Raises:
-            PhysicsError: MuJoCo cannot continue from this state.
+            PhysicsError: MuJoCo cannot compute poses and contacts of this state.
         """
         begin_step(self.model, self.data, self._directed)
         self.forces.forget()
@@ -271,7 +271,7 @@ class SimulationCore(Stateful):
             handle.see_displacement()
 
     def _data_at_start(self, model: mujoco.MjModel) -> mujoco.MjData:
-        """Return the initial state of a model: robots in their keyframes, then joints and their targets at start positions."""
+        """Return the initial state of a model, with robots in their keyframes and joints at their start positions."""
         data = data_at_start(model)
         given: set[str] = set()
         for prim in self.stage.prims("robot"):
@@ -416,7 +416,7 @@ class SimulationCore(Stateful):
         )
 
     def restore(self, saved: SavedState) -> None:
-        """Restore a state from `save`, with the same robots as then; the same inputs then give the same results bit by bit."""
+        """Restore a state that `save` returned for the same robots. The same inputs then give the same results, bit by bit."""
         for body in self.held:
             body.release()
         self.held.clear()

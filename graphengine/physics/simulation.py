@@ -54,7 +54,7 @@ class Simulation(SimulationCore):
         return super().save(), self.studio.save()
 
     def restore(self, saved: Any) -> None:
-        """Restore a state from `save`, with the same robots as then."""
+        """Restore a state that `save` returned for the same robots."""
         state, studio = saved
         super().restore(state)
         self.studio.restore(studio)

@@ -2,8 +2,8 @@
 
 - Efforts: the limit in the robot's description. If it gives none, the smaller of two efforts: the effort that lifts the robot
   with a lever arm of 1 m, and the effort that accelerates the joint's own inertia by 1e5 rad/s2 (prismatic joints: 1e5 m/s2).
-- Velocities: 17453 rad/s (1e6 deg/s, as in Isaac Sim) or 17453 m/s. For wheels 100 rad/s, the default of PhysX, because faster
-  wheels make a robot diverge. If a drive's maximum velocity is lower, it applies instead.
+- Velocities: 17453 rad/s (1e6 deg/s, as in Isaac Sim; prismatic joints: 17453 m/s). Wheels: 100 rad/s, the default of PhysX,
+  because faster wheels make a robot diverge. If a drive's maximum velocity is lower, it applies instead.
 - Positions: the joint's range, widened on both sides by its width, because grippers push with targets beyond the range.
 - Actuators of MuJoCo models: the range of the control signal, if the actuator has one, instead of the limits above.
 """

@@ -12,7 +12,7 @@ def contact_points(model: mujoco.MjModel, data: mujoco.MjData) -> Contacts:
     """Return all contact points between geoms, with positions, normals and forces in the world frame.
 
     Args:
-        model: model of the world.
+        model: compiled model.
         data: state for which the forces are computed, as `Forces.now` returns it.
     """
     contact = data.contact

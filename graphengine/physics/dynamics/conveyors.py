@@ -46,7 +46,7 @@ class Conveyor(Handle):
             return
         if not all(abs(part) <= FASTEST for part in itertools.chain(linear, angular)):
             raise PhysicsError(
-                f"{self.prim_path}: each component of a surface velocity must be at most {FASTEST:g} m/s or rad/s"
+                f"{self.prim_path}: no component of a surface velocity may exceed {FASTEST:g} m/s or rad/s in magnitude"
             )
         simulation.surfaces.velocities[self._body] = linear, angular
         simulation.surfaces.hold()

@@ -34,7 +34,7 @@ class DirectedFriction:
     Where two geoms of this kind touch each other, the contact keeps MuJoCo's combined friction, the same in all directions.
 
     Args:
-        stage: stage with material prims; their `frames` name the bodies of the model to which they are bound.
+        stage: stage with material prims; the fact `frames` of a material names the bodies to which it is bound.
         model: compiled model.
         data: state of the simulation.
 
@@ -57,7 +57,7 @@ class DirectedFriction:
         self._turn = _compiled()
 
     def apply(self) -> None:
-        """Turn the tangents of the contacts that `mj_step1` found, and compute again what MuJoCo derives from the contacts."""
+        """Turn the tangents of the contacts that `mj_step1` found, and compute the contact constraints again."""
         if not self.geoms:
             return
         model, data, contact = self._model, self._data, self._data.contact
@@ -98,7 +98,7 @@ def _unit(vector: Vector3) -> Vector3:
 def turn_contacts(
     geoms: Any, frames: Any, frictions: Any, rotations: Any, row_of: Any, bodies: Any, directions: Any, ratios: Any
 ) -> bool:
-    """Turn contact tangents to the directions of geoms and set both frictions, in place; return whether any was turned.
+    """Turn contact tangents to the directions of geoms and set both frictions, in place; return whether one was turned.
 
     The direction of a geom is projected on the contact plane. The closer the direction is to the contact normal, as for a wheel
     that runs straight into a wall, the less the two frictions differ.

@@ -67,9 +67,9 @@ class GravityCompensation:
 
 
 def _beyond(model: mujoco.MjModel, bodies: Indices) -> Indices:
-    """Return the first body id of the subtree of each given body and the id after the last one, alternately in one array.
+    """Return the range of body ids in the subtree of each given body, as an array: first, end, first, end, and so on.
 
-    MuJoCo numbers the bodies of a subtree consecutively.
+    MuJoCo numbers the bodies of a subtree consecutively; the end is the id after the last body.
     """
     counts = np.ones(model.nbody, np.intp)
     for body in range(model.nbody - 1, 0, -1):

@@ -2,8 +2,8 @@
 
 MuJoCo computes the velocity of a contact only from the joints of both bodies. So a body with a moving surface gets six joints
 that have the velocity of the surface. The inertia of these joints is so large that no contact changes their velocity; their
-coordinates are reset after each step. (To set the solver's reference velocity of a contact has no effect: the discrete integrator
-overwrites it.)
+coordinates are reset after each step. (Setting the solver's reference velocity of a contact instead would have no effect: the
+discrete integrator overwrites it.)
 
 A box on a belt moves, relative to the belt, like a box that slides on a floor (within 1e-5 m/s), until it has exactly the belt's
 speed. Each belt adds 15 us to a step; a model without belts is not slower.

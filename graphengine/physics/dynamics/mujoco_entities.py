@@ -117,7 +117,7 @@ class MujocoEntities:
         return [self._overlap(geom, depth, owners) for geom, depth in found.items()]
 
     def touching(self) -> dict[str, Overlap]:
-        """Return the deepest contact of each entity that touches something else than its support, by the entity's name."""
+        """Return the deepest contact of each entity that touches something other than its support, by the entity's name."""
         owners = self._find_owners()
         found = touching(self._simulation.model, self._simulation.data, owners)
         return {name: self._overlap(geom, depth, owners) for name, (depth, geom) in found.items()}
@@ -135,7 +135,7 @@ class MujocoEntities:
         return Overlap(owner or model.geom(geom).name or "the world", depth)
 
     def place(self, name: str, move: Move) -> None:
-        """Place an entity; see `backend.Entities`."""
+        """Place an entity; see `devices.backend.Entities`."""
         prim = self._find(name)
         linear, angular = move.linear or REST, move.angular or REST
         now = self._simulation.body(prim).pose()
@@ -180,7 +180,7 @@ class MujocoEntities:
             raise
 
     def push(self, name: str, force: Vector3, duration: float, point: Vector3 | None = None) -> None:
-        """Apply a force to an entity; see `backend.Entities`."""
+        """Apply a force to an entity for some time; see `devices.backend.Entities`."""
         prim = self._find(name)
         for what, values in (("force", force), ("duration", (duration,)), ("point", point or ())):
             _check(name, what, values)
@@ -194,7 +194,13 @@ class MujocoEntities:
 
 
 def _check(name: str, what: str, values: Iterable[float]) -> None:
-    """Raise UsageError if a value of an entity's `what` is not finite or its magnitude exceeds `MOST`."""
+    """Raise UsageError if one of the values is not finite or its magnitude exceeds `MOST`.
+
+    Args:
+        name: name of the entity, for the message.
+        what: name of the quantity, for the message.
+        values: components of the quantity.
+    """
     for value in values:
         if not abs(value) <= MOST:
             raise UsageError(f"{name}: invalid {what} {value:g}; legal: at most {MOST:g}")

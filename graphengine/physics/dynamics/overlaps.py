@@ -14,10 +14,15 @@ _PLANE = int(mujoco.mjtGeom.mjGEOM_PLANE)
 
 
 def overlaps(model: mujoco.MjModel, data: mujoco.MjData, roots: Collection[int]) -> dict[int, float]:
-    """Return the ids of geoms that overlap the bodies below the given topmost bodies, with depths (m), deepest first.
+    """Return the ids of geoms that overlap an entity, with depths (m), deepest first.
 
-    Of each other topmost body, only the geom that overlaps deepest is returned. The function uses the contacts that MuJoCo
-    computed last, so geoms that do not collide with each other do not overlap either.
+    Of each other topmost body and the bodies below it, only the geom that overlaps deepest is returned. The function uses the
+    contacts that MuJoCo computed last, so geoms that do not collide with each other do not overlap either.
+
+    Args:
+        model: compiled model.
+        data: state with the contacts.
+        roots: ids of the topmost bodies of the entity.
     """
     deep = (data.contact.dist <= -LEAST) & (data.contact.geom >= 0).all(axis=1)
     found: dict[int, tuple[float, int]] = {}

@@ -51,7 +51,7 @@ class SetPoints(Stateful):
         self.start()
 
     def start(self) -> None:
-        """Set the initial commands: the target velocities of the drives, the current control signals otherwise, and no effort."""
+        """Set the initial commands: target velocities of drives, current control signals of other actuators, and no effort."""
         self.targets[:] = self._control
         for servo, velocity in self._starts.items():
             self.targets[servo] = velocity

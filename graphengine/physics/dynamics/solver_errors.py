@@ -10,7 +10,7 @@ from graphengine.physics.engine import mujoco
 
 
 def gave_up(data: mujoco.MjData, error: Exception) -> PhysicsError:
-    """Return the error for an exception that MuJoCo raised in a step, for example because of degenerate geometry."""
+    """Return the error to raise for an exception that MuJoCo raised in a step, for example because of degenerate geometry."""
     return PhysicsError(f"at t = {data.time:.4f} s MuJoCo gave up: {error}\nlook for degenerate geometry in the scene")
 
 
@@ -33,7 +33,7 @@ def begin_step(model: mujoco.MjModel, data: mujoco.MjData, directed: DirectedFri
 
 
 def out_of_range(model: mujoco.MjModel, data: mujoco.MjData) -> PhysicsError:
-    """Return the error for a body whose position is outside MuJoCo's range of coordinates."""
+    """Return the error to raise for a body whose position is outside MuJoCo's range of coordinates."""
     coordinate = data.warning[mujoco.mjtWarning.mjWARN_BADQPOS].lastinfo
     joint = int(np.searchsorted(model.jnt_qposadr, coordinate, side="right")) - 1
     body = model.body(model.jnt_bodyid[joint]).name
@@ -41,7 +41,7 @@ def out_of_range(model: mujoco.MjModel, data: mujoco.MjData) -> PhysicsError:
 
 
 def diverged(model: mujoco.MjModel, data: mujoco.MjData) -> PhysicsError:
-    """Return the error for the warnings that MuJoCo counted in a step; its message suggests remedies."""
+    """Return the error to raise for the warnings that MuJoCo counted in a step; its message suggests remedies."""
     kinds, counts = mujoco.mjtWarning, data.warning.number
     at = f"at t = {data.time:.4f} s"
     if counts[kinds.mjWARN_CONTACTFULL] or counts[kinds.mjWARN_CNSTRFULL]:

@@ -39,7 +39,7 @@ def add_weld(spec: mujoco.MjSpec, name: str, body: str) -> None:
 
 
 class Welds(Stateful):
-    """The welds of a model that can be activated; `bound_to` looks them up in a compiled model.
+    """The welds of a compiled model that are active; `bound_to` finds them in another compiled model.
 
     Attributes:
         held: the name of the held body and MuJoCo's `eq_data` for each active weld, by the weld's name.
@@ -70,7 +70,7 @@ class Welds(Stateful):
         self._write()
 
     def withdraw(self) -> None:
-        """Restore the model's list of body pairs that do not collide as compiled, so that the model can be copied."""
+        """Reset the model's list of body pairs that do not collide to the compiled list, so that the model can be copied."""
         self._model.exclude_signature[:] = self._built
 
     def hold(self, weld: str, body: int, point: Vector3) -> None:

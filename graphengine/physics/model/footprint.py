@@ -75,7 +75,7 @@ def _unit(vectors: Floats) -> Floats:
 
 
 def _ends(directions: Floats, half: float) -> Floats:
-    """Return, for each direction, the end of a shape's axis (along z, `half` its half length, m) that is on that side."""
+    """Return, for each direction, the end of a shape's z axis that is on that side; `half` is half the axis's length, m."""
     ends: Floats = np.sign(directions) * (0.0, 0.0, half)
     return ends
 

@@ -114,8 +114,8 @@ class _PrimBuilder:
     def _binding(self, material: MaterialSpec, links: dict[str, str]) -> dict[str, Any]:
         """Return the facts `floor`, `bodies` and `frames` for the prim of a material.
 
-        `floor` is the floor's friction. `bodies` maps the name of each body to which the material is bound to whether it is a
-        wheel. For a material with a direction, `frames` maps the name of each body to the path of the link in whose frame the
+        `floor` is the floor's friction. `bodies` states for each body with the material, by the body's name, whether it is a
+        wheel. For a material with a direction, `frames` contains for each of these bodies the path of the link in whose frame the
         direction is given. A link that is the world itself is left out, because its colliders cannot be distinguished from
         those of the world.
         """

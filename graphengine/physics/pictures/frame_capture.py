@@ -140,7 +140,7 @@ class FrameCapture:
             pose: pose of the camera.
             lens: lens of the camera.
             segmentation: whether a segmentation can also be rendered from the shot.
-            whole: whether to include objects outside the view, because they cast shadows; leaving them out saves time.
+            whole: whether to include objects outside the view, which may cast shadows into it; leaving them out saves time.
         """
         scene = self._idle.pop() if self._idle else mujoco.MjvScene(self.model, self._capacity)
         lens.aim(scene, pose)

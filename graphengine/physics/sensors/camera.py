@@ -35,7 +35,7 @@ if TYPE_CHECKING:
     from graphengine.physics.simulation import Simulation
 
 NEAREST = 0.05
-"""Greatest distance of the renderer's near plane, m; nearer objects are not drawn. A nearer plane makes depths less precise."""
+"""Greatest distance of the renderer's near plane, m; nearer objects are not drawn. A smaller value makes depths less precise."""
 
 PixelCount = Annotated[int, Field(ge=1, le=LARGEST_PICTURE)]
 Pair = Annotated[tuple[float, float], Field(strict=False)]

@@ -184,7 +184,7 @@ class RayLidar(RaySensor[Scan]):
         super().__init__(simulation, prim)
 
     def bind(self) -> None:
-        """Create the caster, and compute the intensity that hits on each geom have."""
+        """Create the caster, and compute the intensity of a hit on each geom."""
         super().bind()
         brightness = 255 * (geom_colours(self._simulation.model)[:, :3] @ _LUMINANCE)
         self._brightness = np.append(brightness, 0.0).astype(np.float32)  # a miss has the number -1

@@ -277,7 +277,10 @@ def _roots(a: float, b: float, c: float) -> tuple[float, float]:
 
 @part
 def _first(near: float, far: float) -> float:
-    """Return the smaller distance that is not negative, where a ray enters a shape or leaves it from inside, or infinity."""
+    """Return the distance of the first hit ahead, from the distances at which a line enters and leaves a shape.
+
+    A ray that begins inside the shape hits it where it leaves. The result is infinity if the whole shape is behind the ray.
+    """
     if near >= 0.0:
         return near
     return far if far >= 0.0 else math.inf

@@ -38,7 +38,7 @@ _log = logging.getLogger(__name__)
 
 @functools.cache
 def trouble() -> str:
-    """Return the reason why fast rays cannot be used in this process; empty if they can. Compiles all kernels."""
+    """Return the reason why fast rays cannot be used in this process; empty if they can. The first call compiles all kernels."""
     if numba.config.DISABLE_JIT:
         return "the environment variable NUMBA_DISABLE_JIT keeps numba from compiling them"
     if not has_address_space(ADDRESS_SPACE):  # LLVM aborts the process where it finds no memory
