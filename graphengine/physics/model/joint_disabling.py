@@ -112,8 +112,9 @@ def _weld(
     ]
     if followers:
         held = listing(followers, "joints")
-        text = f"joint {joint.name!r} cannot be welded: other joints mimic it"
-        findings.add("S106", text, span, held, "disable these joints, too")
+        findings.add(
+            "S106", f"joint {joint.name!r} cannot be welded: other joints mimic it", span, held, "disable them, too"
+        )
     place = " where it is when the joint is at zero" if joint.moves else " in place"
     findings.add("N103", f"joint {joint.name!r} is disabled and welded: {_described(below)} stays{place}", span)
     joint.type, joint.mimic = "fixed", None

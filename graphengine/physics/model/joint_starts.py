@@ -78,8 +78,12 @@ def check_starts(
             findings.add("S104", f"joint {name!r} does not move, so it cannot have a start position", span)
         elif joint.mimic is not None:
             leader = joint.mimic.leader
-            text = f"joint {name!r} mimics {leader!r}, which determines its start position"
-            findings.add("S104", text, span, f"give the start position of {leader} instead")
+            findings.add(
+                "S104",
+                f"joint {name!r} mimics {leader!r}, which determines its start position",
+                span,
+                f"give the start position of {leader} instead",
+            )
         elif joint.limits is not None and not joint.limits[0] <= start <= joint.limits[1]:
             unit = "m" if joint.type == "prismatic" else "rad"
             legal = f"legal: {joint.limits[0]:g} to {joint.limits[1]:g} {unit}"

@@ -114,8 +114,10 @@ class SensorProfile(DeviceProfile):
     @model_validator(mode="after")
     def _one_section(self) -> SensorProfile:
         if len(self.devices()) + (self.rig is not None) != 1:
-            kinds = ", ".join([*(device.kind for device in self.kinds()), "rig"])
-            raise ValueError(f"a profile must have exactly one of these sections: {kinds}")
+            raise ValueError(
+                "a profile must have exactly one of these sections: "
+                f"{', '.join([*(device.kind for device in self.kinds()), 'rig'])}"
+            )
         return self
 
 
