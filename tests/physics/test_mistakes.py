@@ -188,9 +188,9 @@ def test_a_description_that_cannot_be_loaded(project: Project, old: str, new: st
         ("frames: {f: {parent: arrm}}", "did you mean 'arm'?"),
         (
             "frames: {f: {parent: /bot/Geometry/base_link/arm}}",
-            "write paths in a robot file relative to the robot: Geometry/base_link/arm",
+            "a robot file writes paths from the robot on: Geometry/base_link/arm",
         ),
-        ("namespaces: {/bot/base_link: x}", "write paths in a robot file relative to the robot: base_link"),
+        ("namespaces: {/bot/base_link: x}", "a robot file writes paths from the robot on: base_link"),
         ("frames: {arm: {parent: base_link}}", "bot.yaml:3:10: error S105: two prims at /bot/Geometry/base_link/arm"),
         ("frames: {arm: {parent: plate}, f: {parent: arm}}", "'arm' could mean 2 prims"),
         ("namespaces: {amr: x}", "bot.yaml:3:14: error S104: the robot has no prim 'amr'"),

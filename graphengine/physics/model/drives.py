@@ -1,11 +1,10 @@
 """Joint drives in SI units and their MuJoCo actuators.
 
 A PhysX drive is a spring and damper: force = stiffness (q* - q) + damping (v* - v). Here the MuJoCo joint has this spring and
-damper, and two actuators add the forces stiffness q* and damping v*. MuJoCo's position and velocity servos would have the same
-force. But MuJoCo solves implicit actuator forces by iterations over all kinematic trees, so the last bits of one robot's motion
-would depend on other robots; implicit joint forces are solved tree by tree. The `discrete` integrator is required, because it
-solves damping together with contacts: with other integrators, robots with light wheels and a damping above about 10 become
-unstable.
+damper, and two actuators add stiffness q* and damping v*. MuJoCo's position and velocity servos would have the same force, but
+MuJoCo solves implicit actuator forces by iterations over all kinematic trees, so the last bits of one robot would depend on the
+others; implicit joint forces are solved tree by tree. The `discrete` integrator is required, because it solves damping together
+with contacts: with other integrators, robots with light wheels and a damping above about 10 become unstable.
 """
 
 from __future__ import annotations
@@ -21,7 +20,7 @@ from graphengine.format.robot_spec import JointSpec
 from graphengine.physics.engine import Indices, mujoco
 
 DEGREES = 180 / math.pi
-"""Degrees per radian. Angular gains in USD are per degree; PhysX multiplies them by this factor."""
+"""Degrees per radian: PhysX multiplies angular gains of USD, which are per degree, by this."""
 
 
 Kind = Literal["position", "velocity", "effort"]
@@ -34,10 +33,10 @@ class Servo:
     """An actuator of a MuJoCo model; its control signal is `offset + scale * command`.
 
     Attributes:
-        kind: kind of command; the commands are in rad, rad/s and N m, or in m, m/s and N.
-        name: name of the actuator in the robot's model.
-        lowest: lowest command for which the control signal is in its range.
-        highest: highest command for which the control signal is in its range.
+        kind: kind of command, in rad, rad/s and N m, or m, m/s and N.
+        name: name of the actuator in its model.
+        lowest: lowest command within the range of the control signal.
+        highest: highest command within this range.
     """
 
     kind: Kind
@@ -54,30 +53,30 @@ class Servo:
 
 @dataclass(frozen=True, slots=True)
 class Drive:
-    """Gains and limits of a joint's drive in SI units: with rad and N m for rotary joints, with m and N for prismatic joints."""
+    """Gains and limits of a joint's drive in SI units: rad and N m, or m and N."""
 
     stiffness: float = 0.0
     damping: float = 0.0
     target_velocity: float = 0.0
     max_acceleration: float = math.inf
-    """Greatest rate of change of the velocity set point, rad/s2 or m/s2."""
+    """Limit on the slope of the velocity set point."""
     max_velocity: float = math.inf
-    """Greatest velocity set point, and greatest rate of change of the position set point, rad/s or m/s."""
+    """Limit of the velocity set point and of the slope of the position set point."""
     max_force: float = math.inf
     carries: float = 0.0
-    """Inertia that a wheel moves because it carries a share of the robot's mass, divided by that mass, m²; 0 without a wheel."""
+    """Inertia about a wheel's axis due to the robot's mass, divided by that mass, m²."""
     interpolate: bool = False
-    """Whether set points move to a new target evenly during a tick, instead of at its beginning."""
+    """Whether set points reach a new target at the end of a tick, not at its beginning."""
     gravity_compensation: bool = False
     """Whether the drive carries the weight of the links beyond its joint."""
     servos: tuple[Servo, ...] | None = None
-    """Actuators of the robot's MuJoCo model, at most one per kind of command; None if actuators are created from the gains."""
+    """Actuators of the MuJoCo model, one per kind of command; None if actuators are created from the gains."""
 
     def servo(self, joint: str, kind: Kind) -> Servo | None:
-        """Return the actuator of the compiled model that takes commands of a kind; None if there is no such actuator.
+        """Return the actuator of the compiled model that takes commands of a kind, or None.
 
         Args:
-            joint: name of the joint in the compiled model, with the robot's name as its prefix.
+            joint: name of the joint in the compiled model, which begins with the robot's name.
             kind: kind of the command.
         """
         if self.servos is not None:
@@ -88,13 +87,11 @@ class Drive:
 
 
 def drive_of(joint: JointSpec, effort: float, *, prismatic: bool) -> Drive | None:
-    """Return the drive of a joint in SI units; None if the robot file does not give one.
-
-    Lengths and forces in USD drives are in SI units, so only angles are converted.
+    """Return the drive of a joint in SI units, or None. Lengths and forces in USD are SI, so only angles are converted.
 
     Args:
         joint: the joint's entry in the robot file.
-        effort: effort limit in the description, N m or N; it applies if the drive does not give a maximum force.
+        effort: effort limit in the description, N m or N; used if the drive has no maximum force.
         prismatic: whether the joint is prismatic.
     """
     if joint.drive is not None:
@@ -116,7 +113,7 @@ def drive_of(joint: JointSpec, effort: float, *, prismatic: bool) -> Drive | Non
 
 
 def in_si(drive: Drive) -> str:
-    """Return a text with the parameters of a rotary joint's drive in SI units."""
+    """Return the parameters of a rotary joint's drive in SI units, as text."""
     parts = {
         "damping": (drive.damping, "N m s/rad"),
         "stiffness": (drive.stiffness, "N m/rad"),
@@ -126,12 +123,12 @@ def in_si(drive: Drive) -> str:
 
 
 def servos(joint: str, drive: Drive) -> tuple[tuple[str, float], tuple[str, float]]:
-    """Return name and gain of a joint's position actuator, and name and gain of its velocity actuator."""
+    """Return names and gains of a joint's position and velocity actuators."""
     return (f"{joint}.position", drive.stiffness), (f"{joint}.velocity", drive.damping)
 
 
 def servo_ids(model: mujoco.MjModel, drives: Iterable[tuple[str, Drive]]) -> Indices:
-    """Return the ids of the position, velocity and effort actuators of joints, shape (3, joints); -1 for missing actuators."""
+    """Return the actuator ids of joints, shape (3, joints): position, velocity, effort; -1 without such an actuator."""
     found = [[drive.servo(joint, kind) for kind in KINDS] for joint, drive in drives]
     ids = [[model.actuator(servo.name).id if servo is not None else -1 for servo in row] for row in found]
     return np.array(ids, np.intp).reshape(-1, 3).T.copy()

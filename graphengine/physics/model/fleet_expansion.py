@@ -1,4 +1,4 @@
-"""Expands the fleets in a scene's `robots` to single robots with names, poses and namespaces."""
+"""Expands a scene's `robots` to single robots: names, poses and namespaces of fleets."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ class RobotPlacement:
     """A robot to add to a scene.
 
     Attributes:
-        name: name of the robot in the scene.
-        prim_path: path of the robot's prim.
-        key: key of the robot or its fleet in `robots` of the scene file; empty for a robot that is added later.
+        name: name in the scene.
+        prim_path: path of its prim.
+        key: key in `robots` of the scene file; empty for robots that are added later.
         use: value of that key.
-        pose: pose of the robot's base link in the world.
-        namespace: namespace of the robot's base link; None if the robot file determines it.
+        pose: pose of its base link in the world.
+        namespace: namespace of its base link; None: that of the robot file.
     """
 
     name: str
@@ -34,7 +34,7 @@ class RobotPlacement:
 
 
 def placements(scene: Loaded[SceneSpec], findings: Findings) -> list[RobotPlacement]:
-    """Return the robots of a scene in the order of the file; names and namespaces that collide are added to `findings`."""
+    """Return the robots of a scene, in file order; colliding names and namespaces are added to `findings`."""
     found: dict[str, RobotPlacement] = {}
     for key, use in scene.spec.robots.items():
         for placement in place(key, use):
@@ -42,7 +42,7 @@ def placements(scene: Loaded[SceneSpec], findings: Findings) -> list[RobotPlacem
             if placement.prim_path == "/World":
                 findings.add("S105", "a robot cannot be named 'World': that path is used by the world", span)
             elif name in found:
-                other = (scene.document.key_span("robots", found[name].key), "the other robot")
+                other = (scene.document.key_span("robots", found[name].key), "the other one")
                 findings.add("S105", f"two robots are named {name!r}", span, related=[other])
             else:
                 found[name] = placement
@@ -50,12 +50,12 @@ def placements(scene: Loaded[SceneSpec], findings: Findings) -> list[RobotPlacem
         if size > 1 and shared is not None and not NAMESPACE_FIELD.search(shared):
             text = f"{size} robots would share the namespace {shared!r}"
             span = scene.document.span("robots", key, "namespace")
-            findings.add("S105", text, span, "write a namespace that contains {name} or {index:04}")
+            findings.add("S105", text, span, "write it with {name} or {index:04}")
     return list(found.values())
 
 
 def place(key: str, use: RobotUse) -> Iterator[RobotPlacement]:
-    """Yield the robot or the robots of the fleet that one entry in `robots` of a scene describes."""
+    """Return the robots of one entry of a scene."""
     start: Pose = (use.position, from_orientation(use.orientation))
     at = use.at or f"/{key}"
     if use.count is None and use.places is None:
@@ -81,7 +81,7 @@ def _poses(use: RobotUse, start: Pose) -> Iterator[Pose]:
 
 
 def _fill(pattern: str | None, name: str, index: int) -> str | None:
-    """Return a namespace pattern in which `{name}` is replaced by the robot's name, and `{index}` by its number in the fleet."""
+    """Return a namespace pattern with its fields replaced by the robot's name or its number in the fleet."""
     if pattern is None:
         return None
     return NAMESPACE_FIELD.sub(lambda field: name if field[1] == "name" else f"{index:0{field[2] or 1}}", pattern)

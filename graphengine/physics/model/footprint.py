@@ -1,4 +1,4 @@
-"""Computes the footprint of a robot: the convex hull of its colliders, seen from above."""
+"""The outline of a robot on the floor: the convex hull of its colliders, seen from above."""
 
 from __future__ import annotations
 
@@ -11,23 +11,23 @@ from graphengine.physics.engine import Floats, body_names, collides, mujoco
 from graphengine.physics.model.geoms import mesh_vertices
 
 DIRECTIONS = 32
-"""Number of horizontal directions in which round shapes are sampled."""
+"""Number of directions in which round shapes are sampled."""
 TOLERANCE = 0.004
-"""Greatest distance of a corner from the line between its neighbours for which `simplified` drops the corner, m."""
+"""Distance by which a corner that `simplified` drops may stand out of the outline, m."""
 
 _GEOM = mujoco.mjtGeom
 Point = tuple[float, float]
 
 
 def collider_points(model: mujoco.MjModel, data: mujoco.MjData, robot: str) -> Floats:
-    """Return points in the world frame whose convex hull is the convex hull of a robot's colliders, shape (n, 3), m.
+    """Return points whose convex hull is that of a robot's colliders, in the world frame, shape (n, 3), m.
 
     Round shapes are sampled: their outline is too small by up to 0.5 % of the radius.
 
     Args:
         model: model of the scene.
         data: state with the poses of the bodies.
-        robot: name of the robot; the names of its bodies begin with it.
+        robot: name of the robot, which is the prefix of its body names.
     """
     own = [name.startswith(f"{robot}/") for name in body_names(model)]
     geoms = np.flatnonzero(collides(model) & np.array(own)[model.geom_bodyid])
@@ -51,14 +51,14 @@ def _points(model: mujoco.MjModel, data: mujoco.MjData, geom: int) -> Iterator[F
 
 
 def _directions() -> Floats:
-    """Return unit vectors in `DIRECTIONS` horizontal directions, then down and up, shape (n, 3)."""
+    """Return unit vectors in `DIRECTIONS` horizontal directions, and down and up, shape (n, 3)."""
     angles = np.arange(DIRECTIONS) * (math.tau / DIRECTIONS)
     around = np.stack([np.cos(angles), np.sin(angles), np.zeros(DIRECTIONS)], axis=-1)
     return np.concatenate([around, [[0.0, 0.0, -1.0], [0.0, 0.0, 1.0]]])
 
 
 def _extremes(kind: int, size: Floats, directions: Floats) -> Floats:
-    """Return, for each direction, the point of a round shape that is farthest in that direction, in the shape's frame."""
+    """Return the point of a round shape that lies farthest in each direction, in the shape's frame."""
     if kind == _GEOM.mjGEOM_ELLIPSOID:
         extremes: Floats = _unit(directions * size) * size
     elif kind == _GEOM.mjGEOM_CYLINDER:
@@ -75,13 +75,13 @@ def _unit(vectors: Floats) -> Floats:
 
 
 def _ends(directions: Floats, half: float) -> Floats:
-    """Return, for each direction, the end of a shape's z axis that is on that side; `half` is half the axis's length, m."""
+    """Return the end of a shape's z axis that lies in each direction; `half` is half the length of the axis, m."""
     ends: Floats = np.sign(directions) * (0.0, 0.0, half)
     return ends
 
 
 def convex_hull(points: Floats) -> list[Point]:
-    """Return the corners of the convex hull of points in a plane, in counterclockwise order; `points` has the shape (n, 2)."""
+    """Return the corners of the convex hull of points in a plane, shape (n, 2), counterclockwise."""
     ordered = sorted(set(map(tuple, np.round(points, 6).tolist())))
     if len(ordered) < 3:
         return ordered
@@ -90,7 +90,7 @@ def convex_hull(points: Floats) -> list[Point]:
 
 
 def _half_hull(ordered: Sequence[Point]) -> list[Point]:
-    """Return the half of the convex hull that is to the right of the line from the first to the last point, with both points."""
+    """Return the hull's corners to the right of the line from the first to the last point, in this order, with both ends."""
     chain: list[Point] = []
     for point in ordered:
         while len(chain) > 1 and _turn(chain[-2], chain[-1], point) <= 0.0:
@@ -105,10 +105,7 @@ def _turn(a: Point, b: Point, c: Point) -> float:
 
 
 def simplified(corners: Sequence[Point], tolerance: float = TOLERANCE) -> list[Point]:
-    """Return a convex outline without corners closer than `tolerance` (m) to the line between their neighbours.
-
-    At least 3 corners remain.
-    """
+    """Return a convex outline without the corners that stand out by less than `tolerance` (m); at least 3 corners remain."""
     kept = list(corners)
     while len(kept) > 3:
         heights = [_height(kept[i - 1], kept[i], kept[(i + 1) % len(kept)]) for i in range(len(kept))]
@@ -125,10 +122,9 @@ def _height(before: Point, corner: Point, after: Point) -> float:
 
 
 def radii(corners: Sequence[Point]) -> tuple[float, float]:
-    """Return the inscribed and the circumscribed radius of a convex outline, m.
+    """Return the radii of the largest circle about the origin within the outline, and of the smallest around it, m.
 
-    These are the radii of the largest circle around the origin inside the outline, and of the smallest circle around the origin
-    that contains the outline. The inscribed radius is 0 if the origin is outside the outline.
+    The first radius is 0 if the origin lies outside the outline.
     """
     edges = list(zip(corners, [*corners[1:], corners[0]], strict=True))
     inscribed = min(_turn(a, b, (0.0, 0.0)) / max(math.dist(a, b), 1e-12) for a, b in edges)

@@ -27,7 +27,7 @@ def mesh_faces(model: mujoco.MjModel, mesh: int) -> Indices:
 
 
 def height_field_points(model: mujoco.MjModel, field: int) -> Floats:
-    """Return the points of a height field in the geom's frame, shape (rows, columns, 3), m; y increases with the row."""
+    """Return the points of a height field, shape (rows, columns, 3), m; rows are along y."""
     rows, columns = int(model.hfield_nrow[field]), int(model.hfield_ncol[field])
     half_x, half_y, height, _ = model.hfield_size[field].tolist()
     start = model.hfield_adr[field]
@@ -37,9 +37,9 @@ def height_field_points(model: mujoco.MjModel, field: int) -> Floats:
 
 
 def height_field_triangles(model: mujoco.MjModel, field: int) -> Floats:
-    """Return the triangles of the surface of a height field that `mj_rayHfield` can hit, shape (triangles, 3, 3), m.
+    """Return the triangles of a height field's surface, as `mj_rayHfield` sees it, shape (triangles, 3, 3), m.
 
-    The surface consists of the terrain, the walls from height zero up to the terrain's four edges, and the box below height zero.
+    They are the terrain, the walls from height zero up to the terrain's four edges, and the box below height zero.
     """
     ground = height_field_points(model, field)
     rows, columns, _ = ground.shape
@@ -52,7 +52,7 @@ def height_field_triangles(model: mujoco.MjModel, field: int) -> Floats:
 
 
 def _sheet_triangles(points: Floats) -> Floats:
-    """Return two triangles for each cell of a grid of points; the diagonal from the cell's first corner divides the cell."""
+    """Return two triangles for each cell of a grid of points, divided by the diagonal from the cell's first corner."""
     here, right = points[:-1, :-1], points[:-1, 1:]
     above, opposite = points[1:, :-1], points[1:, 1:]
     pairs = [np.stack([here, right, opposite], axis=-2), np.stack([here, opposite, above], axis=-2)]
@@ -62,13 +62,13 @@ def _sheet_triangles(points: Floats) -> Floats:
 def extents(
     model: mujoco.MjModel, data: mujoco.MjData, geoms: Iterable[int], origin: Floats = _ORIGIN, axes: Floats = _AXES
 ) -> tuple[Floats, Floats] | None:
-    """Return the smallest and the largest coordinates of some geoms in a frame, m; None if no geom has a finite size.
+    """Return smallest and largest coordinates of some geoms, m; None without a geom of finite size.
 
     The result is exact for all shapes except height fields and signed distance fields.
 
     Args:
         model: model with the geoms.
-        data: state with the poses of the geoms.
+        data: state with their poses.
         geoms: ids of the geoms.
         origin: origin of the frame in the world, m.
         axes: rotation matrix from the frame to the world, shape (3, 3).

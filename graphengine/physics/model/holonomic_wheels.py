@@ -12,9 +12,9 @@ from graphengine.physics.model.robot import RobotInstance
 
 
 def holonomic_wheels(robot: RobotInstance) -> Iterator[HolonomicWheel]:
-    """Yield the wheels whose material has different friction in two directions, in the order of the robot's joints.
+    """Yield the wheels whose material has friction in two directions, in the order of the robot's joints.
 
-    The direction of the greater friction is the axis of the roller that touches the floor.
+    The direction with the greater friction is the axis of the roller that touches the floor.
     """
     urdf, radii = robot.urdf, robot.wheel_radii
     materials = {link: material for material in robot.spec.materials.values() for link in material.bind}
@@ -32,7 +32,7 @@ def holonomic_wheels(robot: RobotInstance) -> Iterator[HolonomicWheel]:
 
 
 def _grip(material: MaterialSpec, along: Vector3) -> Vector3:
-    """Return the direction of the greater friction on a level floor, given the direction in which `dynamic_friction` acts."""
+    """Return the direction of the greater friction on a level floor, given the direction of `dynamic_friction`."""
     x, y, _ = along
     return along if material.dynamic_friction > (material.across or 0.0) else (-y, x, 0.0)
 

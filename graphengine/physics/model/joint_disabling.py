@@ -1,10 +1,9 @@
-"""Disables the joints that a robot file names.
+"""Disables joints that a robot file names.
 
-PhysX releases the child link of a disabled joint. Users mostly disable joints that carry only frames or light links, of which
-descriptions have many; here, these joints become fixed. A joint whose child link would fall off causes an error, unless the file
-welds the joint.
+PhysX releases the child of a disabled joint. Descriptions have many joints that carry only frames or light links, and these are
+what users disable: here they become fixed. A joint whose child would really fall off causes an error, unless the file welds it.
 
-If all mass is below a disabled joint, its child link moves freely, and the links above the joint become frames on the child link.
+If all mass is below a disabled joint, its child moves freely, and the links above the joint are frames on it.
 """
 
 from __future__ import annotations
@@ -18,15 +17,15 @@ from graphengine.physics.description.robot_file import RobotFile
 from graphengine.physics.description.urdf import Urdf, UrdfJoint, UrdfLink
 
 NEGLIGIBLE = 0.01
-"""A disabled joint becomes fixed if one side of it has at most this share of the robot's mass (and no collider)."""
+"""Greatest share of a robot's mass on one side of a disabled joint that becomes fixed."""
 
 
 @dataclass(frozen=True, slots=True)
 class Disabled:
-    """The joints that a robot file disables, and the link that can move freely.
+    """The joints that a file disables, and the consequences.
 
     Attributes:
-        joints: names of the disabled joints, parents first.
+        joints: names of the joints, parents first.
         free_link: link that moves freely and carries all other links; None if the base is fixed.
     """
 
@@ -35,10 +34,10 @@ class Disabled:
 
 
 def disable_joints(file: RobotFile, urdf: Urdf, findings: Findings) -> Disabled:
-    """Disable the joints that a robot file names, and check that no link would fall off.
+    """Check and apply all joints that a robot file disables.
 
     Args:
-        file: robot file; its keys `joints` and `keep_only_joints` determine which joints are disabled.
+        file: robot file with `joints` and `keep_only_joints`.
         urdf: robot description; a moving joint that is welded becomes fixed.
         findings: receives errors, and notes on joints that become fixed.
     """
@@ -64,17 +63,17 @@ def disable_joints(file: RobotFile, urdf: Urdf, findings: Findings) -> Disabled:
         else:
             staying.append(name)
     if staying:
-        text = "disabled joints stay welded, because one side of each has no collider and less than 1 % of the mass"
+        text = "disabled joints stay welded, as one side of each has no collider and less than 1 % of the mass"
         findings.add("N103", text, off[staying[0]], listing(staying, "joints"))
     for name, spec in file.spec.joints.items():
         if spec.weld and name not in off:
             text = f"joint {name!r} is not disabled: weld applies only to disabled joints"
-            findings.add("G109", text, file.span("joints", name, "weld"), "write enabled: false beside weld")
+            findings.add("G109", text, file.span("joints", name, "weld"), "write enabled: false beside it")
     return Disabled(tuple(off), free_link)
 
 
 def _disabled(file: RobotFile, urdf: Urdf) -> dict[str, Span]:
-    """Return the names of the joints that a robot file disables, parents first, with the place in the file that disables each."""
+    """Return the joints that a robot file disables, parents first, and the places in the file that disable them."""
     spec = file.spec
     off: dict[str, Span] = {}
     for link in urdf.depth_first():
@@ -91,7 +90,7 @@ def _matters(links: Sequence[UrdfLink], urdf: Urdf) -> bool:
 
 
 def _described(links: Sequence[UrdfLink]) -> str:
-    """Return a text with the name of the first link and the total mass of all links, for messages."""
+    """Return the name of the first link and the mass of all links, for messages."""
     mass = sum(link.mass for link in links)
     return f"{links[0].name!r} ({mass:g} kg)"
 
@@ -112,10 +111,8 @@ def _weld(
     ]
     if followers:
         held = listing(followers, "joints")
-        findings.add(
-            "S106", f"joint {joint.name!r} cannot be welded: other joints mimic it", span, held, "disable them, too"
-        )
-    place = " where it is when the joint is at zero" if joint.moves else " in place"
+        findings.add("S106", f"joint {joint.name!r} cannot be welded: others mimic it", span, held, "disable them, too")
+    place = ", where it is with the joint at zero" if joint.moves else ""
     findings.add("N103", f"joint {joint.name!r} is disabled and welded: {_described(below)} stays{place}", span)
     joint.type, joint.mimic = "fixed", None
     joint.element.attributes["type"] = "fixed"

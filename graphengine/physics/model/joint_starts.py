@@ -1,4 +1,4 @@
-"""Determines the start positions of joints from robot files, scenes and keyframes, and checks them."""
+"""Start positions of joints, from robot files, scenes and keyframes."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from graphengine.physics.description.urdf import Urdf, UrdfJoint
 
 
 def check_keyframe(name: str, urdf: Urdf, span: Span | None, findings: Findings) -> None:
-    """Add an error to `findings` if the robot's MuJoCo model does not have a keyframe of this name."""
+    """Report a keyframe that a robot does not have."""
     known = urdf.mjcf.keyframes if urdf.mjcf is not None else {}
     if name not in known:
         near = did_you_mean(name, known) or listing(known, "keyframes")
@@ -26,14 +26,14 @@ def joint_starts(
     use: RobotUse,
     keyframe: Keyframe | None = None,
 ) -> dict[str, float]:
-    """Return the start position (rad or m) of each moving joint for which one is known, by the joint's name.
+    """Return the start position (rad or m) of each moving joint that has one, by name.
 
-    A mimic joint that has no start position itself gets the position that follows from the start position of its leader.
+    A mimic joint without a start position of its own gets the position that follows from its leader's.
 
     Args:
         moving: the joints of the robot that move.
-        joints: the entries in `joints` of the robot file; their start positions override those of the keyframe.
-        use: the robot's entry in the scene; its start positions override those of the robot file.
+        joints: `joints` of the robot file; their start positions override the keyframe.
+        use: the robot's entry in the scene, which overrides the robot file.
         keyframe: keyframe in which the robot starts.
     """
     known = {joint.name: joint for joint in moving}
@@ -58,14 +58,14 @@ def check_starts(
     disabled: Collection[str],
     findings: Findings,
 ) -> None:
-    """Add an error to `findings` for each start position that a joint cannot have.
+    """Report positions at the start that joints cannot have.
 
     Args:
-        joints: the entries of a robot file or scene about joints, by the joint's name.
-        places: place of each start position in that file, by the joint's name.
-        urdf: robot description with the joints.
-        disabled: names of the disabled joints.
-        findings: receives the errors.
+        joints: what a file says about joints.
+        places: of the positions at the start in the file, by joint.
+        urdf: has the joints.
+        disabled: names of joints that do not move.
+        findings: takes the errors.
     """
     for name, span in places.items():
         start, joint = joints[name].start, urdf.joints.get(name)
@@ -75,15 +75,10 @@ def check_starts(
             near = did_you_mean(name, urdf.joints) or listing(urdf.joints, "joints")
             findings.add("S104", f"the robot has no joint {name!r}", span, near)
         elif not joint.moves or name in disabled:
-            findings.add("S104", f"joint {name!r} does not move, so it cannot have a start position", span)
+            findings.add("S104", f"joint {name!r} does not move, so it has no position at the start", span)
         elif joint.mimic is not None:
             leader = joint.mimic.leader
-            findings.add(
-                "S104",
-                f"joint {name!r} mimics {leader!r}, which determines its start position",
-                span,
-                f"give the start position of {leader} instead",
-            )
+            findings.add("S104", f"joint {name!r} starts where {leader!r} puts it", span, f"give the start of {leader}")
         elif joint.limits is not None and not joint.limits[0] <= start <= joint.limits[1]:
             unit = "m" if joint.type == "prismatic" else "rad"
             legal = f"legal: {joint.limits[0]:g} to {joint.limits[1]:g} {unit}"

@@ -1,17 +1,17 @@
-"""Combines the physics materials of robots with the floor's friction when a model is built.
+"""Physics materials, combined with the floor's friction when the model is built.
 
-PhysX combines the materials of both colliders at each contact. Each collider has a static friction, a dynamic friction and a
-combine mode; if the modes differ, PhysX uses the later one in the order average, min, multiply, max. MuJoCo uses the greater
-friction of both colliders, unless one collider has a higher `priority`: then the friction, condim and solref of that collider
-apply. So a collider with a material gets a higher priority, and the friction that PhysX would compute for it on the floor. This
-friction also applies to contacts with walls, where it matters less.
+PhysX combines the materials of both colliders at each contact. Each collider has a static and a dynamic friction and a combine
+mode; if the modes differ, PhysX uses the later one in the order average, min, multiply, max. MuJoCo uses the greater friction of
+both colliders, unless one has a higher `priority`: then this collider's friction, condim and solref apply. So a collider with a
+material gets a higher priority, and the friction that PhysX would compute for it on the floor. This friction also applies to
+contacts with walls, where it matters less.
 
-For a material with different friction in two directions, the greater friction is combined. The ratio of both frictions is kept,
-because rollers turn equally easily on any floor; `dynamics.directed_friction` applies the ratio to each contact.
+For a material with friction in two directions, the greater friction is combined. The ratio of both is kept, because rollers turn
+equally easily on any floor; `dynamics.directed_friction` applies the ratio to each contact.
 
 Two properties of PhysX materials have no counterpart in MuJoCo. MuJoCo has a single coefficient of friction, which is set to the
-dynamic friction. Restitution is ignored: MuJoCo's contacts are damped springs, and with steps of 4 ms the rebound speed depends
-on when in a step the contact begins (0.34 to 0.55 of the impact speed for a restitution of 0.5).
+dynamic one. Restitution is ignored: MuJoCo's contacts are damped springs, and with steps of 4 ms the rebound speed depends on
+when in a step the contact begins (0.34 to 0.55 of the impact speed for a restitution of 0.5).
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from typing import Any
 from graphengine.format.robot_spec import MaterialSpec
 
 RULES = {"average": "average", "min": "lesser", "multiply": "product", "max": "greater"}
-"""Combine modes with the words for them in messages; if two materials differ in the mode, the later one of these is used."""
+"""Combine modes and their names in messages; if two materials differ in the mode, the later one in this order is used."""
 _COMBINED: dict[str, Callable[[float, float], float]] = {
     "average": lambda first, second: (first + second) / 2,
     "min": min,
@@ -37,17 +37,16 @@ NO_FLOOR_FRICTION = 0.5
 """Floor friction in a world without a plane: that of a PhysX collider without a material."""
 
 STIFF_SOLREF = (0.004, 1.0)
-"""Time constant (s) and damping ratio of wheel contacts; wheels sink into the floor 1/25 as deep as with MuJoCo's default.
+"""Time constant (s) and damping ratio of wheel contacts; bodies sink in by 1/25 of the depth of MuJoCo's default.
 
 A wheel rolls on its radius minus half the penetration: 0.9998 of the radius with these values, 0.9982 with the default. Colliders
-that slide with friction would chatter with these values (a caster with friction 0.4 costs a random 6 % of yaw rate), so they keep
-the default."""
+that slide with friction would chatter (a caster with friction 0.4 costs a random 6 % of yaw rate), so they keep the default."""
 DEFAULT_SOLREF = (0.02, 1.0)
 
 
 @dataclass(frozen=True, slots=True)
 class Contact:
-    """MuJoCo's contact parameters of a collider."""
+    """Contact parameters of a collider in MuJoCo."""
 
     friction: float
     condim: int
@@ -55,7 +54,7 @@ class Contact:
     solref: tuple[float, float]
 
     def tell(self, geom: Any) -> None:
-        """Write the parameters to a geom of a compiled model or of an MjSpec."""
+        """Apply the parameters to a geom of a compiled or editable model."""
         geom.friction[0] = self.friction
         geom.condim = self.condim
         geom.priority = self.priority
@@ -63,12 +62,12 @@ class Contact:
 
 
 def stronger(first: str, second: str) -> str:
-    """Return the combine mode that PhysX uses at a contact of two materials with the given modes."""
+    """Return which of two combine modes PhysX uses at a contact."""
     return max(first, second, key=list(RULES).index)
 
 
 def combine(first: float, second: float, rule: str) -> float:
-    """Return the friction of a contact, computed from the frictions of both colliders by a combine mode of PhysX."""
+    """Return the friction of a contact from the frictions of both colliders, with a combine mode of PhysX."""
     return _COMBINED[rule](first, second)
 
 
@@ -80,7 +79,7 @@ def greatest_friction(material: MaterialSpec) -> float:
 def against_floor(material: MaterialSpec, floor: float, *, wheel: bool) -> Contact:
     """Return the contact parameters of a material on a floor with a given friction.
 
-    A contact without friction gets a condim of 1 and an even higher priority, so that no other collider adds friction to it.
+    Without friction the contact has one dimension and the higher priority, so that no other collider adds friction.
     """
     friction = combine(greatest_friction(material), floor, stronger(material.combine, FLOOR_RULE))
     if friction == 0:
@@ -89,9 +88,9 @@ def against_floor(material: MaterialSpec, floor: float, *, wheel: bool) -> Conta
 
 
 def sentences(name: str, material: MaterialSpec, floor: float) -> tuple[str, ...]:
-    """Return a sentence on a material's friction on the floor, and one on properties that are ignored, if there are any.
+    """Return a sentence on a material's friction on the floor, and one on properties that MuJoCo does not have.
 
-    Return no sentence if the robot file gives a combine mode that keeps the material's friction, and no property is ignored.
+    Empty if the combine mode in the robot file keeps the material's friction, and no property is lost.
     """
     static, restitution, dynamic = material.static_friction, material.restitution, greatest_friction(material)
     rule = stronger(material.combine, FLOOR_RULE)
@@ -110,4 +109,4 @@ def sentences(name: str, material: MaterialSpec, floor: float) -> tuple[str, ...
     lost += [f"restitution ({restitution:g})"] if restitution else []
     if chosen and friction == dynamic and not lost:
         return ()
-    return (text, f"ignored, because MuJoCo does not support it: {', '.join(lost)}") if lost else (text,)
+    return (text, f"left out, as MuJoCo has no such thing: {', '.join(lost)}") if lost else (text,)

@@ -1,7 +1,6 @@
-"""Reads sensor profiles: the parameters of a sensor, or the devices of a rig that consists of several sensors.
+"""Sensor profiles: the parameters of a sensor, or the devices of a rig of several sensors.
 
-A profile is either a file `sensors/<name>.yaml` that robot files refer to by its name, or a mapping of parameters in the robot
-file itself.
+A profile is a file `scenes/sensors/<name>.yaml` that robot files name, or a mapping of parameters in the robot file itself.
 """
 
 from __future__ import annotations
@@ -29,7 +28,7 @@ Length = Annotated[float, Field(gt=0.0, le=10.0)]
 
 
 class DeviceSections(Spec):
-    """Base class of models with an optional section for each kind of device, of which a file must give exactly one."""
+    """A pydantic model with an optional section for each kind of device; a file gives exactly one of them."""
 
     @classmethod
     def kinds(cls) -> list[Device]:
@@ -37,7 +36,7 @@ class DeviceSections(Spec):
         return [device for device in DEVICES.all.values() if device.kind in cls.model_fields]
 
     def devices(self) -> list[tuple[Device, Profile]]:
-        """Return pairs of a device kind and its section, for the sections that are given."""
+        """Return the sections that are given, each after its kind of device."""
         return [(kind, profile) for kind in self.kinds() if (profile := getattr(self, kind.kind)) is not None]
 
 
@@ -54,7 +53,7 @@ def _with_sections(*, only_in_rigs: bool = False) -> Callable[[type[S]], type[S]
 
 @_with_sections(only_in_rigs=True)
 class PartSpec(DeviceSections):
-    """A device of a rig. A camera looks along its -z axis; +y is up in its image."""
+    """A device of a rig. A camera looks along its -z axis, +y is up in its picture."""
 
     position: Vector = (0.0, 0.0, 0.0)
     orientation: Orientation = UPRIGHT
@@ -62,7 +61,7 @@ class PartSpec(DeviceSections):
     @model_validator(mode="after")
     def _one_kind(self) -> PartSpec:
         if len(self.devices()) != 1:
-            raise ValueError(f"a part must be {' or '.join(device.title for device in self.kinds())}")
+            raise ValueError(f"a part is {' or '.join(device.title for device in self.kinds())}")
         return self
 
 
@@ -74,18 +73,16 @@ class RigProfile(Spec):
 
 
 class ShapeSpec(Spec):
-    """A part of a sensor's visible body. Cameras and other robots' rays can see it; it does not collide."""
+    """A part of a sensor's body, visible to cameras and other robots' rays, without collisions."""
 
     shape: Literal["box", "cylinder"]
     size: Annotated[tuple[Length, Length, Length], Field(strict=False)] = Field(
-        description="Length, width and height, m; the axis of a cylinder is vertical, and its length and width are equal."
+        description="Length, width and height, m; a cylinder stands upright and is round."
     )
     position: Offsets = Field(
         default=(0.0, 0.0, 0.0), description="Position of the shape's centre in the frame of the sensor's mount, m."
     )
-    colour: Annotated[tuple[Share, Share, Share], Field(strict=False)] = Field(
-        description="Red, green and blue, 0 to 1."
-    )
+    colour: Annotated[tuple[Share, Share, Share], Field(strict=False)] = Field(description="Red, green, blue; 0 to 1.")
 
     @model_validator(mode="after")
     def _round(self) -> ShapeSpec:
@@ -96,7 +93,7 @@ class ShapeSpec(Spec):
 
 @_with_sections()
 class DeviceProfile(DeviceSections):
-    """A profile file without rig and appearance: the parameters of a single device."""
+    """The content of a profile file for a single device."""
 
     format: Format = 1
     sensor: Name
@@ -104,25 +101,22 @@ class DeviceProfile(DeviceSections):
 
 
 class SensorProfile(DeviceProfile):
-    """A sensor profile file: the parameters of one device or a rig, and the sensor's appearance."""
+    """A sensor profile file."""
 
     rig: RigProfile | None = None
     appearance: Annotated[tuple[ShapeSpec, ...], Field(strict=False, max_length=100)] = Field(
-        default=(), description="Shapes of the sensor that cameras and rays of other robots see."
+        default=(), description="Appearance for cameras and for rays of other robots."
     )
 
     @model_validator(mode="after")
     def _one_section(self) -> SensorProfile:
         if len(self.devices()) + (self.rig is not None) != 1:
-            raise ValueError(
-                "a profile must have exactly one of these sections: "
-                f"{', '.join([*(device.kind for device in self.kinds()), 'rig'])}"
-            )
+            raise ValueError(f"a profile is one of: {', '.join([*(device.kind for device in self.kinds()), 'rig'])}")
         return self
 
 
 def read_profiles(robot: RobotFile, files: Files, findings: Findings) -> dict[str, SensorProfile]:
-    """Return the profile of each sensor of a robot, by the sensor's name; sensors whose profile has errors are left out."""
+    """Return the profile of each sensor of a robot, by the sensor's name."""
     found: dict[str, SensorProfile] = {}
     loaded: dict[str, Loaded[SensorProfile] | None] = {}
     for name, sensor in robot.spec.sensors.items():
@@ -143,7 +137,7 @@ def _section(sensor_type: str) -> str:
 def _figures(
     robot: RobotFile, name: str, sensor_type: str, figures: dict[str, Any], findings: Findings
 ) -> SensorProfile | None:
-    """Return the profile of a sensor whose parameters are in the robot file itself; None if they have errors."""
+    """Return the profile of a sensor whose parameters are in the robot file itself; None after an error."""
     location, section = ("sensors", name, "profile"), _section(sensor_type)
     document = robot.document(*location)
     value = document.find(*location) or document.root
@@ -162,10 +156,7 @@ def _from_file(
     files: Files,
     findings: Findings,
 ) -> SensorProfile | None:
-    """Return the profile of a sensor from a file; None if there is an error, which is added to `findings`.
-
-    If no profile is named, the file that is included in this package and has the name of the sensor type is used.
-    """
+    """Return the profile in a file, by default the included file with the name of the sensor type; None after an error."""
     profile = profile or _own_profile(sensor_type)
     span = robot.span("sensors", name, "profile")
     if not profile:
@@ -190,11 +181,11 @@ def _from_file(
 
 
 def _own_profile(sensor_type: str) -> str:
-    """Return the name of the included profile for sensors of a type without `profile:`; empty if no profile is included."""
+    """Return the included profile with the name of a sensor type, for sensors without `profile:`; empty if there is none."""
     return sensor_type if (shipped() / f"scenes/sensors/{sensor_type}.yaml").is_file() else ""
 
 
 def _known() -> str:
-    return "included profiles: " + ", ".join(
+    return "profiles that ship: " + ", ".join(
         sorted(path.stem for path in (shipped() / "scenes/sensors").glob("*.yaml"))
     )

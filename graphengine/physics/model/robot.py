@@ -1,4 +1,4 @@
-"""A robot of a scene, not yet a MuJoCo model: its description with the checked changes of its robot file."""
+"""A robot of a scene: its description with the changes of its robot file, all names checked, without physics."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from graphengine.physics.model.materials import NO_FLOOR_FRICTION
 from graphengine.physics.model.profiles import SensorProfile, read_profiles
 
 _LEVEL = 1e-3
-"""Smallest length of a friction direction's projection on the floor, as a fraction of the direction's length."""
+"""Least share of a friction direction's length that must lie in the plane of the floor."""
 
 
 @dataclass(slots=True, eq=False, repr=False)
@@ -34,15 +34,15 @@ class RobotInstance:
 
     Attributes:
         placement: name, pose and namespace in the scene.
-        file: robot file, merged with the files that it extends; `file.spec.graphs` are its graphs, `file.folder(…)` returns the
-            folder to which a path in it is relative.
-        urdf: robot description, with the joint positions of the robot file applied.
-        urdf_text: the same description as XML, for robot_state_publisher.
-        profiles: profiles of the robot's sensors, by the sensor's name.
-        moving: moving joints of the robot, in the articulation's order.
-        drives: drives of the moving joints that have a drive, by the joint's name.
-        disabled: disabled joints, and the link that moves freely.
-        floor: sliding friction of the floor.
+        file: robot file with those that it extends; `file.spec.graphs` are its graphs, `file.folder(…)` gives the folder of
+            paths.
+        urdf: robot description, with origins of the robot file applied.
+        urdf_text: the same as XML, for robot_state_publisher.
+        profiles: profiles of its sensors, by name.
+        moving: joints of the articulation, in order.
+        drives: drives of the moving joints that have one, by joint name.
+        disabled: disabled joints, and the link that moves freely because of them.
+        floor: friction of the floor.
     """
 
     placement: RobotPlacement
@@ -57,12 +57,12 @@ class RobotInstance:
 
     @property
     def name(self) -> str:
-        """Name of the robot in the scene; it is also the prefix of the robot's names in the physics model."""
+        """Name in the scene, which is also the prefix of the robot's names in the physics model."""
         return self.placement.name
 
     @property
     def spec(self) -> RobotSpec:
-        """The content of the robot file, merged with the files that it extends."""
+        """The merged robot file."""
         return self.file.spec
 
     @property
@@ -72,7 +72,7 @@ class RobotInstance:
 
     @property
     def articulation_root(self) -> str:
-        """Name of the link whose prim stands for the robot in graphs."""
+        """Link by which graphs address the robot."""
         return self.spec.articulation_root or self.disabled.free_link or self.spec.base_link
 
     @property
@@ -83,22 +83,18 @@ class RobotInstance:
 
     @property
     def starts(self) -> dict[str, float]:
-        """Start position (rad or m) of each moving joint for which one is given, by the joint's name."""
+        """Start position (rad or m) of each moving joint that has one, by name."""
         return joint_starts(self.moving, self.spec.joints, self.placement.use, self.keyframe)
 
     @property
     def keyframe(self) -> Keyframe | None:
-        """The keyframe of the robot's MuJoCo model in which the robot starts; None if it starts without a keyframe."""
+        """The keyframe of the robot's MuJoCo model in which the robot starts; None without one."""
         name = self.placement.use.start or self.spec.start
         return self.urdf.mjcf.keyframes.get(name) if self.urdf.mjcf is not None else None
 
     @property
     def actuators(self) -> dict[str, str]:
-        """Joint that each actuator of the robot's MuJoCo model moves, by the actuator's name.
-
-        The joint is "" if the actuator does not move exactly one joint. Actuators with the name of a joint are left out, and so
-        are actuators that a drive of the robot file replaces.
-        """
+        """Joint that each actuator of the model drives, by the actuator's name; empty if it does not drive exactly one."""
         known, joints = self.urdf.mjcf.actuators if self.urdf.mjcf is not None else (), {j.name for j in self.moving}
         own = [actuator for actuator in known if actuator.name not in joints]
         driven = {actuator.joint: self.drives.get(actuator.joint, Drive()).servos for actuator in own}
@@ -106,27 +102,27 @@ class RobotInstance:
 
     @property
     def other_actuators(self) -> dict[str, Drive]:
-        """Drives of the actuators of the robot's MuJoCo model that do not move exactly one joint, by actuator name."""
+        """The actuators of the model that do not move a single joint, by name."""
         known = {each.name: each.drive for each in (self.urdf.mjcf.actuators if self.urdf.mjcf is not None else ())}
         return {name: known[name] for name, joint in self.actuators.items() if not joint}
 
     @property
     def wheel_radii(self) -> dict[str, float]:
-        """Radius (m) of the wheel on each moving joint that carries a wheel, by the joint's name."""
+        """Radius (m) of the wheel on each moving joint that carries one."""
         return {wheel.joint: wheel.radius for wheel in self.urdf.wheels(self.moving, wheel_shapes(self.spec))}
 
     @property
     def wheel_distance(self) -> float | None:
         """Distance (m) along the axle between the centres of the two driven wheels.
 
-        It is None unless exactly two wheels are driven and their centres differ.
+        None unless exactly two wheels are driven, with different centres.
         """
         driven = self.urdf.wheels((j for j in self.moving if j.name in self.drives), wheel_shapes(self.spec))
         return track(driven) if len(driven) == 2 else None
 
 
 def wheel_shapes(spec: RobotSpec) -> dict[str, tuple[float, float]]:
-    """Return radius and offset (m) of each wheel whose collider the robot file replaces, by the link's name."""
+    """Return radius and offset (m) of the wheels whose collider the robot file replaces, by link."""
     shapes = spec.wheel_colliders.items()
     return {link: (shape.radius, shape.offset) for link, shape in shapes if isinstance(shape, WheelColliderSpec)}
 
@@ -134,14 +130,7 @@ def wheel_shapes(spec: RobotSpec) -> dict[str, tuple[float, float]]:
 def load_robot(
     placement: RobotPlacement, file: RobotFile, library: Library, urdf: Urdf | None = None
 ) -> RobotInstance | None:
-    """Return a robot after checking its robot file against its description; None if there are errors.
-
-    Args:
-        placement: name, pose and namespace of the robot.
-        file: robot file.
-        library: reads the description and the sensor profiles; its findings receive errors and notes.
-        urdf: robot description; None if it is to be read.
-    """
+    """Check a robot file against its description, which is read unless given; errors go to the library's findings."""
     findings = library.findings
     urdf = urdf or read_description(file, library)
     profiles = read_profiles(file, library.files, findings)
@@ -203,7 +192,7 @@ def _check_names(file: RobotFile, urdf: Urdf, findings: Findings) -> None:
 
 
 def _check_model(file: RobotFile, urdf: Urdf, findings: Findings) -> None:
-    """Check that the start keyframe exists; report keys of the robot file that have no effect on a MuJoCo model."""
+    """Check the start keyframe, and report keys that have no effect on a MuJoCo model."""
     spec = file.spec
     if spec.start:
         check_keyframe(spec.start, urdf, file.span("start"), findings)
@@ -214,13 +203,11 @@ def _check_model(file: RobotFile, urdf: Urdf, findings: Findings) -> None:
         given = {"enabled": not joint.enabled, "weld": joint.weld, "position": joint.position is not None}
         places |= {key: file.key_span("joints", name, key) for key, is_given in given.items() if is_given}
     for key, span in places.items():
-        findings.add(
-            "G109", f"{key}: has no effect on a MuJoCo model", span, "change the file of the MuJoCo model instead"
-        )
+        findings.add("G109", f"{key}: has no effect on a MuJoCo model", span, "change the model's own file instead")
 
 
 def _drives(file: RobotFile, urdf: Urdf, disabled: Disabled, findings: Findings) -> dict[str, Drive]:
-    """Return the drives of a robot's joints, by the joint's name, without disabled and fixed joints."""
+    """Return the drives of movable joints that have one."""
     drives: dict[str, Drive] = {}
     for name, spec in file.spec.joints.items():
         joint = urdf.joints[name]
@@ -234,7 +221,7 @@ def _drives(file: RobotFile, urdf: Urdf, disabled: Disabled, findings: Findings)
             continue
         if not (drive.damping or drive.stiffness):
             advice = "damping acts on velocity targets, stiffness on position targets; efforts need no drive"
-            findings.add("N103", f"joint {name!r}: a drive without damping and stiffness has no effect", span, advice)
+            findings.add("N103", f"joint {name!r}: a drive without damping and stiffness does nothing", span, advice)
             continue
         drives[name] = drive
         if spec.usd_drive is not None and joint.type != "prismatic":
@@ -259,14 +246,14 @@ def _limit(name: str, limits: tuple[float, float], file: RobotFile, urdf: Urdf, 
 
 
 def _check_joints(file: RobotFile, urdf: Urdf, disabled: Disabled, findings: Findings) -> None:
-    """Check the start positions of joints in the robot file, and report springs on joints that do not move."""
+    """Check positions at the start, and springs."""
     joints = file.spec.joints
     places = {name: file.span("joints", name, "start") for name, joint in joints.items() if joint.start is not None}
     check_starts(joints, places, urdf, disabled.joints, findings)
     for name, joint in joints.items():
         if joint.spring is not None and (not urdf.joints[name].moves or name in disabled.joints):
             span = file.key_span("joints", name, "spring")
-            findings.add("S104", f"joint {name!r} does not move: a spring has no effect on it", span)
+            findings.add("S104", f"joint {name!r} does not move: a spring has nothing to push", span)
 
 
 def _check_directions(file: RobotFile, urdf: Urdf, findings: Findings) -> None:
@@ -278,9 +265,7 @@ def _check_directions(file: RobotFile, urdf: Urdf, findings: Findings) -> None:
             frame = material.expressed_in or urdf.turns_in(link)
             x, y, z = rotate(urdf.pose_in_root(frame)[1], material.direction)
             if math.hypot(x, y) < _LEVEL * math.hypot(x, y, z):
-                text = (
-                    f"material {name!r}: its direction is along the z axis of {urdf.root!r}, perpendicular to a floor"
-                )
+                text = f"material {name!r}: its direction points along the z axis of {urdf.root!r}, none of it along a floor"
                 advice = f"give the direction along which it grips the floor with dynamic_friction, in the frame of {frame!r}"
                 findings.add("S106", text, file.span("materials", name, "direction"), advice)
                 break
@@ -303,7 +288,7 @@ def _check_colliders(file: RobotFile, urdf: Urdf, findings: Findings) -> None:
         carrier = urdf.links[link].carrier
         if isinstance(shape, WheelColliderSpec) and (carrier is None or carrier.type not in TURNING):
             span = file.key_span("wheel_colliders", link)
-            findings.add("S106", f"link {link!r} is not a wheel: no joint turns it", span)
+            findings.add("S106", f"link {link!r} is no wheel: no joint turns it", span)
     for name, material in file.spec.materials.items():
         for index, link in enumerate(material.bind):
             if not urdf.links[link].colliders:

@@ -1,4 +1,4 @@
-"""Builds the MjSpec of a checked robot, which is later attached to the MjSpec of a world."""
+"""Builds the MjSpec of a checked robot, which worlds attach."""
 
 from __future__ import annotations
 
@@ -22,22 +22,19 @@ from graphengine.physics.model.materials import against_floor, sentences
 from graphengine.physics.model.robot import RobotInstance
 
 _HARD_SOLREF, _HARD_SOLIMP = (0.004, 1.0), (0.99, 0.999)
-"""Solver parameters of joint limits.
-
-With them, a drive of 1e4 N m/rad pushes its joint 0.3 mrad beyond a limit; with MuJoCo's defaults, it would be 40 mrad.
-"""
+"""Solver parameters of joint limits: a drive of 1e4 N m/rad pushes 0.3 mrad past a limit; 40 mrad with MuJoCo's defaults."""
 _TIGHT_SOLREF = (0.005, 1.0)
 """Time constant (s) and damping ratio of the constraints of mimic joints."""
 _TIGHT_SOLIMP = (0.999, 0.9999)
-"""Impedance of the constraints of mimic joints; with it, a mimic joint under a load of 30 N deviates by micrometres."""
+"""Impedance of these constraints: a mimic joint with a load of 30 N deviates by micrometres."""
 
 
 def robot_spec(robot: RobotInstance, library: Library, floor: float, findings: Findings) -> mujoco.MjSpec | None:
-    """Return a robot as an MjSpec; None if there are errors.
+    """Return the robot as an MjSpec, or None after errors.
 
     Args:
-        robot: robot whose file was checked against its description by `load_robot`.
-        library: reads meshes and textures.
+        robot: robot whose file was checked against its description.
+        library: reads the meshes.
         floor: sliding friction of the floor.
         findings: receives errors and notes.
     """
@@ -73,7 +70,7 @@ def _of_mjcf(robot: RobotInstance, model: MjcfModel) -> mujoco.MjSpec:
 
 
 def _of_urdf(robot: RobotInstance, library: Library, findings: Findings) -> mujoco.MjSpec | None:
-    """Return MuJoCo's model of a robot's URDF; None if there are errors. The link that moves freely gets a free joint."""
+    """Return MuJoCo's model of a URDF; the root link gets a free joint unless it is fixed to the world."""
     before = len(findings.errors)
     free_link = robot.disabled.free_link
     colours = {name: link.colour for name, link in robot.spec.links.items() if link.colour is not None}
@@ -100,8 +97,7 @@ def _unused(name: str, taken: Collection[str]) -> str:
 def _turn_round(element: Element, robot: RobotInstance) -> dict[str, Pose]:
     """Reverse the chain of links above the freely moving link, because in MuJoCo only topmost bodies can move freely.
 
-    The links of the chain are connected by fixed joints; parent and child of these joints are swapped. Return the new poses of
-    the bodies, by the link's name.
+    The links are frames on fixed joints, whose parent and child are swapped. Returns the new poses of their bodies.
     """
     link = robot.urdf.links[robot.disabled.free_link or robot.urdf.root]
     poses = {link.name: robot.urdf.pose_in_root(link.name)} if link.carrier is not None else {}
@@ -115,9 +111,9 @@ def _turn_round(element: Element, robot: RobotInstance) -> dict[str, Pose]:
 
 
 def _equip_joints(spec: mujoco.MjSpec, robot: RobotInstance) -> None:
-    """Set limits, armatures, springs and drives of joints, and couple mimic joints.
+    """Set limits, armatures and drives of joints, and couple mimic joints.
 
-    In a MuJoCo model, only the properties that the robot file gives are changed; a drive replaces the actuators of its joint.
+    In a MuJoCo model, only properties given in the robot file change; a drive replaces the joint's actuators.
     """
     for joint in robot.moving:
         driven, changes = spec.joint(joint.name), robot.spec.joints.get(joint.name, JointSpec())
@@ -139,7 +135,7 @@ def _equip_joints(spec: mujoco.MjSpec, robot: RobotInstance) -> None:
 
 
 def _delete_actuators(spec: mujoco.MjSpec, robot: RobotInstance, joint: str) -> None:
-    """Delete the actuators of a robot's MuJoCo model that move a joint, and the MuJoCo sensors that measure these actuators."""
+    """Delete the actuators of a MuJoCo model that move a joint, and the sensors that measure them."""
     known = robot.urdf.mjcf.actuators if robot.urdf.mjcf is not None else ()
     names = {actuator.name for actuator in known if actuator.joint == joint}
     measured = [each for each in spec.sensors if each.objtype == mujoco.mjtObj.mjOBJ_ACTUATOR and each.objname in names]
@@ -148,7 +144,7 @@ def _delete_actuators(spec: mujoco.MjSpec, robot: RobotInstance, joint: str) -> 
 
 
 def _add_servos(spec: mujoco.MjSpec, joint: str, drive: Drive) -> None:
-    """Add the spring, damper and actuators of a joint's drive to a model; `ForceLimits` will limit their total force."""
+    """Add the spring, damper and actuators of a joint's drive; `ForceLimits` limits their force."""
     for servo, gain in servos(joint, drive):
         if gain > 0:
             _add_actuator(spec, servo, joint, gain)
@@ -159,13 +155,13 @@ def _add_servos(spec: mujoco.MjSpec, joint: str, drive: Drive) -> None:
 
 
 def _add_actuator(spec: mujoco.MjSpec, name: str, joint: str, gain: float) -> None:
-    """Add an actuator that exerts the force gain * control, whatever the default classes of the model contain."""
+    """Add an actuator with force = gain * control, independent of the model's default classes."""
     plain = mujoco.MjSpec().default
     spec.add_actuator(default=plain, name=name, target=joint, trntype=mujoco.mjtTrn.mjTRN_JOINT).gainprm[0] = gain
 
 
 def _add_spring(joint: mujoco.MjsJoint, stiffness: float, rest: float) -> None:
-    """Add a spring to a joint; if the joint already has a spring, both are combined to an equivalent one."""
+    """Add a spring to a joint; it is combined with springs that the joint already has."""
     total = joint.stiffness[0] + stiffness
     if total > 0:
         joint.springref = (joint.stiffness[0] * joint.springref + stiffness * rest) / total
@@ -173,7 +169,7 @@ def _add_spring(joint: mujoco.MjsJoint, stiffness: float, rest: float) -> None:
 
 
 def _tie(spec: mujoco.MjSpec, joint: str, mimic: Mimic) -> None:
-    """Add the constraint of a mimic joint: q = offset + multiplier * leader. Both joints must be zero in MuJoCo's `qpos0`."""
+    """Add the constraint of a mimic joint, q = offset + multiplier * leader; both joints are zero in qpos0."""
     equality = spec.add_equality(name=f"{joint}.mimic", type=mujoco.mjtEq.mjEQ_JOINT)
     equality.name1, equality.name2 = joint, mimic.leader
     equality.data[:5] = mimic.offset, mimic.multiplier, 0.0, 0.0, 0.0
@@ -181,10 +177,7 @@ def _tie(spec: mujoco.MjSpec, joint: str, mimic: Mimic) -> None:
 
 
 def _hollow_meshes(spec: mujoco.MjSpec) -> None:
-    """Treat meshes as shells, because MuJoCo rejects a flat mesh, which has no volume.
-
-    Meshes from whose volume MuJoCo computes the mass of a body stay solid.
-    """
+    """Treat meshes as shells, except where a body's mass is that of its colliders: MuJoCo rejects a flat mesh without volume."""
     weighed = (body for body in spec.bodies if not body.explicitinertial)
     solid = {geom.meshname for body in weighed for geom in _colliders(body)}
     for mesh in spec.meshes:
@@ -197,10 +190,7 @@ def _colliders(body: mujoco.MjsBody) -> list[mujoco.MjsGeom]:
 
 
 def _shape_wheels(spec: mujoco.MjSpec, robot: RobotInstance) -> None:
-    """Replace the colliders of wheels as the robot file says.
-
-    Ellipsoids touch the floor in one point, while cylinders rub alternately on both rims.
-    """
+    """Replace cylinders by ellipsoids, which touch the floor in one point; cylinders would rub alternately on both rims."""
     for link, shape in robot.spec.wheel_colliders.items():
         if spec.body(link) is None:  # a site of a MuJoCo model; already reported
             continue
@@ -214,7 +204,7 @@ def _shape_wheels(spec: mujoco.MjSpec, robot: RobotInstance) -> None:
 
 
 def _replace_colliders(spec: mujoco.MjSpec, link: str, shape: WheelColliderSpec, urdf: Urdf) -> None:
-    """Replace all colliders of a wheel by one collider around the joint's axis, with the colour of the first old collider."""
+    """Replace all colliders of a wheel by one about its joint's axis, in the colour of the first."""
     body, carrier = spec.body(link), urdf.links[link].carrier
     if carrier is None:  # already reported
         return
@@ -234,7 +224,7 @@ def _replace_colliders(spec: mujoco.MjSpec, link: str, shape: WheelColliderSpec,
 
 
 def _group_geoms(spec: mujoco.MjSpec, robot: RobotInstance) -> None:
-    """Assign geoms to geom groups so that cameras see the visuals of a link, or its colliders if it has no visuals."""
+    """Set geom groups so that colliders are drawn only on links without visuals."""
     for link in robot.urdf.links:
         geoms, solid = list(spec.body(link).geoms), _colliders(spec.body(link))
         for geom in geoms:
@@ -254,11 +244,11 @@ def _apply_materials(spec: mujoco.MjSpec, robot: RobotInstance, floor: float, fi
 
 
 def _exclude_contacts(spec: mujoco.MjSpec, robot: RobotInstance) -> None:
-    """Exclude contacts between the colliders of one robot, as Isaac's importer does, because they often overlap.
+    """Exclude contacts between colliders of one robot, as Isaac's importer does, because they often overlap.
 
-    With `self_collision`, only links that a joint connects do not collide, as in PhysX. MuJoCo excludes these pairs itself,
-    except for joints on a fixed base, whose pairs are added here. Colliders of a link named `world` collide with all other
-    colliders.
+    With `self_collision`, links connected by a joint still do not collide, as in PhysX; MuJoCo excludes these pairs, except for
+    joints on a fixed base.
+    Colliders of a link named `world` collide with all others.
     """
     links, top = robot.urdf.links, _rigid(robot.urdf)
     solid = [link.name for link in links.values() if link.colliders and link.name != WORLD]
@@ -270,7 +260,7 @@ def _exclude_contacts(spec: mujoco.MjSpec, robot: RobotInstance) -> None:
 
 
 def _rigid(urdf: Urdf) -> dict[str, str]:
-    """Return, for each link, the topmost link to which it is rigidly connected."""
+    """Return for each link the topmost link that is rigidly connected to it."""
     top: dict[str, str] = {}
     for link in urdf.depth_first():
         fixed = link.carrier is not None and not link.carrier.moves
@@ -279,7 +269,7 @@ def _rigid(urdf: Urdf) -> dict[str, str]:
 
 
 def _keep_awake(spec: mujoco.MjSpec) -> None:
-    """Prevent the bodies of a robot from falling asleep, because MuJoCo computes no contacts and forces of sleeping bodies."""
+    """Exclude robots from MuJoCo's sleep, because sensors of a sleeping robot measure no contacts and forces."""
     trees = list(spec.worldbody.bodies)
     while trees:
         body = trees.pop()
@@ -290,7 +280,7 @@ def _keep_awake(spec: mujoco.MjSpec) -> None:
 
 
 def _prune(spec: mujoco.MjSpec, robot: RobotInstance) -> None:
-    """Delete the bodies of links that have no mass, no geoms, no joints and no child bodies."""
+    """Delete links that have no mass, geoms, joints or child bodies."""
     for link in reversed(list(robot.urdf.depth_first())):
         body = spec.body(link.name)
         if link.carrier is not None and not (link.mass or list(body.geoms) or list(body.joints) or list(body.bodies)):

@@ -1,6 +1,6 @@
-"""Defines the prims of a robot: its links, joints, materials, frames and sensors.
+"""Prims of a robot: its links, joints, materials, frames and sensors.
 
-Frames and the mounts of sensors exist only as prims, not in the MuJoCo model; their poses follow from the body that carries them.
+Mounts of sensors and frames are prims only. Physics knows nothing of them; their poses follow from the body that carries them.
 """
 
 from __future__ import annotations
@@ -22,16 +22,10 @@ from graphengine.physics.sensors.implementations import Profile
 
 
 def within(stage: Stage, robot: str, reference: str) -> Prim:
-    """Return the prim to which a robot file refers by a path below the robot's prim, or by a name that is unique in the robot.
-
-    Args:
-        stage: stage with the robot's prims.
-        robot: path of the robot's prim.
-        reference: path or name in the robot file.
+    """Return the prim that a robot file names: by a path below the robot's prim, or by a name that is unique in the robot.
 
     Raises:
-        PrimError: the robot has no prim with this path or name.
-        AmbiguousPrimError: several prims of the robot have this name.
+        PrimError: there is no such prim, or there are several (AmbiguousPrimError).
     """
     path = f"{robot}/{reference}"
     if path in stage and stage.is_literal(path, found := stage.find(path)):
@@ -48,7 +42,7 @@ def within(stage: Stage, robot: str, reference: str) -> Prim:
         near = did_you_mean(reference, names) or listing(sorted(names), "prims")
         below = reference.removeprefix("/").partition("/")[2]
         if reference.startswith("/") and below and f"{robot}/{below}" in stage:
-            near = f"write paths in a robot file relative to the robot: {below}"
+            near = f"a robot file writes paths from the robot on: {below}"
         raise PrimError(f"the robot has no prim {reference!r}", reference, near)
     return named[0]
 
@@ -57,10 +51,10 @@ def add_robot(stage: Stage, robot: RobotInstance, bodies: Collection[str], findi
     """Define a robot's prims.
 
     Args:
-        stage: stage to which the prims are added.
+        stage: stage to which they are added.
         robot: checked robot.
-        bodies: names of the bodies in the physics model; a link without a body becomes a frame.
-        findings: receives errors, such as references to prims that do not exist or are ambiguous.
+        bodies: names of the bodies in the physics model; a link without a body is a frame.
+        findings: receives prims that do not exist or are ambiguous.
     """
     _PrimBuilder(stage, robot, bodies, findings).build()
 
@@ -73,7 +67,7 @@ class _PrimBuilder:
         self.findings = findings
 
     def build(self) -> None:
-        """Define the prims of links, joints, frames and sensors, set namespaces and name overrides, then define materials."""
+        """Define the prims of the robot, then of its frames and sensors, and then set namespaces and names on prims."""
         robot, file = self.robot, self.robot.file
         links, keyframe = self._links(), robot.keyframe
         floating = [joint for joint in robot.urdf.joints.values() if joint.type == "floating"]
@@ -112,12 +106,11 @@ class _PrimBuilder:
             self._add(path, "material", span, facts=facts)
 
     def _binding(self, material: MaterialSpec, links: dict[str, str]) -> dict[str, Any]:
-        """Return the facts `floor`, `bodies` and `frames` for the prim of a material.
+        """Return the facts of a material's prim about its use: `floor`, `bodies` and `frames`.
 
-        `floor` is the floor's friction. `bodies` states for each body with the material, by the body's name, whether it is a
-        wheel. For a material with a direction, `frames` contains for each of these bodies the path of the link in whose frame the
-        direction is given. A link that is the world itself is left out, because its colliders cannot be distinguished from
-        those of the world.
+        `floor` is the floor's friction, `bodies` says for each body with the material whether it is a wheel. For a material with
+        a direction, `frames` has for each body the path of the link in whose frame the direction is given. A link that is the
+        world itself is left out, because its colliders cannot be distinguished from those of the world.
         """
         wheels, name = self.robot.spec.wheel_colliders, self.robot.name
         bodies = {f"{name}/{link}": link in wheels for link in material.bind if f"{name}/{link}" in self.bodies}
@@ -136,7 +129,7 @@ class _PrimBuilder:
             return None
 
     def _links(self) -> dict[str, str]:
-        """Define the prims of the robot and its links; return the paths of the links' prims, by the link's name."""
+        """Define the prims of the robot and its links; return the paths of the links by name."""
         robot = self.robot
         base = f"{robot.name}/{robot.spec.base_link}"
         self.stage.add(
@@ -189,7 +182,7 @@ class _PrimBuilder:
             )
 
     def _mount(self, section: str, name: str, kind: PrimKind, parent: str, pose: dict[str, Any], **facts: Any) -> str:
-        """Define a prim below the prim `parent`, to which the robot file refers; return its path, or "" after an error."""
+        """Define a prim below a parent that the robot file names; return its path, empty after an error."""
         file = self.robot.file
         try:
             above = within(self.stage, self.robot.prim_path, parent)
@@ -206,7 +199,7 @@ class _PrimBuilder:
             self.findings.add("S104", error.message, self.robot.file.key_span(section, reference), *error.help)
 
     def _sensor(self, name: str, sensor: SensorSpec) -> str:
-        """Define the prims of a sensor; return the path of its device, of the mount above its devices, or "" after an error."""
+        """Define the prims of a sensor; return the path of its device, or of the mount above its devices."""
         profile = self.robot.profiles.get(name)
         pose = {"position": sensor.position, "orientation": from_orientation(sensor.orientation)}
         given = profile.devices() if profile is not None else []
@@ -232,7 +225,7 @@ class _PrimBuilder:
 
 
 def _facts(figures: Profile, sensor: SensorSpec) -> dict[str, Any]:
-    """Return the facts of a sensor's profile; `noise_std` of the robot file, if given, replaces that of the profile."""
+    """Return the facts of a sensor's profile, with the noise of the robot file if it sets one."""
     facts = figures.facts()
     if "noise_std" in facts and sensor.noise_std is not None:
         facts["noise_std"] = sensor.noise_std

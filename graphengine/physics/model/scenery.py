@@ -1,4 +1,4 @@
-"""Compiles a scene's world together with any set of robots; each robot file is read only once."""
+"""Compiles a scene's world with any set of robots; each robot file is read once."""
 
 from __future__ import annotations
 
@@ -32,18 +32,18 @@ _DEGREE_OF_FREEDOM = re.compile(r"\bDOF (\d+)")
 
 @dataclass(frozen=True, slots=True)
 class _RobotKind:
-    """A robot file or description that was read: the robot without a placement, and its MjSpec."""
+    """A robot read from one file, and its MjSpec."""
 
     robot: RobotInstance
     model: mujoco.MjSpec
 
 
 class Scenery:
-    """A world, and the robots that were read so far and can be compiled together with the world.
+    """A world and the robots that can be added to it.
 
     Args:
-        scene: scene file; needed for messages, and for paths relative to its folder.
-        world: parsed world; None if it could not be parsed, so that nothing can be compiled.
+        scene: scene, for messages about the world and relative paths.
+        world: parsed world; None if parsing failed, so that nothing can be compiled.
         lines: file and line from which each line of the parsed text came.
         library: reads files to which descriptions refer.
     """
@@ -57,19 +57,16 @@ class Scenery:
         self._lines = lines
         self._floor = _floor_friction(world) if world is not None else NO_FLOOR_FRICTION
         self._kinds: dict[str, _RobotKind | None] = {}
-        """Robots by the path of the robot file, or by the description itself if it was given as text; None after errors."""
+        """Robots by path of the file, or by text of the description."""
 
     def copy(self, files: Files) -> Scenery:
-        """Return a copy that reads further robots from `files`, without effect on this object."""
+        """Return a copy that reads further robots from `files` independently of this one."""
         made = copy.copy(self)
         made.library, made._kinds = self.library.copy(files), dict(self._kinds)
         return made
 
     def robot(self, placement: RobotPlacement, findings: Findings) -> RobotInstance | None:
-        """Return a robot at its placement; None if it has errors.
-
-        Each robot file is read only once, so its errors are added to `findings` only once.
-        """
+        """Return a robot at its pose; each robot file is read once, and its errors are reported once."""
         use = placement.use.use
         if is_text(use):
             path, key = self.scene.folder / "description", use
@@ -86,7 +83,7 @@ class Scenery:
         return replace(kind.robot, placement=placement, floor=self._floor) if kind is not None else None
 
     def _check_starts(self, robot: RobotInstance, placement: RobotPlacement, findings: Findings) -> None:
-        """Check the start keyframe and the start positions that the scene gives for a robot; positions once for a fleet."""
+        """Check the start positions of a robot's joints in the scene, once for a fleet."""
         joints, document = placement.use.joints, self.scene.document
         if placement.use.start:
             check_keyframe(placement.use.start, robot.urdf, document.span("robots", placement.key, "start"), findings)
@@ -95,11 +92,11 @@ class Scenery:
             check_starts(joints, places, robot.urdf, robot.disabled.joints, findings)
 
     def _place_of(self, placement: RobotPlacement) -> Span | None:
-        """Return the place in the scene file that refers to the robot's file; None for a robot that is added later."""
+        """Return the place in the scene that refers to a robot's file; None for a robot that is added later."""
         return self.scene.document.span("robots", placement.key, "use") if placement.key else None
 
     def forget(self, robots: Mapping[str, RobotInstance]) -> None:
-        """Discard robots that had errors, and descriptions that were given as text and that none of `robots` uses."""
+        """Discard robots with errors, and unused descriptions that were given as text."""
         used = {id(robot.file) for robot in robots.values()}
         self._kinds = {
             key: kind
@@ -126,7 +123,7 @@ class Scenery:
         return _RobotKind(robot, model)
 
     def _tell_joints(self, robot: RobotInstance, placement: RobotPlacement, findings: Findings) -> None:
-        """Add a note on the joints that graphs can use, for a description that is used without a robot file."""
+        """Add a note on the joints that graphs can use, for a description without a robot file."""
         mjcf = robot.urdf.mjcf
         floating = mjcf.floating if mjcf is not None else ()
         still = [joint.name for joint in robot.moving if joint.name not in robot.drives and joint.mimic is None]
@@ -145,7 +142,7 @@ class Scenery:
     def compile(
         self, robots: Mapping[str, RobotInstance], findings: Findings, surfaces: Collection[str] = ()
     ) -> mujoco.MjModel | None:
-        """Compile the world with robots that the method `robot` returned; return None if MuJoCo reports an error.
+        """Compile the world with robots returned by `robot`; return None if MuJoCo reports an error.
 
         Args:
             robots: robots by name.
@@ -166,10 +163,10 @@ class Scenery:
         return model
 
     def _assembled(self, robots: Mapping[str, RobotInstance], findings: Findings) -> mujoco.MjSpec | None:
-        """Return the world with the robots attached; None if MuJoCo reports an error. Robots share equal meshes and textures.
+        """Return the world with robots attached, which share equal meshes and textures; None if MuJoCo reports an error.
 
-        MuJoCo shares files with equal names, but attaching a model renames the files that the model contains. So the attached
-        models contain no files, and the library provides all files.
+        MuJoCo shares files of equal names. Attaching renames the files that an attached model contains, so models contain none,
+        and the library provides all of them.
         """
         if self._world is None:
             return None
@@ -197,7 +194,7 @@ class Scenery:
     def _warned(
         self, text: str, model: mujoco.MjModel, robots: Mapping[str, RobotInstance], findings: Findings
     ) -> None:
-        """Report a warning of MuJoCo about a compiled model; if it contains a degree of freedom, report it at the joint."""
+        """Report a warning of MuJoCo on a compiled model, at the joint if the warning contains its number."""
         number = _DEGREE_OF_FREEDOM.search(text)
         span, where = self.scene.document.key_span("world"), ""
         if number is not None and int(number[1]) < model.nv:
@@ -208,7 +205,7 @@ class Scenery:
         findings.add("W205", f"MuJoCo: {text}", span, where)
 
     def _refused(self, error: Exception, robots: Mapping[str, RobotInstance], findings: Findings) -> None:
-        """Report an error of MuJoCo at the element of a robot's description that the error names, or at a line of the world."""
+        """Report an error of MuJoCo at the element it names: in a robot's description if the name begins with the robot's."""
         message, name, line = mujoco_says(error)
         element = _element(name, robots)
         if element is not None:
@@ -218,9 +215,9 @@ class Scenery:
 
 
 def _element(name: str, robots: Mapping[str, RobotInstance]) -> Element | None:
-    """Return the element of a robot's description to which a name `robot/element` refers.
+    """Return the element of a robot's description that a name `robot/element` refers to, else the description's root.
 
-    If the description has no such element, return its root. If the name does not begin with the name of a robot, return None.
+    None if the name does not begin with the name of a robot.
     """
     owner, _, rest = name.partition("/")
     if owner not in robots:
@@ -230,6 +227,6 @@ def _element(name: str, robots: Mapping[str, RobotInstance]) -> Element | None:
 
 
 def _floor_friction(world: mujoco.MjSpec) -> float:
-    """Return the sliding friction of the world's first plane, or `NO_FLOOR_FRICTION` if the world has no plane."""
+    """Return the sliding friction of the world's first plane, or `NO_FLOOR_FRICTION` without one."""
     planes = (geom for geom in world.geoms if geom.type == mujoco.mjtGeom.mjGEOM_PLANE)
     return next((float(geom.friction[0]) for geom in planes), NO_FLOOR_FRICTION)

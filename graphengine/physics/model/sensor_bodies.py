@@ -1,6 +1,6 @@
-"""Adds the visible bodies of sensors, and elements that devices need (such as welds), to the MjSpec of a robot.
+"""Adds sensors to the model of their robot: bodies that cameras and other robots' rays see, and parts such as welds.
 
-Cameras and other robots' rays see the bodies, which have no mass and do not collide.
+The bodies have neither mass nor collisions.
 """
 
 from __future__ import annotations
@@ -15,19 +15,17 @@ from graphengine.physics.sensors.implementations import IMPLEMENTATIONS
 
 
 def housing_of(prim: Prim) -> str:
-    """Return the name of the visible body of a sensor: the robot's name, followed by the sensor's path below the robot."""
+    """Return the name of the visible body that a sensor with an appearance has: robot name and path below the robot."""
     robot = next((above for above in prim.ancestors() if above.kind == "robot"), None)
     above, name = (robot.path, robot.entity_name) if robot is not None else ("/", "")
     return name + prim.path.removeprefix(above)
 
 
 def add_sensors(model: mujoco.MjSpec, robot: RobotInstance) -> None:
-    """Add the visible bodies of a robot's sensors, and the elements that its devices need, to the robot's model.
-
-    A sensor gets a visible body if its profile has an `appearance`; the body is a child of the body that carries the sensor.
+    """Add a body for each sensor with an appearance, on the body that carries the sensor, and the parts of devices.
 
     Args:
-        model: MjSpec of the robot.
+        model: editable model of the robot.
         robot: robot with the sensors.
     """
     stage, bodies = Stage(), {f"{robot.name}/{body.name}" for body in model.bodies}

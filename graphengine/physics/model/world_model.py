@@ -1,4 +1,4 @@
-"""Reads the world of a scene, in MJCF or SDF, as an MjSpec to which robots are attached."""
+"""Builds the world of a scene, MJCF or SDF, as an MjSpec to which robots are attached."""
 
 from __future__ import annotations
 
@@ -21,20 +21,20 @@ _DRIVEN_BY = {
     "damper": mujoco.mjtDisableBit.mjDSBL_DAMPER,
     "actuation": mujoco.mjtDisableBit.mjDSBL_ACTUATION,
 }
-"""The flags of a world that would disable parts of drives, with MuJoCo's bit for each; scenes enable all of them."""
+"""The elements of MuJoCo that drives consist of, by the flag of a world that could disable them."""
 
 
 def world_spec(
     scene: Loaded[SceneSpec], library: Library, findings: Findings
 ) -> tuple[mujoco.MjSpec | None, list[Span]]:
-    """Return a scene's world as an MjSpec with the options that all scenes need, and the origin of each line of its text.
+    """Return the parsed MJCF of a scene's world, with the options that all scenes have, and the origin of each line.
 
-    A world in SDF is converted to MJCF. The MjSpec is None if the world has errors.
+    A world in SDF is converted to MJCF.
 
     Args:
-        scene: scene file, which gives the world's file, the tick rate and the substeps.
+        scene: scene that names the world and the step.
         library: reads the world and the files to which it refers.
-        findings: receives errors, and notes on options that are overridden.
+        findings: receives errors, after which there is no world, and notes on overridden options.
     """
     path = library.files.look_up(scene.spec.world, scene.folder, findings, scene.document.span("world"))
     root = _read(path, library, findings) if path is not None else None
@@ -47,7 +47,7 @@ def world_spec(
 
 
 def _read(path: Path, library: Library, findings: Findings) -> Element | None:
-    """Return a world as MJCF without references to other files; None if there are errors."""
+    """Read a world as MJCF without references to other files; return None after an error."""
     if path.suffix not in SUFFIXES:
         return library.world(path)
     root = read(path, findings, "S102")
@@ -79,10 +79,7 @@ def _set_options(spec: mujoco.MjSpec, root: Element, physics: PhysicsSpec, findi
 
 
 def tell_overridden(model: Element, world: mujoco.MjSpec, findings: Findings) -> None:
-    """Report options of a robot's MuJoCo model that have no effect, because the options of the world apply.
-
-    A timestep that equals the world's timestep is not reported.
-    """
+    """Report options of a robot's model that those of the world override; a timestep equal to the world's is not reported."""
     stated = {name: option for option in model.all("option") for name in option.attributes}
     if (option := stated.pop("timestep", None)) is not None:
         given = number(option.get("timestep"))

@@ -31,15 +31,7 @@ def add_world(stage: Stage, model: mujoco.MjModel, robots: Collection[str]) -> N
 
 
 def _add_light(stage: Stage, model: mujoco.MjModel, index: int, number: int, above: str) -> None:
-    """Define the prim of a light of the world. The prim shines along its -z axis, as lights in USD do.
-
-    Args:
-        stage: stage to which the prim is added.
-        model: compiled model with the light.
-        index: id of the light in the model.
-        number: index of the light among the lights that do not belong to a robot.
-        above: path of the parent prim.
-    """
+    """Define the prim of a light, which shines along its -z axis as in USD; `number` is its index among the world's lights."""
     light = model.light(index)
     path = f"{above}/{prim_name(light.name or f'light_{number}')}"
     turn = np.empty(4)

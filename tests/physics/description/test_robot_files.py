@@ -104,7 +104,7 @@ def test_the_tutorials_robot_tells_what_its_settings_mean() -> None:
     _, findings = try_load(SHIPPED / "tutorial/flat_grid.yaml")
     assert [finding.message for finding in findings.items] == [
         "joint 'base_link_joint' is disabled: 'chassis_link' moves freely, and 'base_link' becomes a frame on it",
-        "disabled joints stay welded, because one side of each has no collider and less than 1 % of the mass",
+        "disabled joints stay welded, as one side of each has no collider and less than 1 % of the mass",
         "joint 'front_left_wheel_joint': usd_drive is given per degree; in SI units it is damping 572958 N m s/rad",
         "joint 'front_right_wheel_joint': usd_drive is given per degree; in SI units it is damping 572958 N m s/rad",
         "material 'CasterMaterial': friction 0.4 on the floor, the average of its 0 and the floor's 0.8",

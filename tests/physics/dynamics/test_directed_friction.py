@@ -333,7 +333,7 @@ def test_both_frictions_are_told() -> None:
         ("across: 0.1, direction: [1, 0, 0], expressed_in: chasis", "the robot has no link 'chasis'"),
         (
             "across: 0.1, direction: [0, 0, 2]",
-            "its direction is along the z axis of 'base_link', perpendicular to a floor",
+            "its direction points along the z axis of 'base_link', none of it along a floor",
         ),
     ],
 )

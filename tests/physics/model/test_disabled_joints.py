@@ -127,7 +127,7 @@ def test_what_weighs_next_to_nothing_stays_and_is_told(raised: Project) -> None:
     world, findings = raised.load_with_findings()
     assert world.simulation.model.body("bot/chassis").subtreemass[0] == pytest.approx(5.01)
     (note,) = findings.items
-    assert note.message.startswith("disabled joints stay welded, because one side of each has no collider")
+    assert note.message.startswith("disabled joints stay welded, as one side of each has no collider")
     assert note.help == ("joints: probe_joint",)
     raised.write("bot.urdf", RAISED.replace('"0.01"', '"0.1"'))
     assert "joint 'probe_joint' cannot be disabled: it holds 'probe' (0.1 kg), which would fall off" in raised.error()
@@ -165,7 +165,7 @@ def test_a_joint_that_others_mimic_cannot_be_welded_without_them(project: Projec
         '<child link="finger"/><axis xyz="0 1 0"/><mimic joint="arm_joint"/></joint></robot>',
     )
     project.write("bot.urdf", finger).robot("joints: {arm_joint: {enabled: false, weld: true}}")
-    assert "joint 'arm_joint' cannot be welded: other joints mimic it" in project.error()
+    assert "joint 'arm_joint' cannot be welded: others mimic it" in project.error()
     both = "arm_joint: {enabled: false, weld: true}, finger_joint: {enabled: false, weld: true}"
     project.robot(f"joints: {{{both}}}")
     assert project.load().simulation.model.neq == 0

@@ -85,7 +85,7 @@ def test_efforts_are_what_moves_a_joint(project: Project) -> None:
 def test_a_drive_that_can_do_nothing_is_told_and_harms_nothing(project: Project, gains: str) -> None:
     world, findings = project.robot(f"joints: {{arm_joint: {{drive: {gains}}}}}").load_with_findings()
     (note,) = findings.items
-    assert note.message == "joint 'arm_joint': a drive without damping and stiffness has no effect"
+    assert note.message == "joint 'arm_joint': a drive without damping and stiffness does nothing"
     joints = world.simulation.articulation(world.stage.find("/bot"))
     joints.select().command(positions=[0.5], velocities=[1.0])
     world.simulation.step()

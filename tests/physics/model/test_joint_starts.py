@@ -75,8 +75,8 @@ def test_a_follower_starts_where_its_leader_puts_it(project: Project) -> None:
         ("arm_joint: {start: 1.5}", "legal: -1 to 1 rad"),
         ("arm_joint: {start: 0.9, limits: [-0.5, 0.5]}", "legal: -0.5 to 0.5 rad"),
         ("arm_joint: {limits: [0.5, -0.5]}", "limits are [lowest, highest]"),
-        ("plate_joint: {start: 0.1}", "joint 'plate_joint' does not move, so it cannot have a start position"),
-        ("plate_joint: {spring: {stiffness: 1}}", "a spring has no effect on it"),
+        ("plate_joint: {start: 0.1}", "joint 'plate_joint' does not move, so it has no position at the start"),
+        ("plate_joint: {spring: {stiffness: 1}}", "a spring has nothing to push"),
         ("plate_joint: {limits: [0, 1]}", "joint 'plate_joint' is fixed: it has no limits"),
     ],
 )
@@ -98,7 +98,7 @@ def test_the_same_holds_for_a_scene(project: Project, joint: str, told: str) -> 
 
 def test_a_start_of_a_follower_is_refused(project: Project) -> None:
     project.write("bot.urdf", CART.replace("</robot>", FOLLOWER)).robot("joints: {hand_joint: {start: 0.5}}")
-    assert "joint 'hand_joint' mimics 'arm_joint', which determines its start position" in project.error()
+    assert "joint 'hand_joint' starts where 'arm_joint' puts it" in project.error()
 
 
 @pytest.mark.parametrize(

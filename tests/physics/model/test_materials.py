@@ -45,7 +45,7 @@ def test_a_material_is_mixed_with_the_floor_as_physx_would(
     assert (geom.condim[0], geom.priority[0]) == (3, 1)
     (note,) = project.try_load()[1].items
     assert note.message == f"material 'Rubber': friction {friction:g} on the floor, {words}"
-    assert note.help == ("ignored, because MuJoCo does not support it: static friction (0.3)",)
+    assert note.help == ("left out, as MuJoCo has no such thing: static friction (0.3)",)
 
 
 def test_physx_default_is_the_average(project: Project) -> None:
@@ -99,7 +99,7 @@ def test_a_note_on_friction_says_only_what_the_file_does_not(
 def test_what_has_no_counterpart_is_told_with_its_numbers() -> None:
     material = MaterialSpec(static_friction=0.9, dynamic_friction=0.6, restitution=0.5)
     _, left_out = sentences("Rubber", material, 0.8)
-    assert left_out == "ignored, because MuJoCo does not support it: static friction (0.9), restitution (0.5)"
+    assert left_out == "left out, as MuJoCo has no such thing: static friction (0.9), restitution (0.5)"
     assert len(sentences("Plain", MaterialSpec(), 0.8)) == 1
 
 

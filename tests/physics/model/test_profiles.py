@@ -13,7 +13,7 @@ FIELD = "fov_deg: the field of view of a pinhole camera must be from 0.1 to 179 
 CLIP = "clip: must be [nearest, farthest] in ascending order, from 0.001 to 1000000 m"
 TOO_LOW = "expected a value ≥ -1000, got -1000000000.0"
 THRESHOLD = "threshold must be less than limit, but 5 is not less than 5"
-PART = "a part must be a camera or an imu"
+PART = "a part is a camera or an imu"
 NAME = "letters, digits and '_', but no leading digit"
 
 
@@ -103,7 +103,7 @@ def test_a_profile_is_of_one_sensor(project: Project) -> None:
     for path in (both, none):
         findings = Findings()
         assert read(SensorProfile, path, findings) is None
-        _, kinds = findings.errors[0].message.split("a profile must have exactly one of these sections: ")
+        _, kinds = findings.errors[0].message.split("a profile is one of: ")
         assert set(kinds.split(", ")) >= {"lidar", "camera", "imu", "contact", "range", "rig"}
 
 

@@ -70,7 +70,7 @@ def test_the_shape_is_drawn_only_where_there_is_no_visual(project: Project, visu
 @pytest.mark.parametrize(
     ("link", "told"),
     [
-        ("base_link: {radius: 1, width: 1}", "link 'base_link' is not a wheel: no joint turns it"),
+        ("base_link: {radius: 1, width: 1}", "link 'base_link' is no wheel: no joint turns it"),
         ("arm: {radius: 0, width: 1}", "error G109: "),
         ("arm: {radius: 1}", "missing"),
         ("arm: ellipsoid", "for another collider write {radius: …, width: …}, in m"),
