@@ -1,4 +1,4 @@
-"""The part of a simulation that handles and sensors use: model, state, clock, steps and resets."""
+"""The core of a simulation, which handles and sensors use: its model, state and clock, steps, resets and checkpoints."""
 
 from __future__ import annotations
 
@@ -49,14 +49,14 @@ class SavedState:
     """The state of a simulation in a checkpoint.
 
     Attributes:
-        counts: number of ticks and steps, and other counters.
-        data: state of MuJoCo.
-        mounts: poses of bodies that are fixed to the world.
-        gravity: acceleration, m/s2.
-        parts: states of set points, force limits, pushes, frictions and lights that graphs wrote, moving surfaces and welds.
-        surfaces: names of the bodies with moving surfaces.
-        handles: states of the handles, such as samples of sensors.
-        held: paths of the prims that are held where a node placed them.
+        counts: the attributes that `SimulationCore.kept` names: seed, start state, and numbers of ticks, steps and other events.
+        data: MuJoCo's state.
+        mounts: poses of the bodies that are fixed to the world and were moved.
+        gravity: acceleration of free fall in the world frame, m/s2.
+        parts: states of set points, force limits, pushes, written frictions, written lights, moving surfaces and welds.
+        surfaces: names of the bodies that have moving surfaces.
+        handles: states of the handles (such as sensor samples), by handle class and key.
+        held: paths of the prims that a node placed and that are held at their poses.
     """
 
     counts: Any
@@ -82,7 +82,7 @@ class SimulationCore(Stateful):
         substeps: physics steps in a tick.
         seed: seed of the sensors' noise.
         settle: whether to let all bodies come to rest first; the simulation then starts from this state.
-        rays: ray casting method of lidars; `rays_in_use` is the method that `auto` selected.
+        rays: method of casting the rays of lidars; for `auto`, `rays_in_use` names the method that was selected.
 
     Raises:
         PhysicsError: the simulation cannot start, or diverged while settling.
@@ -108,13 +108,13 @@ class SimulationCore(Stateful):
         """Seed of the sensors' noise; a new value takes effect with the next sample."""
         self.tick = 0
         self.steps = 0
-        """Physics steps since the start."""
+        """Number of physics steps since the start."""
         self.settled_after: float | None = None
         """Simulation time that settling took, s; None if it was not requested or not all bodies came to rest."""
         self.realtime = False
-        """Whether a late picture is dropped; otherwise the tick in which it is due waits for it."""
+        """Whether late camera images are dropped; if False, the tick in which an image is due waits for it."""
         self.dropped_pictures: dict[str, int] = {}
-        """Number of pictures dropped since play, by prim path of the camera."""
+        """Number of images dropped since play, by prim path of the camera."""
         self.clamps_commands = True
         """Whether a command beyond a joint's limits is clamped; otherwise it is applied unchanged."""
         self.clamped_commands: dict[str, int] = {}
@@ -129,9 +129,9 @@ class SimulationCore(Stateful):
         self.surfaces = MovingSurfaces()
         self.welds = Welds()
         self.recompile: Callable[[Collection[str]], mujoco.MjModel] | None = None
-        """Compiles the model of the same robots again, with moving surfaces on the named bodies."""
+        """Function that recompiles the model with moving surfaces on the named bodies; `LoadedWorld` sets it."""
         self.held: list[PlacedBody] = []
-        """Bodies that are held where they were placed."""
+        """Handles of the bodies that were placed and are held at their poses."""
         self._built_gravity = model.opt.gravity.copy()
         self.rebind(model, self._data_at_start(model))
         if settle:
@@ -164,13 +164,13 @@ class SimulationCore(Stateful):
         )
 
     def rebind(self, model: mujoco.MjModel, data: mujoco.MjData) -> None:
-        """Continue with another model, for example one with an additional body; all handles are bound to it.
+        """Switch to another model and state, for example with an additional body, and bind all handles to them.
 
-        `reset` then returns to the initial state of the new model.
+        `reset` then returns to this state. After an error, nothing has changed.
 
         Raises:
-            PhysicsError: MuJoCo cannot continue.
-            UsageError: the requested ray casting cannot be used with the model. After any error, nothing has changed.
+            PhysicsError: MuJoCo cannot compute poses and contacts of the state.
+            UsageError: the requested ray casting method cannot be used with the model.
         """
         # A diverged state must stay where it can be seen; by default MuJoCo silently begins anew.
         model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET
@@ -197,11 +197,13 @@ class SimulationCore(Stateful):
             self.refresh()
 
     def continue_with(self, model: mujoco.MjModel, *, awake: bool = False) -> None:
-        """Continue with a model that has one robot more or less; all bodies in both models keep state, commands and start pose.
+        """Switch to a changed model, for example to add or remove a robot.
+
+        Bodies that both models have keep their state, commands and initial pose.
 
         Args:
             model: compiled model.
-            awake: wake all sleeping bodies, because what supports them may be gone.
+            awake: whether to wake all sleeping bodies, because their support may have moved.
         """
         self._mounts.carry_over(model)
         self._frictions.carry_over(model)
@@ -220,10 +222,10 @@ class SimulationCore(Stateful):
         self.limits.carry_over(limits)
 
     def move_mount(self, body: int, pose: Pose) -> None:
-        """Move a body that is fixed to the world.
+        """Move a body that is fixed to the world to a pose in the world frame.
 
         Raises:
-            PhysicsError: MuJoCo cannot continue; nothing has changed.
+            PhysicsError: MuJoCo cannot compute the contacts of the moved body; nothing has changed.
         """
         for held in self.held:
             held.soften()  # what is copied is to be as it was built
@@ -260,7 +262,7 @@ class SimulationCore(Stateful):
         """Update derived quantities after the state was written directly.
 
         Raises:
-            PhysicsError: MuJoCo cannot continue from this state.
+            PhysicsError: MuJoCo cannot compute poses and contacts of this state.
         """
         begin_step(self.model, self.data, self._directed)
         self.forces.forget()
@@ -269,7 +271,7 @@ class SimulationCore(Stateful):
             handle.see_displacement()
 
     def _data_at_start(self, model: mujoco.MjModel) -> mujoco.MjData:
-        """Return the initial state of a model, with joints and their position targets at the robots' start positions."""
+        """Return the initial state of a model, with robots in their keyframes and joints at their start positions."""
         data = data_at_start(model)
         given: set[str] = set()
         for prim in self.stage.prims("robot"):
@@ -297,7 +299,10 @@ class SimulationCore(Stateful):
         self.limits.start()
 
     def _drives(self) -> Iterator[tuple[str, Drive]]:
-        """Yield each drive after the name of its joint in the model; drives that do not move exactly one joint come last."""
+        """Yield pairs of a joint's name in the model and the joint's drive.
+
+        Drives that do not move exactly one joint come last, with their robot's prefix in place of a joint name.
+        """
         for prim in self.stage.prims("joint"):
             robot, drive = self.stage.robot_of(prim), prim.facts["drive"]
             if robot is not None and drive is not None:
@@ -313,13 +318,13 @@ class SimulationCore(Stateful):
 
     @property
     def step_time(self) -> float:
-        """Simulation time of the current state, s: of this tick, or of the last physics step while the steps of a tick run."""
+        """Simulation time of the current state, s: that of the last physics step while the steps of a tick run, else `time`."""
         seconds, ticks = self.tick_period
         return self.steps * seconds / (ticks * self.substeps) if self.stepping else self.time
 
     @property
     def stepping(self) -> bool:
-        """Whether the physics steps of a tick are running, so that the caller is a graph that runs per physics step."""
+        """Whether the physics steps of a tick are running; graphs that run per physics step are executed at these times."""
         return self.steps > self.tick * self.substeps
 
     def step(self) -> None:
@@ -358,7 +363,7 @@ class SimulationCore(Stateful):
             handle.see_motion()
 
     def begin_tick(self, tick: int) -> None:
-        """Set the number of the current tick, from which `time` and the sensors' samples follow."""
+        """Set the number of the current tick, which determines `time` and which sensors have a new sample."""
         self.tick = tick
 
     def zero_commands(self) -> None:
@@ -392,13 +397,13 @@ class SimulationCore(Stateful):
         self._handles.reset()
 
     def reset_time(self) -> None:
-        """Restart the tick count and the sensors' samples; bodies and joints keep their state."""
+        """Set the tick and step counts to zero and discard the sensors' samples; bodies and joints keep their state."""
         self.tick = self.steps = 0
         self._handles.reset()
         self.dropped_pictures.clear()
 
     def save(self) -> SavedState:
-        """Return a copy of the current state; waits for pictures that are being rendered."""
+        """Return a copy of the current state; wait for images that are being rendered."""
         return SavedState(
             super().save(),
             copy.copy(self.data),
@@ -411,7 +416,7 @@ class SimulationCore(Stateful):
         )
 
     def restore(self, saved: SavedState) -> None:
-        """Restore the state that `save` returned for the same robots; the same inputs then give the same results bit by bit."""
+        """Restore a state that `save` returned for the same robots. The same inputs then give the same results, bit by bit."""
         for body in self.held:
             body.release()
         self.held.clear()
@@ -445,12 +450,12 @@ class SimulationCore(Stateful):
         return self.set_points, self.limits, self.pushes, self._frictions, self._lights, self.surfaces, self.welds
 
     def close(self) -> None:
-        """Release the handles."""
+        """Release all handles."""
         self._handles.clear()
 
     @property
     def rays(self) -> Rays:
-        """The ray caster of lidars for the current model, created at first use because a scene may have no lidar.
+        """The ray caster of lidars for the current model; it is created at first use, because a scene may have no lidar.
 
         Raises:
             UsageError: `fast` was requested but cannot be used.
@@ -461,7 +466,7 @@ class SimulationCore(Stateful):
 
     @property
     def rays_in_use(self) -> str:
-        """Name of the ray casting method; empty until a lidar is used."""
+        """Name of the ray casting method that is used; empty until a lidar is used."""
         return self._rays.name if self._rays is not None else ""
 
     def forget(self, prim_path: str) -> None:

@@ -1,7 +1,7 @@
-"""MuJoCo for the rest of this package: without its log file, and with readable errors.
+"""Imports MuJoCo for the rest of this package, turns off its log file, and reports an unusable installation.
 
-By default, MuJoCo prints each warning and appends it to ./MUJOCO_LOG.TXT. Warnings are also counted in MjData, where
-`Simulation` reads them.
+By default, MuJoCo prints each warning and appends it to ./MUJOCO_LOG.TXT. MuJoCo also counts warnings in MjData, where
+`core.SimulationCore` reads the counts.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from graphengine.format.errors import PhysicsError, UsageError
 try:
     import mujoco as mujoco  # the name is exported
 except RuntimeError as error:  # of the only setting that is read on import
-    remedy = "unset it; pictures are drawn with EGL or OSMesa in any case"
+    remedy = "unset it; images are always rendered with EGL or OSMesa"
     raise UsageError(f"MUJOCO_GL={os.environ.get('MUJOCO_GL')}: not a value that MuJoCo knows\n  {remedy}") from error
 
 OLDEST = (4, 0, 1)
@@ -40,15 +40,15 @@ if mujoco.get_mju_user_warning() is None:
     mujoco.set_mju_user_warning(lambda _: None)  # they are counted elsewhere
 
 RAYS_AND_PICTURES = 0
-"""Geom group of geoms that both rays and cameras see."""
+"""Geom group of geoms that are visible to rays and to cameras."""
 PICTURES = 2
-"""Geom group of geoms that only cameras see: visuals of a body that also has colliders."""
+"""Geom group of geoms that are visible only to cameras: visuals of a body that also has colliders."""
 RAYS = 3
-"""Geom group of geoms that only rays meet: colliders that cameras do not see."""
+"""Geom group of geoms that are visible only to rays: colliders that are hidden from cameras."""
 NEITHER = 4
-"""Geom group of geoms that neither rays nor cameras see."""
+"""Geom group of geoms that are visible neither to rays nor to cameras."""
 OWN = 5
-"""Geom group that a robot's geoms are in while its own sensors cast rays."""
+"""Geom group to which a robot's geoms are moved while its own sensors cast rays, so that the rays pass through the robot."""
 
 
 def body_names(model: mujoco.MjModel) -> list[str]:
@@ -63,9 +63,9 @@ def collides(model: mujoco.MjModel) -> Bools:
 
 
 def sort_geoms(model: mujoco.MjModel) -> None:
-    """Assign each geom to one of the geom groups of this module, so that a ray meets each surface once.
+    """Assign each geom to one of the geom groups of this module, so that a ray hits each surface only once.
 
-    Rays meet colliders, or the visuals of a body without colliders. Cameras see the same geoms as before, in groups 0 to 2.
+    Rays hit colliders, and the visuals of bodies without colliders. Cameras see all geoms that were in groups 0 to 2 before.
     """
     solid, pictures = collides(model), model.geom_group <= 2
     rays = solid | ~np.isin(model.geom_bodyid, model.geom_bodyid[solid])
@@ -74,10 +74,11 @@ def sort_geoms(model: mujoco.MjModel) -> None:
 
 
 def round_weights(model: mujoco.MjModel) -> None:
-    """Round the inverse weights of bodies and joints, whose last bits depend on the rest of the model.
+    """Round the inverse weights of bodies, degrees of freedom and tendons to single precision.
 
     These weights soften contacts and joint limits. The compiler computes them by vectorised sums over all degrees of freedom, so
-    rounding errors depend on the body's index in the model. No other result of the compiler for a body depends on it.
+    that their last bits depend on a body's index in the model. All other values that it computes for a body are independent
+    of the index.
     """
     for weights in (model.body_invweight0, model.dof_invweight0, model.tendon_invweight0):
         weights[:] = weights.astype(np.float32)
@@ -116,7 +117,7 @@ def data_at_start(model: mujoco.MjModel) -> mujoco.MjData:
 
 
 def wake(model: mujoco.MjModel, data: mujoco.MjData) -> None:
-    """Wake all sleeping bodies: they do not notice changes of gravity, friction or support by themselves."""
+    """Wake all sleeping bodies; MuJoCo does not wake them when gravity, friction or their support changes."""
     flags = model.opt.enableflags
     model.opt.enableflags = flags & ~mujoco.mjtEnableBit.mjENBL_SLEEP.value
     mujoco.mj_kinematics(model, data)  # where nothing may sleep, it wakes what does

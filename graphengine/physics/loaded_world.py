@@ -1,7 +1,7 @@
-"""The physics of a scene, to which robots can be added, and from which robots can be removed, without effect on other bodies.
+"""The physics of a scene; robots can be added and removed without effect on other bodies.
 
-MuJoCo cannot add bodies to a model. So a new model is compiled from the same scenery, and the state of bodies in both models is
-copied by name.
+MuJoCo cannot add bodies to a compiled model. So a new model is compiled from the same scenery, and the state of the bodies that
+both models have is copied by name.
 """
 
 from __future__ import annotations
@@ -27,8 +27,8 @@ class LoadedWorld:
     """A compiled scene.
 
     Attributes:
-        simulation: physics and sensors, a `backend.World`.
-        robots: robots by name, in order of the scene file, then of addition.
+        simulation: physics and sensors; implements `devices.backend.World`.
+        robots: robots by name; first those of the scene file, then added robots, each in order.
         scenery: editable models from which any set of robots can be compiled.
     """
 
@@ -70,11 +70,14 @@ class LoadedWorld:
         return list(self.robots) == list(other.robots) and self.simulation.begins_as(other.simulation)
 
     def reread(self, fresh: LoadedWorld, files: Files) -> LoadedWorld | None:
-        """Return this running world with new robot descriptions; None if a description now gives a different robot.
+        """Return a world that continues this simulation with robots that were read again from changed files.
 
         Args:
             fresh: world with the same initial state as this one, read from the changed files.
             files: files that the descriptions of spawned robots may refer to.
+
+        Returns:
+            The world; None if the description of a spawned robot now gives a different model or different prims.
 
         Raises:
             CheckError: the description of a spawned robot has errors.
@@ -92,7 +95,7 @@ class LoadedWorld:
         return LoadedWorld(self.simulation, robots, scenery)
 
     def _is_made_of(self, scenery: Scenery, robots: dict[str, RobotInstance]) -> bool:
-        """Return whether the given robots of another scenery give the same model and prims as those of this world."""
+        """Return whether another scenery with the given robots compiles to the same model and prims as this world."""
         made: list[tuple[Stage, bytes]] = []
         for source, ones in ((self.scenery, self.robots), (scenery, robots)):
             model, stage = source.compile(ones, Findings()), Stage()
@@ -105,18 +108,18 @@ class LoadedWorld:
         return prims.is_like(prims_again) and model_before == model_again
 
     def add(self, name: str, use: RobotUse) -> None:
-        """Add a robot at the pose in `use`, at rest.
+        """Add a robot at the pose in `use`, at rest. After an error, nothing has changed.
 
         Raises:
-            CheckError: the robot has errors, all of which are listed.
+            CheckError: the robot has errors; the exception lists all of them.
             PhysicsError: MuJoCo cannot simulate the robot at this pose.
-            UsageError: the requested ray casting cannot be used with the robot. After any error, nothing has changed.
+            UsageError: the requested ray casting method cannot be used with the robot.
         """
         self.put(self._placement(name, use))
         self.stage.find(self.robots[name].prim_path).facts["spawned"] = True
 
     def put(self, placement: RobotPlacement) -> None:
-        """Add a robot at a placement that `add` or `save` determined before; errors as for `add`."""
+        """Add a robot at a known placement, such as that of a robot in a checkpoint; raise the same errors as `add`."""
         findings = Findings()
         self.scenery.forget(self.robots)
         robot = self.scenery.robot(placement, findings)
@@ -136,7 +139,7 @@ class LoadedWorld:
         self.robots[robot.name] = robot
 
     def _placement(self, name: str, use: RobotUse) -> RobotPlacement:
-        """Return the placement of a robot to add; raise CheckError if its name is invalid or in use."""
+        """Return the placement of a robot to add; raise CheckError if its name is invalid, or its name or path is taken."""
         findings = Findings()
         placement, *others = place(name, use)
         if others or placement.name != name:
@@ -144,11 +147,11 @@ class LoadedWorld:
         elif not re.fullmatch(r"[A-Za-z_][A-Za-z0-9_]*", name):
             findings.add("G109", f"{name!r} is not a valid name: use letters, digits and '_', but no leading digit")
         elif name in {one.name for one in self.simulation.entities.all()}:
-            findings.add("S105", f"{name!r} is taken")
+            findings.add("S105", f"the name {name!r} is taken by another robot or object; choose another name")
         elif (taken := self.stage.obstacle(placement.prim_path)) is not None:
             findings.add(
                 "S105",
-                f"{name!r} is taken: {taken.path} is a {taken.kind}, and the robot is to be at {placement.prim_path}",
+                f"the path {placement.prim_path} of {name!r} is taken: {taken.path} is a {taken.kind}",
             )
         findings.raise_errors()
         return replace(placement, key="")

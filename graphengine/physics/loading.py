@@ -1,4 +1,4 @@
-"""Loads a scene file: one compiled model, its stage and its simulation."""
+"""Builds the physics of a scene file: the compiled model, its stage and its simulation."""
 
 from __future__ import annotations
 
@@ -27,11 +27,11 @@ from graphengine.physics.simulation import Simulation
 
 _FREE_PATH = "choose a path with no prim at or below it, and with only scopes above it"
 SLOWEST = 0.1
-"""Lowest tick rate, ticks per second; at lower rates, a step is too long for physics."""
+"""Lowest tick rate, ticks per second; at a lower rate, physics steps would be too long."""
 
 
 def load_robot_file(path: Path, files: Files, findings: Findings) -> RobotInstance | None:
-    """Load a robot file as if a scene used it without any changes; errors are added to `findings`."""
+    """Load a robot file without a scene and its overrides; return None if it has errors, which are added to `findings`."""
     file = read_robot(path, files, findings)
     (placement,) = place(path.stem, RobotUse(use=str(path)))
     return load_robot(placement, file, Library(files, findings)) if file is not None else None
@@ -40,14 +40,14 @@ def load_robot_file(path: Path, files: Files, findings: Findings) -> RobotInstan
 def load_world(
     scene: Loaded[SceneSpec], files: Files, findings: Findings, *, seed: int = 0, rays: RaysChoice = "auto"
 ) -> LoadedWorld | None:
-    """Build the physics of a scene; None if there are errors, which are added to `findings`.
+    """Build the physics of a scene; return None if the scene has errors, which are added to `findings`.
 
     Args:
-        scene: parsed and checked scene file; relative paths begin in its folder.
+        scene: parsed and checked scene file; paths in it are relative to its folder.
         files: files that the scene and its descriptions may refer to.
         findings: receives errors, warnings and notes.
         seed: seed of the sensors' noise.
-        rays: ray casting method of lidars.
+        rays: method of casting the rays of lidars.
     """
     before = len(findings.errors)
     if scene.spec.physics.tick_rate < SLOWEST:
@@ -94,14 +94,21 @@ def load_world(
     tell_limits(simulation.limits, robots, findings)
     _tell_touching(simulation, robots, scene, findings)
     if settle and simulation.settled_after is None:
-        findings.add("N103", "not at rest after 5 s; the run starts from this state", scene.document.key_span("settle"))
+        findings.add(
+            "N103",
+            "the scene is not at rest after 5 s; the run starts from the state that it has reached",
+            scene.document.key_span("settle"),
+        )
     return LoadedWorld(simulation, robots, scenery)
 
 
 def _tell_touching(
     simulation: Simulation, robots: dict[str, RobotInstance], scene: Loaded[SceneSpec], findings: Findings
 ) -> None:
-    """Warn of robots that touch something other than their support, with one warning per key of the scene's `robots`."""
+    """Warn about robots that touch something other than their support.
+
+    Robots of the same key in the scene's `robots` (a fleet) share one warning.
+    """
     touching = simulation.entities.touching()
     told: dict[str, list[str]] = {}
     for name, robot in robots.items():

@@ -1,4 +1,4 @@
-"""Implements `backend.World` with one MuJoCo model and its state."""
+"""Implements `devices.backend.World` with one MuJoCo model and its state."""
 
 from __future__ import annotations
 
@@ -30,18 +30,18 @@ D = TypeVar("D")
 
 
 class Simulation(SimulationCore):
-    """Physics and sensors of a scene, with handles and settings of prims. Callers must check the kinds of the prims.
+    """The physics and sensors of a scene: gives handles to prims, and reads and writes their settings.
 
-    Arguments and errors are those of `SimulationCore`.
+    The methods do not check a prim's kind; callers must do so. Arguments and errors are those of `SimulationCore`.
     """
 
     @cached_property
     def studio(self) -> RenderThread:
-        """The thread that renders the pictures of all cameras; started at first use."""
+        """The thread that renders the images of all cameras; it is started at first use."""
         return RenderThread(self)
 
     def picture_driver(self) -> str:
-        """Return name and version of the OpenGL driver; `not there` if there is none."""
+        """Return the name and version of the OpenGL driver, or `not there` if OpenGL cannot be used."""
         return self.studio.driver()
 
     @cached_property
@@ -50,11 +50,11 @@ class Simulation(SimulationCore):
         return MujocoEntities(self)
 
     def save(self) -> Any:
-        """Return a copy of the state; waits for pictures that are being rendered."""
+        """Return a copy of the current state; wait for images that are being rendered."""
         return super().save(), self.studio.save()
 
     def restore(self, saved: Any) -> None:
-        """Return to a saved state of the same robots."""
+        """Restore a state that `save` returned for the same robots."""
         state, studio = saved
         super().restore(state)
         self.studio.restore(studio)
@@ -65,11 +65,11 @@ class Simulation(SimulationCore):
         self.studio.close()
 
     def bodies(self) -> Bodies:
-        """Return all bodies with their visible shapes; they change when a robot is added or removed."""
+        """Return all bodies with their visible shapes. The bodies change when a robot is added or removed."""
         return visible_bodies(self.model)
 
     def poses(self) -> Floats:
-        """Return position (m) and quaternion (x, y, z, w) of each body in the world frame, shape (bodies, 7); a fresh array."""
+        """Return position (m) and quaternion (x, y, z, w) of each body in the world frame as a new array, shape (bodies, 7)."""
         return np.hstack([self.data.xpos, self.data.xquat[:, [1, 2, 3, 0]]])
 
     def contacts(self) -> Contacts:
@@ -84,11 +84,11 @@ class Simulation(SimulationCore):
 
     @property
     def gravity(self) -> Vector3:
-        """Return the acceleration of free fall in the world frame, m/s2."""
+        """The acceleration of free fall in the world frame, m/s2."""
         return vector(self.model.opt.gravity)
 
     def set_gravity(self, gravity: Vector3) -> None:
-        """Set gravity (m/s2, world frame) from the next step on, and compute that step's first half, `mj_step1`, again."""
+        """Set gravity (m/s2, world frame), which acts from the next step on; wake sleeping bodies."""
         if gravity == self.gravity:  # a graph may write it each tick, and then nothing would ever sleep
             return
         self.model.opt.gravity = gravity
@@ -100,7 +100,7 @@ class Simulation(SimulationCore):
         return self._frictions.of(prim)
 
     def set_friction(self, prim: Prim, friction: Friction) -> None:
-        """Set the friction of a material from the next step on, and compute that step's contacts again."""
+        """Set static and dynamic friction of a material, which act from the next step on; wake sleeping bodies."""
         if friction == self._frictions.of(prim):
             return
         self._frictions.write(self.model, prim, friction)
@@ -124,7 +124,7 @@ class Simulation(SimulationCore):
         return self._lights.of(prim)
 
     def set_light(self, prim: Prim, light: Light) -> None:
-        """Set intensity and colour of a light for later pictures."""
+        """Set intensity and colour of a light for later images."""
         self._lights.write(self.model, prim, light)
 
     def mass(self, prim: Prim) -> float:
@@ -133,14 +133,14 @@ class Simulation(SimulationCore):
         return float(self.model.body(prim.body).mass[0])
 
     def placement(self, prim: Prim) -> PlacedBody | None:
-        """Return a handle that places the prim's body and holds it there; None if the body cannot be moved separately."""
+        """Return a handle that places the prim's body and holds it there; None if the body cannot be moved alone."""
         return self._handles.find(PlacedBody, prim) if find_mover(self.model, self.stage, prim) is not None else None
 
     def articulation(self, robot: Prim) -> Joints:
-        """Return the joints of a robot prim."""
+        """Return a handle to the joints of a robot prim."""
         return self._handles.find(Joints, robot)
 
     def device(self, interface: Callable[..., D], prim: Prim, **options: Any) -> D:
-        """Return the device at a prim; calls with equal options return the same object."""
+        """Return the device (such as a sensor) at a prim; calls with equal options return the same object."""
         found: D = self._handles.find(IMPLEMENTATIONS.all[device_of(interface).kind].handle, prim, **options)
         return found

@@ -107,7 +107,7 @@ def test_an_occupancy_map_is_an_array_and_the_files_that_graphrun_map_writes(sce
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        ({"cell": 0.0}, "cell: 0 is less than 0.0001"),
+        ({"cell": 0.0}, "cell: 0 m is less than 0.0001 m"),
         ({"heights": (0.62, 0.2)}, "z: the lower bound 0.62 is not below the upper bound 0.2"),
         ({"image": "jpg"}, "image: unknown value 'jpg'; legal: png, pgm"),
         ({"convention": "isac"}, "convention: unknown value 'isac'; legal: ros, isaac"),

@@ -180,6 +180,6 @@ def test_without_opengl_the_packages_to_install_are_told(
             result = graphrun("snapshot", SCENE, "--camera", camera, "-o", "picture.png")
         opengl._platform.cache_clear()
         assert result.code == 1
-        assert "error: pictures need OpenGL, and none works here" in result.err
+        assert "error: rendering images needs OpenGL, which does not work here" in result.err
         assert "apt-get install libegl1 libgl1-mesa-dri libopengl0" in result.err
     assert not (project / "picture.png").exists()

@@ -297,7 +297,7 @@ def test_a_robot_that_the_rays_asked_for_cannot_meet_is_refused_and_the_others_g
         job.run(0.1)
         with monkeypatch.context() as patch:
             patch.setattr(fast, "MAX_TRIANGLES", -1)
-            with pytest.raises(UsageError, match="rays 'fast' do not meet more than"):
+            with pytest.raises(UsageError, match="rays 'fast' do not support more than"):
                 job.spawn("late", LATE)
         assert "/late" not in physics(job).stage
         job.run(0.1)

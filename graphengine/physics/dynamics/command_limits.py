@@ -1,11 +1,11 @@
 """Limits for joint commands, so that a message from the network cannot make a simulation diverge.
 
-Efforts: the limit in the robot's description. Without one, the smaller of two efforts: the one that lifts the robot at a lever of
-1 m, and the one that accelerates the joint's own inertia by 1e5 rad/s2 (or m/s2).
-Velocities: 1e6 deg/s, as in Isaac Sim (for prismatic joints the same number in m/s). For wheels 100 rad/s, the default of PhysX,
-because faster wheels make a robot diverge. A drive's maximum velocity applies in addition.
-Positions: the joint's range, widened on both sides by its width, because grippers push with targets beyond the range.
-Commands to an actuator of a MuJoCo model: the range of the actuator's control signal, if it has one.
+- Efforts: the limit in the robot's description. If it gives none, the smaller of two efforts: the effort that lifts the robot
+  with a lever arm of 1 m, and the effort that accelerates the joint's own inertia by 1e5 rad/s2 (prismatic joints: 1e5 m/s2).
+- Velocities: 17453 rad/s (1e6 deg/s, as in Isaac Sim; prismatic joints: 17453 m/s). Wheels: 100 rad/s, the default of PhysX,
+  because faster wheels make a robot diverge. If a drive's maximum velocity is lower, it applies instead.
+- Positions: the joint's range, widened on both sides by its width, because grippers push with targets beyond the range.
+- Actuators of MuJoCo models: the range of the control signal, if the actuator has one, instead of the limits above.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ FASTEST_WHEEL = 100.0
 
 
 def command_limits(model: mujoco.MjModel, robot: Prim, joints: Sequence[int]) -> dict[Kind, list[tuple[float, float]]]:
-    """Return the lowest and highest legal command of each kind for each joint of a robot.
+    """Return the lowest and highest legal command of each joint of a robot, in lists by the kind of command.
 
     Args:
         model: compiled model.
@@ -53,12 +53,12 @@ def command_limits(model: mujoco.MjModel, robot: Prim, joints: Sequence[int]) ->
 
 
 def add_limits(limits: dict[Kind, list[tuple[float, float]]], drive: Drive) -> None:
-    """Add the limits of an actuator that does not move exactly one joint."""
+    """Append the limits of an actuator that does not move exactly one joint to the list of each kind of command."""
     for kind in KINDS:
         servo = next((servo for servo in drive.servos or () if servo.kind == kind), None)
         limits[kind].append(_within(servo, -math.inf, math.inf) if servo is not None else (-math.inf, math.inf))
 
 
 def _within(servo: Servo, lowest: float, highest: float) -> tuple[float, float]:
-    """Return the lowest and highest command of an actuator; a given limit applies where the actuator has none."""
+    """Return the lowest and highest command of an actuator: its own limits, or the given ones if it has none."""
     return servo.lowest if servo.lowest > -math.inf else lowest, servo.highest if servo.highest < math.inf else highest

@@ -9,11 +9,11 @@ from graphengine.physics.engine import mujoco
 
 
 def contact_points(model: mujoco.MjModel, data: mujoco.MjData) -> Contacts:
-    """Return all contact points between geoms.
+    """Return all contact points between geoms, with positions, normals and forces in the world frame.
 
     Args:
-        model: model of the world.
-        data: state with computed forces, from `Forces.now`.
+        model: compiled model.
+        data: state for which the forces are computed, as `Forces.now` returns it.
     """
     contact = data.contact
     chosen = np.flatnonzero((contact.geom >= 0).all(axis=1) & (contact.efc_address >= 0))

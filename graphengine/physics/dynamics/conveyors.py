@@ -15,11 +15,11 @@ if TYPE_CHECKING:
     from graphengine.physics.core import SimulationCore
 
 FASTEST = 1000.0
-"""Greatest component of a surface's velocity, m/s or rad/s."""
+"""Greatest magnitude of each component of a surface's velocity, m/s or rad/s."""
 
 
 class Conveyor(Handle):
-    """A handle to the moving surface of a body; creating the handle gives the body this surface."""
+    """A handle to the moving surface of a body. If the body does not have a moving surface, creating the handle adds one."""
 
     def __init__(self, simulation: SimulationCore, prim: Prim) -> None:
         assert prim.body is not None
@@ -39,13 +39,15 @@ class Conveyor(Handle):
             angular: angular velocity about the body's origin in its frame, rad/s.
 
         Raises:
-            PhysicsError: a number is not finite or too large; nothing has changed.
+            PhysicsError: a component is not finite, or its magnitude exceeds `FASTEST`; nothing has changed.
         """
         simulation = self._simulation
         if simulation.surfaces.velocities[self._body] == (linear, angular):  # a graph may write it each tick
             return
         if not all(abs(part) <= FASTEST for part in itertools.chain(linear, angular)):
-            raise PhysicsError(f"{self.prim_path}: a surface velocity must be at most {FASTEST:g} m/s or rad/s")
+            raise PhysicsError(
+                f"{self.prim_path}: no component of a surface velocity may exceed {FASTEST:g} m/s or rad/s in magnitude"
+            )
         simulation.surfaces.velocities[self._body] = linear, angular
         simulation.surfaces.hold()
         wake(simulation.model, simulation.data)  # sleeping bodies do not react to the belt below them

@@ -1,8 +1,9 @@
 """Friction that differs in two directions, for mecanum wheels, omni wheels and skidding tyres.
 
 MuJoCo has two friction coefficients per contact, along two tangents that it chooses itself. So after `mj_step1` has found the
-contacts, the tangents of such a wheel's contacts are turned to the direction of its material, and the contact constraints are
-computed again. Simulating each roller as a body would be less exact (1 % instead of 0.1 %) and take ten times as long.
+contacts, this module turns the tangents of a wheel's contacts to the direction that the wheel's material gives, and computes the
+contact constraints again. Simulating each roller as a body would be less exact (errors of 1 % instead of 0.1 %) and take ten
+times as long.
 """
 
 from __future__ import annotations
@@ -21,24 +22,24 @@ from graphengine.format.process_limits import has_address_space
 from graphengine.physics.engine import collides, mujoco
 
 _ADDRESS_SPACE = 400_000_000
-"""Bytes of address space that numba may need."""
+"""Size of the address space that must be available before numba is used, bytes."""
 _LEAST_FRICTION = 1e-5
 """The smallest friction coefficient that MuJoCo uses."""
 _log = logging.getLogger(__name__)
 
 
 class DirectedFriction:
-    """Adjusts the contacts of geoms whose friction differs along and across a direction.
+    """Applies two friction coefficients to geoms whose friction differs along and across a direction.
 
-    Where two such geoms touch each other, the contact has the greater friction in all directions.
+    Where two geoms of this kind touch each other, the contact keeps MuJoCo's combined friction, the same in all directions.
 
     Args:
-        stage: stage with the materials, which name bodies of the model.
+        stage: stage with material prims; the fact `frames` of a material names the bodies to which it is bound.
         model: compiled model.
         data: state of the simulation.
 
     Attributes:
-        geoms: number of such geoms in the model.
+        geoms: number of geoms in the model whose friction depends on the direction.
     """
 
     __slots__ = ("_bodies", "_data", "_directions", "_model", "_ratios", "_rotations", "_row_of", "_turn", "geoms")
@@ -56,7 +57,7 @@ class DirectedFriction:
         self._turn = _compiled()
 
     def apply(self) -> None:
-        """Turn the contacts that `mj_step1` found, and compute the constraints and velocities that depend on them again."""
+        """Turn the tangents of the contacts that `mj_step1` found, and compute the contact constraints again."""
         if not self.geoms:
             return
         model, data, contact = self._model, self._data, self._data.contact
@@ -68,9 +69,10 @@ class DirectedFriction:
 
 
 def _directed_geoms(stage: Stage, model: mujoco.MjModel) -> Iterator[tuple[int, int, Vector3, float]]:
-    """Yield the id of each such geom, a body id, the direction as a unit vector in that body's frame, and a ratio.
+    """Yield (geom id, body id, direction, ratio) for each geom whose friction depends on the direction.
 
-    The ratio is the friction across the direction, divided by the friction along it.
+    The direction is a unit vector in the frame of the body. The ratio is the friction across the direction, divided by the
+    friction along it.
     """
     solid = collides(model)
     for prim in stage.prims("material"):
@@ -96,17 +98,17 @@ def _unit(vector: Vector3) -> Vector3:
 def turn_contacts(
     geoms: Any, frames: Any, frictions: Any, rotations: Any, row_of: Any, bodies: Any, directions: Any, ratios: Any
 ) -> bool:
-    """Turn the tangents of contacts to the directions of their geoms and set both frictions; return whether any was turned.
+    """Turn contact tangents to the directions of geoms and set both frictions, in place; return whether one was turned.
 
-    A direction is projected on the contact plane. The closer it is to the normal, as for a wheel that runs straight into a wall,
-    the less the two frictions differ.
+    The direction of a geom is projected on the contact plane. The closer the direction is to the contact normal, as for a wheel
+    that runs straight into a wall, the less the two frictions differ.
 
     Args:
-        geoms: the two geoms of each contact.
+        geoms: ids of the two geoms of each contact.
         frames: normal and both tangents of each contact, in the world frame.
         frictions: friction coefficients of each contact, as MuJoCo combined them; the first two act along the tangents.
         rotations: rotation matrix of each body in the world frame, row by row.
-        row_of: row of each geom in the three arrays below; -1 for geoms without a direction.
+        row_of: row of each geom in `bodies`, `directions` and `ratios`; -1 for geoms without a direction.
         bodies: ids of the bodies in whose frames the directions are given.
         directions: unit vectors.
         ratios: friction across the direction, divided by the friction along it.

@@ -4,16 +4,16 @@ MuJoCo's own force limits (`forcerange`, `actuatorfrcrange`) do not work with st
 its implicit damping, and the joint oscillates about its target. So the force of a step is not clipped; its demand is reduced.
 
 A drive has the stiffness kp, the damping kd, the set points q* and v*, and the maximum force M. Its joint has the position q, the
-velocity v, and the acceleration a in a step of length h. At the end of the step, the drive exerts F = f - G a. The demand
-f = kp (q* - q - h v) + kd (v* - v) is the force if the joint kept its velocity; MuJoCo solves G a implicitly, with
-G = h (kd + h kp). A free joint at maximum force moves the inertia I against the force b of gravity with a = (M - b) / I. So F
-stays within M if f stays between -M - s (M + b) G / I and M + s (M - b) G / I.
+velocity v, and the acceleration a in a step of length h. At the end of the step, the drive exerts F = f - G a. The demand f is
+the force that the drive would exert if the joint kept its velocity: f = kp (q* - q - h v) + kd (v* - v). MuJoCo solves G a
+implicitly, with G = h (kd + h kp). A free joint at maximum force accelerates the inertia I against the gravity force b with
+a = (M - b) / I. So F stays within M if f stays between -M - s (M + b) G / I and M + s (M - b) G / I.
 
-s says how freely the joint moves: the share of the joint's forces that became acceleration in the last step, 1 for a free and
-0 for a blocked joint. If F - b and a have opposite signs, as when friction brakes a joint harder than its drive, s is 1 if
-G |a| exceeds |F - b|, else 0. From step to step, 1 + s G / I at most doubles; otherwise a joint that leaves a wall would be
-thrown back at it again and again. In the step in which a joint hits an obstacle, its drive exerts more than M, as if the joint
-had the additional inertia G.
+The factor s states how freely the joint moves. It is the share of the joint's forces that became acceleration in the last step:
+1 for a free joint, 0 for a blocked joint. If F - b and a have opposite signs, as when friction brakes a joint harder than its
+drive accelerates it, s is 1 if G |a| exceeds |F - b|, else 0. From one step to the next, 1 + s G / I at most doubles; otherwise
+the drive would throw a joint that leaves a wall back at it again and again. In the step in which a joint hits an obstacle, its
+drive exerts more than M, as if the joint had the additional inertia G.
 
 I is the inertia of the links beyond the joint with all joints at zero. For a wheel of radius r, it includes the wheel's share of
 the robot's mass m, m r² divided by the number of wheels.
@@ -32,11 +32,11 @@ from graphengine.physics.model.drives import Drive, servo_ids
 from graphengine.physics.model.robot import RobotInstance
 
 _NOTHING = 1e-9
-"""Fraction of a maximum force below which a force is too small to measure how freely its joint moves."""
+"""Fraction of a drive's maximum force; a smaller force does not suffice to measure how freely the joint moves."""
 
 
 class ForceLimits(Stateful):
-    """Limits the forces of the drives of a model that have a maximum force.
+    """Limits the forces of all drives of a model for which a maximum force is given.
 
     Args:
         model: compiled model; its timestep is the step.
@@ -44,8 +44,8 @@ class ForceLimits(Stateful):
         drives: drives by the names of their joints in the model.
 
     Attributes:
-        joints: names of the joints.
-        inertias: inertia that each joint moves, kg m² or kg.
+        joints: names of the joints of these drives.
+        inertias: inertia that each of these joints moves, kg m² or kg.
     """
 
     kept = ("_reach",)
@@ -65,16 +65,16 @@ class ForceLimits(Stateful):
         self.start()
 
     def start(self) -> None:
-        """Assume that all joints move freely."""
+        """Assume that all joints move freely, as there is no last step to measure."""
         self._reach = 1.0 + self._implicit
 
     def carry_over(self, old: ForceLimits) -> None:
-        """Copy from the limits of another model how freely the joints move that both models have."""
+        """Copy the measured freedom of motion from the limits of another model, for each joint that both models have."""
         known = dict(zip(old.joints, old._reach.tolist(), strict=True))
         self._reach = np.array([known.get(joint, free) for joint, free in zip(self.joints, self._reach, strict=True)])
 
     def _forces(self, ahead: float) -> Floats:
-        """Return the forces of the drives after `ahead` seconds, if the joints keep their velocities."""
+        """Return the force (N m or N) that each drive exerts `ahead` seconds from now if its joint keeps its velocity."""
         data, velocities = self._data, self._data.qvel[self._dofs]
         positions = data.qpos[self._coordinates] + ahead * velocities
         forces: Floats = self._stiffness * (data.ctrl[self._position_servos] - positions)
@@ -82,9 +82,9 @@ class ForceLimits(Stateful):
         return forces
 
     def observe(self) -> None:
-        """Measure how freely joints moved in the last step; call this before set points change.
+        """Measure how freely each joint moved in the last step; call this before set points change.
 
-        The forces include commanded efforts.
+        The measurement counts commanded efforts as forces of the drives.
         """
         data, dofs = self._data, self._dofs
         exerted, moved = self._forces(0.0) + data.qfrc_applied[dofs], self.inertias * data.qacc_warmstart[dofs]
@@ -97,11 +97,11 @@ class ForceLimits(Stateful):
         self._reach = np.minimum(1.0 + self._implicit * np.minimum(np.maximum(freely, 0.0), 1.0), 2.0 * self._reach)
 
     def apply(self, efforts: Floats, compensation: Floats | None = None) -> None:
-        """Reduce the forces of drives that would exceed their maximum in the next step; commanded efforts are unchanged.
+        """Reduce the forces of drives that would exceed their maximum in the next step.
 
         Args:
-            efforts: commanded efforts of all degrees of freedom, N m or N.
-            compensation: efforts of gravity compensation, which are part of the drives' forces.
+            efforts: commanded efforts of all degrees of freedom, N m or N; they are not limited.
+            compensation: efforts of gravity compensation, N m or N; they count as forces of the drives. None for no compensation.
         """
         own, forces = efforts[self._dofs], self._forces(self._step)
         added = own
@@ -115,7 +115,7 @@ class ForceLimits(Stateful):
 
 
 def tell_limits(limits: ForceLimits, robots: Mapping[str, RobotInstance], findings: Findings) -> None:
-    """Add a note for each joint with a maximum force in its robot file: the acceleration that this force allows."""
+    """Add a note for each joint whose robot file gives a maximum force; it states the acceleration that this force allows."""
     told: set[tuple[int, str]] = set()
     for name, inertia in zip(limits.joints, limits.inertias.tolist(), strict=True):
         owner, _, joint = name.partition("/")
@@ -129,6 +129,7 @@ def tell_limits(limits: ForceLimits, robots: Mapping[str, RobotInstance], findin
         force, mass, slope = ("N", "kg", "m/s2") if sliding else ("N m", "kg m2", "rad/s2")
         most = drive.max_force
         text = (
-            f"max_force {most:g} {force} accelerates its {inertia:.3g} {mass} by at most {most / inertia:.3g} {slope}"
+            f"max_force {most:g} {force} accelerates the inertia of {inertia:.3g} {mass} "
+            f"by at most {most / inertia:.3g} {slope}"
         )
         findings.add("N103", f"joint {joint!r}: {text}", robot.file.key_span("joints", joint, key))

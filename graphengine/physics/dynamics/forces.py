@@ -1,6 +1,6 @@
 """Computes the forces that act in the current state.
 
-After a step, MuJoCo's forces and accelerations belong to the state before it.
+After a step, the forces and accelerations in MuJoCo's data still belong to the state before that step.
 """
 
 from __future__ import annotations
@@ -9,7 +9,7 @@ from graphengine.physics.engine import mujoco
 
 
 class Forces:
-    """Computes the forces of a state on request; the next step computes them again.
+    """Computes the forces and accelerations of the current state on request.
 
     Args:
         model: model of the state.
@@ -21,11 +21,11 @@ class Forces:
         self._known = False
 
     def forget(self) -> None:
-        """Discard computed forces, because the state has changed."""
+        """Mark the computed forces as outdated, because the state has changed."""
         self._known = False
 
     def now(self) -> mujoco.MjData:
-        """Return the state with computed forces, which are valid until the state changes."""
+        """Return the state, with forces computed for it; the forces are valid until the state changes."""
         if not self._known:
             mujoco.mj_forwardSkip(self._model, self._data, mujoco.mjtStage.mjSTAGE_VEL, 1)
             mujoco.mj_rnePostConstraint(self._model, self._data)

@@ -1,7 +1,8 @@
 """Gravity compensation: drives carry the weight of the links beyond their joints, as the drives of robot arms do.
 
-MuJoCo's own `gravcomp` applies external forces to bodies, so that the wheels of a mobile base would not carry its arm. Here each
-drive exerts the effort that holds the links beyond its joint at rest; the previous joint carries the reaction, as in reality.
+MuJoCo's own `gravcomp` applies external forces to bodies, so that the wheels of a mobile base would not carry the weight of its
+arm. Here each drive exerts the effort that holds the links beyond its joint at rest, and the reaction acts on the links before
+the joint, as in reality.
 """
 
 from __future__ import annotations
@@ -23,7 +24,7 @@ class GravityCompensation:
         drives: drives by the names of their joints in the model.
 
     Attributes:
-        joints: names of the joints.
+        joints: names of the joints of the drives that compensate for gravity.
     """
 
     def __init__(self, model: mujoco.MjModel, data: mujoco.MjData, drives: Iterable[tuple[str, Drive]]) -> None:
@@ -41,10 +42,13 @@ class GravityCompensation:
         self._centres, self._axes, self._anchors = data.xipos, data.xaxis, data.xanchor
 
     def apply(self, efforts: Floats) -> Floats:
-        """Add the compensation to the commanded efforts of all degrees of freedom in the next step.
+        """Apply the sum of commanded and compensating efforts to the compensating joints in the next step.
+
+        Args:
+            efforts: commanded efforts of all degrees of freedom, N m or N.
 
         Returns:
-            the compensating efforts, N m or N, in an array that the next call overwrites.
+            The compensating efforts of all degrees of freedom, N m or N, in an array that the next call overwrites.
         """
         self._places[:-1] = self._centres
         axes, (a, b, c) = self._axes[self._ids], self._gravity.tolist()
@@ -57,15 +61,15 @@ class GravityCompensation:
         return self._efforts
 
     def _sums(self, values: Floats) -> Floats:
-        """Return the sum of the bodies' values over the bodies beyond each joint."""
+        """Return, for each joint, the sum of `values` over the bodies beyond it; `values` has a row per body and one of zeros."""
         sums: Floats = np.add.reduceat(values, self._ranges)[::2]
         return sums
 
 
 def _beyond(model: mujoco.MjModel, bodies: Indices) -> Indices:
-    """Return for each body the id of the first body of its subtree and the id after the last, alternately.
+    """Return the range of body ids in the subtree of each given body, as an array: first, end, first, end, and so on.
 
-    MuJoCo numbers the bodies of a subtree consecutively.
+    MuJoCo numbers the bodies of a subtree consecutively; the end is the id after the last body.
     """
     counts = np.ones(model.nbody, np.intp)
     for body in range(model.nbody - 1, 0, -1):

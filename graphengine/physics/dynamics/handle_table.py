@@ -1,4 +1,4 @@
-"""Handles, which bind prims to a simulation, and their table: one handle per prim and kind."""
+"""Handles, through which nodes use a prim in a simulation, and the table of a simulation's handles."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ if TYPE_CHECKING:
 
 
 class Handle(Stateful):
-    """Binds a prim to a simulation."""
+    """Base class of handles: gives access to one prim in the current model of a simulation."""
 
     sees_steps: ClassVar[bool] = False
-    """Whether the simulation calls the methods `see_...` of the handle in every physics step."""
+    """Whether the simulation calls the `see_...` methods of the handle in every physics step."""
 
     def __init__(self, simulation: SimulationCore, prim: Prim) -> None:
         self._simulation = simulation
@@ -26,34 +26,34 @@ class Handle(Stateful):
 
     @classmethod
     def key(cls, prim: Prim, **options: Any) -> str:
-        """Return the key of a handle: the prim's path, followed by the options of subclasses that have any."""
+        """Return the key of a handle in the table: the prim's path. Subclasses with options append these to the path."""
         return prim.path
 
     def bind(self) -> None:
-        """Find ids and views in the simulation's current model."""
+        """Look up the prim's ids and array views in the simulation's current model."""
         raise NotImplementedError
 
     def reset(self) -> None:
-        """Discard measurements since the start."""
+        """Discard all measurements; called when the simulation is reset or the handle is released."""
 
     def see_forces(self) -> None:
-        """Called in a step when contacts and their forces are computed, before bodies move."""
+        """Observe the contact forces of a physics step; body poses are still those before the step."""
 
     def see_motion(self) -> None:
-        """Called after a step."""
+        """Observe the state after a physics step."""
 
     def see_displacement(self) -> None:
-        """Called after a body was placed elsewhere between two steps, which does not count as motion."""
+        """Observe that a body was placed elsewhere between two steps, which does not count as motion."""
 
 
 H = TypeVar("H", bound=Handle)
 
 
 class HandleTable:
-    """The handles of a simulation by kind and key.
+    """The handles of a simulation, by handle class and key.
 
     Attributes:
-        watching: handles that observe each physics step.
+        watching: handles whose `sees_steps` is true.
     """
 
     def __init__(self, simulation: SimulationCore) -> None:
@@ -62,7 +62,7 @@ class HandleTable:
         self._handles: dict[tuple[type[Handle], str], Handle] = {}
 
     def find(self, kind: type[H], prim: Prim, **options: Any) -> H:
-        """Return the handle of a prim with given options; it is created at first use."""
+        """Return the handle of a prim for a handle class and options; it is created at first use."""
         key = kind.key(prim, **options)
         handle = self._handles.get((kind, key))
         if not isinstance(handle, kind):
@@ -81,7 +81,7 @@ class HandleTable:
         return {key: handle.save() for key, handle in self._handles.items()}
 
     def restore(self, saved: Mapping[tuple[type[Handle], str], Any]) -> None:
-        """Restore the states of all handles; handles created since `save` are released, and created again at next use."""
+        """Restore the states of all handles. Handles that did not exist at `save` are released; `find` creates them again."""
         for key in [key for key in self._handles if key not in saved]:
             self._handles.pop(key).reset()
         for key, handle in self._handles.items():
@@ -89,12 +89,12 @@ class HandleTable:
         self._changed()
 
     def bind(self) -> None:
-        """Bind all handles to another model."""
+        """Bind all handles to the simulation's current model."""
         for handle in self._handles.values():
             handle.bind()
 
     def reset(self) -> None:
-        """Discard the measurements of all handles since the start."""
+        """Discard the measurements of all handles."""
         for handle in self._handles.values():
             handle.reset()
 

@@ -29,14 +29,17 @@ _PLACEABLE = (_FREE, _SLIDE, mujoco.mjtJoint.mjJNT_HINGE.value)
 _FIRM = 1e8
 """Inertia added to the joint of a held body, kg or kg m2."""
 _SOFTNESS = 1e-2
-"""Factor on the inverse weights of a held body, by which MuJoCo softens its contacts."""
+"""Factor by which the inverse weights of a held body are reduced; the smaller these weights, the firmer its contacts."""
 
 
 def find_mover(model: mujoco.MjModel, stage: Stage, prim: Prim) -> tuple[int, Pose] | None:
-    """Return the id of the body that moves when a prim is placed, and the prim's pose in that body; None if none can.
+    """Return the id of the body that moves when a prim is placed, and the prim's pose in that body's frame.
 
-    The body has exactly one joint: free, hinge or slide. It is the prim's own body. For a prim that represents a robot, it can
-    also be the body to which the robot is fixed. Other links fixed to that body cannot be placed: the whole robot would move.
+    The body is the prim's own body. For a prim that stands for a whole robot, it can also be a body to which the robot is fixed.
+    Other links that are fixed to a body cannot be placed, because the whole robot would move.
+
+    Returns:
+        Id and pose; None if the prim cannot be placed, because the body does not have exactly one free, hinge or slide joint.
     """
     name, pose = prim.carrier()
     leads = stage.stands_for_robot(prim) is not None
@@ -61,7 +64,7 @@ class PlacedBody(Handle):
         super().__init__(simulation, prim)
 
     def bind(self) -> None:
-        """Find the body's joint."""
+        """Look up the body that moves with the prim, and its joint; a body that is held becomes firm in the new model."""
         model, data = self._simulation.model, self._simulation.data
         mover = find_mover(model, self._simulation.stage, self._prim)
         assert mover is not None
@@ -76,7 +79,7 @@ class PlacedBody(Handle):
             self._make_firm()
 
     def place(self, position: Vector3, orientation: Quaternion) -> None:
-        """Place the prim at rest, and hold its body; all handles see the new pose.
+        """Place the prim at rest and hold its body at this pose; all handles then return the new pose.
 
         Args:
             position: position in the world frame, m.
@@ -106,12 +109,12 @@ class PlacedBody(Handle):
             self._velocity[:] = 0.0
 
     def release(self) -> None:
-        """Let physics move the body again."""
+        """Stop holding the body, so that physics moves it again."""
         self._coordinates = None
         self.soften()
 
     def soften(self) -> None:
-        """Restore the body's own inertia."""
+        """Restore the body's own inertia and inverse weights in the model."""
         for (array, where, _, _), loose in zip(self._weights(), self._loose, strict=True):
             array[where] = loose
 
@@ -121,10 +124,12 @@ class PlacedBody(Handle):
             array[where] = array[where] * factor + more
 
     def _weights(self) -> list[tuple[Floats, slice | Indices, float, float]]:
-        """Return MuJoCo's arrays that determine how easily the body moves, with indices, and a factor and a summand for them.
+        """Return MuJoCo's arrays that determine how easily the body moves.
 
-        The first two are inertias; MuJoCo uses `dof_M0` for bodies whose inertia matrix is diagonal. The last two are inverse
-        weights, which soften contacts: with zero, the contact force on a body that is held inside the ground would be unbounded.
+        Each array comes with the indices of the body's entries, and with the factor and summand that make these entries firm.
+        The first two arrays are inertias; MuJoCo uses `dof_M0` for bodies whose inertia matrix is diagonal. The last two are
+        inverse weights, which soften contacts. They must not become zero: the contact force on a body that is held inside the
+        ground would be unbounded.
         """
         model = self._simulation.model
         return [
@@ -135,7 +140,7 @@ class PlacedBody(Handle):
         ]
 
     def _towards(self, position: Vector3, orientation: Quaternion) -> Floats:
-        """Return the joint's coordinates that bring the body to a pose, or as close to it as the joint can."""
+        """Return the joint coordinates that bring the body to a pose in the world, or as close to it as the joint allows."""
         model, data, body, joint = self._simulation.model, self._simulation.data, self.body, self._joint
         x, y, z, w = orientation
         if model.jnt_type[joint] == _FREE:

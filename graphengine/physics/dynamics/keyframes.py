@@ -8,17 +8,17 @@ from graphengine.physics.engine import mujoco
 
 
 def begin_in(keyframe: Keyframe, prefix: str, place: Pose, model: mujoco.MjModel, data: mujoco.MjData) -> set[str]:
-    """Write a keyframe to a state.
+    """Write a robot's keyframe to the state of a compiled model.
 
     Args:
         keyframe: keyframe of the robot's own model.
         prefix: prefix of the robot's names in the compiled model.
-        place: pose of the robot in the world, to which poses of free bodies are relative.
+        place: pose of the robot in the world; the keyframe's poses of free bodies are relative to it.
         model: compiled model.
-        data: state to write.
+        data: state that is changed.
 
     Returns:
-        names of the actuators whose control signals the keyframe gives.
+        Names in the compiled model of the actuators whose control signals the keyframe sets.
     """
     for joint, values in keyframe.coordinates.items():
         index = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_JOINT, f"{prefix}{joint}")

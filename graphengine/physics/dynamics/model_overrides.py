@@ -1,10 +1,11 @@
 """Settings that graphs write to the model, not to the state: frictions of materials, and intensities and colours of lights.
 
-They are stored by prim path. `carry_over` applies them to a model with other robots, and `put_back` undoes them.
+The written values are stored by prim path. `carry_over` applies them to a model with other robots, and `put_back` restores the
+initial values.
 
-The initial intensity of a light is 1, whatever the world's file contains, and its colour is that of its diffuse light. MuJoCo's
-diffuse light is colour times intensity; ambient and specular light are scaled by the intensity, so that 0 switches the light
-off.
+The initial intensity of a light is 1, whatever the world's file contains, and its initial colour is that of its diffuse light.
+MuJoCo's diffuse light is set to the colour times the intensity. Ambient and specular light are multiplied by the intensity, so
+that an intensity of 0 switches the light off.
 """
 
 from __future__ import annotations
@@ -25,10 +26,10 @@ T = TypeVar("T")
 
 
 class Written(Stateful, Generic[T]):
-    """The values that graphs wrote to prims of one kind; they replace the initial values.
+    """The values that graphs wrote to prims of one kind, in place of the initial values.
 
     Args:
-        stage: stage with the prims; their `facts` have the initial values.
+        stage: stage with the prims; the `facts` of a prim contain its initial values.
     """
 
     kept = ("written",)
@@ -43,7 +44,7 @@ class Written(Stateful, Generic[T]):
         raise NotImplementedError
 
     def tell(self, model: mujoco.MjModel, prim: Prim, value: T) -> None:
-        """Apply a prim's value to the model."""
+        """Write a prim's value to the model."""
         raise NotImplementedError
 
     def of(self, prim: Prim) -> T:
@@ -69,14 +70,14 @@ class Written(Stateful, Generic[T]):
 
 
 class Frictions(Written[Friction]):
-    """Static and dynamic friction of a stage's materials; a written friction is combined with the floor's friction."""
+    """Static and dynamic friction of a stage's materials. In the model, they are combined with the floor's friction."""
 
     def built(self, prim: Prim) -> Friction:
         """Return the initial friction of a material."""
         return prim.facts["static_friction"], prim.facts["dynamic_friction"]
 
     def tell(self, model: mujoco.MjModel, prim: Prim, value: Friction) -> None:
-        """Apply a friction to the colliders of all bodies to which a material is bound."""
+        """Write a material's friction to the colliders of all bodies to which the material is bound."""
         static, dynamic = value
         built, across = prim.facts["dynamic_friction"], prim.facts["across"] or 0.0
         greatest = max(
@@ -97,7 +98,7 @@ class Lights(Written[Light]):
         return 1.0, prim.facts["diffuse"]
 
     def tell(self, model: mujoco.MjModel, prim: Prim, value: Light) -> None:
-        """Apply the intensity and colour of a light to the model."""
+        """Write the intensity and colour of a light to the model."""
         intensity, colour = value
         number = world_lights(model, [robot.entity_name for robot in self._stage.prims("robot")])[prim.facts["number"]]
         model.light_diffuse[number] = intensity * np.array(colour)

@@ -1,7 +1,7 @@
-"""Handles of poses and velocities of prims, and of the joints of a robot.
+"""Handles to poses and velocities of prims, and to the joints of a robot.
 
-A handle keeps ids and views into MuJoCo's arrays, which are valid as long as the model; `bind` finds them again after the model
-was recompiled.
+A handle keeps ids, and views into MuJoCo's arrays. Both are valid for one model only; after the model was recompiled, `bind`
+looks them up again.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ class CarriedPrim(Handle):
     """A prim that moves with the body that carries it; without such a body, the prim is static."""
 
     def bind(self) -> None:
-        """Find the body, and the pose of the prim in its frame."""
+        """Look up the body that carries the prim, and the pose of the prim in the body's frame."""
         model, data = self._simulation.model, self._simulation.data
         name, pose = self._prim.carrier()
         self.body = body = model.body(name).id if name is not None else 0
@@ -50,7 +50,7 @@ class CarriedPrim(Handle):
         return (x + u, y + v, z + w), multiply((a, b, c, d), turn)
 
     def frame(self) -> tuple[Floats, Floats]:
-        """Return position (m) and rotation matrix in the world frame as fresh arrays, of shapes (3,) and (3, 3)."""
+        """Return position (m) and rotation matrix in the world frame as new arrays, of shapes (3,) and (3, 3)."""
         position, (x, y, z, w) = self.pose()
         rotation = [
             [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
@@ -76,7 +76,7 @@ class CarriedPrim(Handle):
 
 
 class Joints(Handle):
-    """The moving joints of a robot prim."""
+    """A handle to the moving joints of a robot."""
 
     kept = ("resets",)
 
@@ -84,7 +84,7 @@ class Joints(Handle):
         self.joint_names: tuple[str, ...] = prim.facts["joints"]
         """Names in the articulation's order, without the robot's prefix."""
         self.prismatic: tuple[bool, ...] = prim.facts["prismatic"]
-        """For each joint, whether it slides."""
+        """Whether each joint is prismatic."""
         joints = len(self.joint_names)
         self.ranges: tuple[tuple[float, float], ...] = prim.facts.get("ranges", ((-math.inf, math.inf),) * joints)
         """Lowest and highest position of each joint, rad or m."""
@@ -93,17 +93,17 @@ class Joints(Handle):
         self.leaders: tuple[str, ...] = prim.facts.get("leaders", ("",) * joints)
         """Name of the joint that each joint mimics, or an empty string."""
         self.actuators: Mapping[str, str] = prim.facts.get("actuators", {})
-        """Joint that each actuator moves, by the actuator's name; empty if it does not move exactly one joint."""
+        """Joint that each actuator moves, by the actuator's name; "" if the actuator does not move exactly one joint."""
         self.resets = 0
-        """Number of resets so far."""
+        """Number of resets of the simulation so far."""
         super().__init__(simulation, prim)
 
     def reset(self) -> None:
-        """Increment `resets`."""
+        """Count a reset of the simulation in `resets`."""
         self.resets += 1
 
     def bind(self) -> None:
-        """Find the joints and the servos of their drives."""
+        """Look up the joints and the servos of their drives."""
         model, data = self._simulation.model, self._simulation.data
         robot = self._prim
         drives: dict[str, Drive | None] = {
@@ -141,17 +141,17 @@ class Joints(Handle):
         return SelectedJoints(self._simulation, self, select_joints(self, names, indices))
 
     def positions(self) -> Floats:
-        """Return joint positions, rad or m; a fresh array."""
+        """Return the joint positions, rad or m, as a new array."""
         positions: Floats = self._data.qpos[self._qpos]
         return positions
 
     def velocities(self) -> Floats:
-        """Return joint velocities, rad/s or m/s; a fresh array."""
+        """Return the joint velocities, rad/s or m/s, as a new array."""
         velocities: Floats = self._data.qvel[self.dofs]
         return velocities
 
     def set_points(self) -> tuple[Floats, Floats]:
-        """Return position and velocity targets of each joint's drive; NaN for targets it does not have. Fresh arrays."""
+        """Return the position and velocity target of each joint's drive as two new arrays, with NaN for missing targets."""
         targets = np.append(self._simulation.set_points.targets, np.nan)  # the last is what servo -1 has
         positions, velocities = targets[self.position_servos], targets[self.velocity_servos]
         if self._has_actuators:
@@ -161,10 +161,10 @@ class Joints(Handle):
         return positions, velocities
 
     def efforts(self) -> Floats:
-        """Return the efforts of drives and commands at the end of the last step, N m or N; a fresh array.
+        """Return each joint's effort at the end of the last step, N m or N, as a new array.
 
-        MuJoCo's own `actuator_force` belongs to the velocity before the step: with the discrete integrator, it can be 15 times
-        the torque that accelerates a robot.
+        The effort is the sum of the drive's effort and the commanded effort. MuJoCo's own `actuator_force` is computed from the
+        velocity before the step: with the discrete integrator, it can be 15 times the torque that accelerates a robot.
         """
         if self._has_actuators:
             driven = self._simulation.forces.now().qfrc_actuator[self.dofs]
@@ -178,10 +178,10 @@ class Joints(Handle):
         return efforts
 
     def wrenches(self) -> tuple[Floats, Floats]:
-        """Return forces (N) and torques (N m) with which each joint's parent link holds its child link, in the child's frame.
+        """Return the forces (N) and torques (N m) that each joint's parent link exerts on its child link.
 
-        Each has the shape (joints, 3); torques are about the child link's origin. Fresh arrays. MuJoCo computes them in the
-        world's axes, with torques about the centre of mass of the robot's whole tree.
+        Both are new arrays of shape (joints, 3), in the child link's frame; torques are about the child link's origin. MuJoCo's
+        values have the world's axes, and torques about the centre of mass of the robot's whole tree; they are converted.
         """
         data = self._simulation.forces.now()
         torques, forces = np.hsplit(data.cfrc_int[self._children], 2)
@@ -191,7 +191,7 @@ class Joints(Handle):
 
 
 def _command(servo: Servo | None, control: float) -> float:
-    """Return the command that corresponds to a control signal, or the signal itself if there is no conversion."""
+    """Return the command for which an actuator gets a control signal; the signal itself if there is no conversion."""
     return control if servo is None or servo.scale == 0.0 else (control - servo.offset) / servo.scale
 
 
@@ -212,10 +212,15 @@ class SelectedJoints(Shared):
         velocities: Sequence[float] | None = None,
         efforts: Sequence[float] | None = None,
     ) -> None:
-        """Set targets from the next physics step on; None keeps all targets of a kind, NaN keeps the target of one joint.
+        """Set joint targets, which take effect in the next physics step.
 
         A target that the drive does not use (a velocity without damping, a position without stiffness) is ignored, as in PhysX.
-        A command beyond the joint's limits is clamped and counted.
+        A command beyond the joint's limits is clamped and counted, unless the simulation's `clamps_commands` is false.
+
+        Args:
+            positions: target of each selected joint, rad or m. NaN keeps the target of that joint, None keeps all.
+            velocities: the same for velocity targets, rad/s or m/s.
+            efforts: the same for commanded efforts, N m or N.
 
         Raises:
             BadValueError: a number is outside MuJoCo's range; nothing was set.
@@ -243,7 +248,7 @@ class SelectedJoints(Shared):
                 array[place], points.pending = value, True
 
     def _clamped(self, kind: Kind, joint: int, value: float) -> float:
-        """Return a command clamped to the limits of its joint, or unchanged if the simulation does not clamp commands."""
+        """Return a command clamped to its joint's limits, and count the clamping; unchanged if the simulation does not clamp."""
         lowest, highest = self._joints.limits[kind][joint]
         if lowest <= value <= highest or not self._simulation.clamps_commands:
             return value

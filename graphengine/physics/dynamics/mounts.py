@@ -1,7 +1,7 @@
 """Moves bodies that are fixed to the world.
 
-The pose of such a body belongs to the model, not to the state. MuJoCo and the lidars' rays assume that it is constant after the
-start, so a body is moved in a copy of the model, with which the simulation continues.
+The pose of a body that is fixed to the world belongs to the model, not to the state. MuJoCo and the lidars' rays assume that the
+pose is constant. So the body is moved in a copy of the model, and the simulation continues with the copy.
 """
 
 from __future__ import annotations
@@ -17,19 +17,19 @@ from graphengine.physics.engine import Floats, mujoco
 
 
 class Mounts(Stateful):
-    """The bodies whose pose differs from that in the compiled model."""
+    """The bodies that are fixed to the world and were moved since the model was compiled."""
 
     kept = ("_moved",)
 
     def __init__(self) -> None:
         self._moved: dict[str, tuple[Floats, Floats]] = {}
-        """Compiled and current pose of each moved body, by its name: position, then the quaternion (w, x, y, z)."""
+        """Compiled and current pose of each moved body, by its name; a pose is x, y, z (m) and a quaternion (w, x, y, z)."""
 
     def __bool__(self) -> bool:
         return bool(self._moved)
 
     def moved(self, model: mujoco.MjModel, body: int, pose: Pose) -> tuple[Self, mujoco.MjModel]:
-        """Return the mounts with one more moved body, and a copy of the model in which it is moved."""
+        """Return new mounts with one more moved body, and a copy of the model in which that body is moved."""
         name, (position, (x, y, z, w)) = model.body(body).name, pose
         built, _ = self._moved.get(name, (np.concatenate((model.body_pos[body], model.body_quat[body])), None))
         mounts, found = copy.copy(self), copy.copy(model)
@@ -38,7 +38,7 @@ class Mounts(Stateful):
         return mounts, found
 
     def carry_over(self, model: mujoco.MjModel) -> None:
-        """Apply earlier moves to a model; bodies that it does not have are discarded."""
+        """Move the bodies in another model; discard bodies that the model does not have."""
         for name in list(self._moved):
             body = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_BODY, name)
             if body < 0:
@@ -47,7 +47,7 @@ class Mounts(Stateful):
                 model.body_pos[body], model.body_quat[body] = np.split(self._moved[name][1], [3])
 
     def put_back(self, model: mujoco.MjModel) -> mujoco.MjModel | None:
-        """Return a copy of a model in which all bodies have their initial poses; None if no body was moved."""
+        """Forget all moves; return a copy of a model with all bodies at their compiled poses, None if no body was moved."""
         if not self._moved:
             return None
         self._moved = {name: (built, built) for name, (built, _) in self._moved.items()}

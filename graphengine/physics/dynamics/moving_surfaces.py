@@ -1,10 +1,12 @@
 """Bodies with a surface velocity, such as conveyor belts: they stay in place and carry along the objects on them.
 
 MuJoCo computes the velocity of a contact only from the joints of both bodies. So a body with a moving surface gets six joints
-that have the velocity of the surface. Their inertia is so large that no contact changes this velocity; their coordinates are
-reset after each step. Setting the solver's reference velocity of a contact has no effect: the discrete integrator overwrites it.
-Relative to the belt, a box then moves like a box that slides on a floor, within 1e-5 m/s, until it has exactly the belt's speed.
-Each belt adds 15 us to a step; a model without belts is not slower.
+that have the velocity of the surface. The inertia of these joints is so large that no contact changes their velocity; their
+coordinates are reset after each step. (Setting the solver's reference velocity of a contact instead would have no effect: the
+discrete integrator overwrites it.)
+
+A box on a belt moves, relative to the belt, like a box that slides on a floor (within 1e-5 m/s), until it has exactly the belt's
+speed. Each belt adds 15 us to a step; a model without belts is not slower.
 """
 
 from __future__ import annotations
@@ -24,9 +26,9 @@ Velocity = tuple[Vector3, Vector3]
 
 AT_REST: Velocity = ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
 _FIRM = 1e8
-"""Inertia of a surface joint, so large that no contact changes its velocity, kg or kg m2."""
+"""Inertia of a surface joint, kg or kg m2; it is so large that no contact changes the joint's velocity."""
 _SUFFIX = ".surface"
-"""Suffix of the joints' names, between the body's name and the joint's number."""
+"""Part of the name of a surface joint, between the body's name and the joint's number."""
 _JOINTS = [
     (kind, [float(axis == number) for number in range(3)])
     for kind in (mujoco.mjtJoint.mjJNT_SLIDE, mujoco.mjtJoint.mjJNT_HINGE)
@@ -35,9 +37,9 @@ _JOINTS = [
 
 
 def add_surface_joints(spec: mujoco.MjSpec, names: Collection[str]) -> None:
-    """Add the joints of a moving surface to the named bodies of a model; names that no body has are skipped.
+    """Add the joints of a moving surface to the named bodies of a model; unknown names are skipped.
 
-    The bodies still do not collide with bodies that are fixed to the same parent, such as the floor and other belts.
+    The joints do not make the bodies collide with bodies that are fixed to the same parent, such as the floor and other belts.
     """
     belts = {name for name in names if spec.body(name) is not None}
     groups = _fixed_together(spec, belts) if belts else []
@@ -56,9 +58,10 @@ def add_surface_joints(spec: mujoco.MjSpec, names: Collection[str]) -> None:
 
 
 def _fixed_together(spec: mujoco.MjSpec, belts: Collection[str]) -> list[dict[str, list[str]]]:
-    """Return groups of bodies that are fixed to each other, as the names of the bodies that each belt of a group carries.
+    """Return the bodies of a model in groups that are rigidly fixed together, and within a group by the belt that carries them.
 
-    Bodies that no belt carries have the key "". All bodies of the model get names.
+    A group maps the name of each belt to the names of the belt and of all bodies fixed to it; the key "" has the bodies that no
+    belt carries. Bodies without a name get one.
     """
     groups: list[dict[str, list[str]]] = []
     pending: list[tuple[mujoco.MjsBody, dict[str, list[str]], str]] = [(spec.worldbody, {}, "")]
@@ -74,7 +77,7 @@ def _fixed_together(spec: mujoco.MjSpec, belts: Collection[str]) -> list[dict[st
 
 
 class MovingSurfaces(Stateful):
-    """The bodies of a model that have the joints of a moving surface; `bound_to` looks them up in a compiled model.
+    """The moving surfaces of a compiled model; `bound_to` looks them up.
 
     Attributes:
         velocities: velocity of each surface, by the name of its body.
@@ -87,7 +90,7 @@ class MovingSurfaces(Stateful):
         self._rows: list[tuple[Floats, Floats, str]] = []
 
     def bound_to(self, model: mujoco.MjModel, data: mujoco.MjData) -> Self:
-        """Return the surfaces of another model; surfaces that both models have keep their velocities."""
+        """Return the moving surfaces of another model; surfaces that both models have keep their velocities."""
         made, count = type(self)(), len(_JOINTS)
         for body in np.flatnonzero(model.body_jntnum == count).tolist():
             name = model.body(body).name
@@ -103,7 +106,7 @@ class MovingSurfaces(Stateful):
         return bool(self._rows)
 
     def hold(self) -> None:
-        """Write the velocities into the state, and move the bodies back to where they were."""
+        """Write the surface velocities to the state, and reset the positions of the surface joints to zero."""
         for coordinates, speeds, body in self._rows:
             coordinates[:] = 0.0
             speeds[:3], speeds[3:] = self.velocities[body]

@@ -32,13 +32,13 @@ class MujocoEntities:
     """The entities of a simulation.
 
     Args:
-        simulation: simulation, whose current model and state are read at each call.
+        simulation: the simulation; its current model and state are read at each call.
     """
 
     def __init__(self, simulation: Simulation) -> None:
         self._simulation = simulation
         self._owners: tuple[mujoco.MjModel, dict[int, str]] | None = None
-        """The model, and the names of its entities by their root bodies."""
+        """Cached result of `_find_owners`, and the model for which it is valid."""
 
     def all(self) -> list[Entity]:
         """Return robots in the order of the stage, then the world's own bodies."""
@@ -65,7 +65,7 @@ class MujocoEntities:
         return prim
 
     def roots(self, prim: Prim) -> list[int]:
-        """Return the ids of the topmost bodies of an entity's prim."""
+        """Return the ids of the topmost bodies of the entity at a prim."""
         model = self._simulation.model
         if prim.body is not None:
             return [int(model.body_rootid[model.body(prim.body).id])]
@@ -73,7 +73,7 @@ class MujocoEntities:
         return [body for body in topmost if model.body(body).name.startswith(f"{prim.entity_name}/")]
 
     def _only_root(self, name: str, prim: Prim) -> int:
-        """Return the root body of an entity."""
+        """Return the id of an entity's only topmost body; raise UsageError if its root link is the world."""
         if prim.body is None:
             raise UsageError(f"{name} cannot be moved: its root link is the world itself")
         return self.roots(prim)[0]
@@ -89,7 +89,7 @@ class MujocoEntities:
         return "object" if moves else "static"
 
     def state(self, name: str) -> EntityState:
-        """Return pose, velocity and acceleration of an entity."""
+        """Return pose, velocity and acceleration of an entity in the world frame."""
         simulation, prim = self._simulation, self._find(name)
         handle = simulation.body(prim)
         acceleration = np.zeros(6)
@@ -100,7 +100,7 @@ class MujocoEntities:
         return EntityState(*handle.pose(), *handle.velocity(), vector(linear), vector(angular))
 
     def bounds(self, name: str, *, own: bool = False) -> Box | None:
-        """Return the bounding box of an entity in the world frame, or in its own frame if `own` is true."""
+        """Return the bounding box of an entity in the world frame, or in its own frame if `own` is true; None without geoms."""
         model, data, prim = self._simulation.model, self._simulation.data, self._find(name)
         geoms = np.flatnonzero(np.isin(model.body_rootid[model.geom_bodyid], self.roots(prim)))
         if own:
@@ -117,13 +117,13 @@ class MujocoEntities:
         return [self._overlap(geom, depth, owners) for geom, depth in found.items()]
 
     def touching(self) -> dict[str, Overlap]:
-        """Return the deepest contact of each entity; contacts with the supporting body do not count."""
+        """Return the deepest contact of each entity that touches something other than its support, by the entity's name."""
         owners = self._find_owners()
         found = touching(self._simulation.model, self._simulation.data, owners)
         return {name: self._overlap(geom, depth, owners) for name, (depth, geom) in found.items()}
 
     def _find_owners(self) -> dict[int, str]:
-        """Return the names of entities by their root bodies, cached for the current model."""
+        """Return the names of entities by the ids of their topmost bodies; the result is cached for the current model."""
         model = self._simulation.model
         if self._owners is None or self._owners[0] is not model:
             self._owners = model, {root: name for name, prim in self._prims().items() for root in self.roots(prim)}
@@ -135,7 +135,7 @@ class MujocoEntities:
         return Overlap(owner or model.geom(geom).name or "the world", depth)
 
     def place(self, name: str, move: Move) -> None:
-        """Place an entity; see `backend.Entities`."""
+        """Place an entity; see `devices.backend.Entities`."""
         prim = self._find(name)
         linear, angular = move.linear or REST, move.angular or REST
         now = self._simulation.body(prim).pose()
@@ -162,7 +162,7 @@ class MujocoEntities:
             raise UsageError(f"{name} cannot be placed at this pose: {error}") from error
 
     def _throw(self, body: int, pose: Pose, linear: Iterable[float], angular: Vector3) -> None:
-        """Give a free body another pose and velocity."""
+        """Set pose and velocity (m/s, rad/s) of a free body in the world frame; a held body is released."""
         model, data = self._simulation.model, self._simulation.data
         joint = int(model.body_jntadr[body])
         coordinates = slice(model.jnt_qposadr[joint], model.jnt_qposadr[joint] + 7)
@@ -180,7 +180,7 @@ class MujocoEntities:
             raise
 
     def push(self, name: str, force: Vector3, duration: float, point: Vector3 | None = None) -> None:
-        """Apply a force to an entity; see `backend.Entities`."""
+        """Apply a force to an entity for some time; see `devices.backend.Entities`."""
         prim = self._find(name)
         for what, values in (("force", force), ("duration", (duration,)), ("point", point or ())):
             _check(name, what, values)
@@ -194,7 +194,13 @@ class MujocoEntities:
 
 
 def _check(name: str, what: str, values: Iterable[float]) -> None:
-    """Raise UsageError if a value is not finite or too large."""
+    """Raise UsageError if one of the values is not finite or its magnitude exceeds `MOST`.
+
+    Args:
+        name: name of the entity, for the message.
+        what: name of the quantity, for the message.
+        values: components of the quantity.
+    """
     for value in values:
         if not abs(value) <= MOST:
             raise UsageError(f"{name}: invalid {what} {value:g}; legal: at most {MOST:g}")
@@ -203,6 +209,6 @@ def _check(name: str, what: str, values: Iterable[float]) -> None:
 def _unit(name: str, orientation: Quaternion) -> Quaternion:
     length = math.hypot(*orientation)
     if length < 1e-6:
-        raise UsageError(f"{name}: (0, 0, 0, 0) is not an orientation; (0, 0, 0, 1) is upright")
+        raise UsageError(f"{name}: (0, 0, 0, 0) is not an orientation; use (0, 0, 0, 1) for no rotation")
     x, y, z, w = (value / length for value in orientation)
     return x, y, z, w

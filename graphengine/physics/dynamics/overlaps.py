@@ -7,17 +7,22 @@ from collections.abc import Collection, Mapping
 from graphengine.physics.engine import mujoco
 
 LEAST = 0.005
-"""Smallest depth that counts as an overlap, m: a body at rest sinks less deep into its support."""
+"""Smallest depth that counts as an overlap, m; a body at rest sinks less deep into its support."""
 _CARRIES = 0.7
-"""Smallest vertical component of the normal of a supporting contact, whose surface is inclined by less than about 45 degrees."""
+"""Smallest vertical component of a contact normal for a support: the surface is inclined by less than about 45 degrees."""
 _PLANE = int(mujoco.mjtGeom.mjGEOM_PLANE)
 
 
 def overlaps(model: mujoco.MjModel, data: mujoco.MjData, roots: Collection[int]) -> dict[int, float]:
-    """Return geoms that overlap the given topmost bodies, with depths (m), deepest first.
+    """Return the ids of geoms that overlap an entity, with depths (m), deepest first.
 
-    Of each other topmost body, only the geom that overlaps deepest is returned. The contacts are those that MuJoCo computed last;
-    geoms that may pass through each other do not count.
+    Of each other topmost body and the bodies below it, only the geom that overlaps deepest is returned. The function uses the
+    contacts that MuJoCo computed last, so geoms that do not collide with each other do not overlap either.
+
+    Args:
+        model: compiled model.
+        data: state with the contacts.
+        roots: ids of the topmost bodies of the entity.
     """
     deep = (data.contact.dist <= -LEAST) & (data.contact.geom >= 0).all(axis=1)
     found: dict[int, tuple[float, int]] = {}
@@ -31,10 +36,10 @@ def overlaps(model: mujoco.MjModel, data: mujoco.MjData, roots: Collection[int])
 
 
 def touching(model: mujoco.MjModel, data: mujoco.MjData, owners: Mapping[int, str]) -> dict[str, tuple[float, int]]:
-    """Return the deepest contact of each entity: its depth, m, and the other geom, by the entity's name.
+    """Return the deepest contact of each entity by the entity's name: its depth (m) and the id of the other geom.
 
-    Contacts with a supporting geom do not count: a geom below the entity, by the contact's normal, with a depth less than
-    `LEAST`, or of any depth for a plane, as planes are floors.
+    Contacts with a support do not count. A contact is one with a support if its normal shows that the other geom is below the
+    entity, and if its depth is less than `LEAST` or the other geom is a plane (a floor supports at any depth).
 
     Args:
         model: model of the world.

@@ -1,6 +1,6 @@
 """External forces that act on bodies for a limited time.
 
-The impulse of a push is exactly its force times its duration: the force of a step that is only partly covered is scaled down.
+The impulse of a push is exactly its force times its duration: if a push ends within a step, its force in that step is smaller.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ class _Push:
         body: name of the body in the model.
         force: force in the world frame, N.
         point: point of application in the body's frame, m; None for the centre of mass of the body and all bodies below it.
-        left: number of physics steps for which the force still acts; may be a fraction.
+        left: number of physics steps for which the force still acts; not always an integer.
     """
 
     body: str
@@ -32,7 +32,7 @@ class _Push:
 
 
 class Pushes(Stateful):
-    """All external forces; MuJoCo's `xfrc_applied` contains the forces of the next step."""
+    """All pushes that still act. MuJoCo's `xfrc_applied` contains their forces in the next step."""
 
     kept = ("_pushes",)
 
@@ -40,7 +40,7 @@ class Pushes(Stateful):
         self._pushes: list[_Push] = []
 
     def bind(self, model: mujoco.MjModel, data: mujoco.MjData) -> None:
-        """Continue with another model; bodies that it does not have are no longer pushed."""
+        """Switch to another model and state; pushes end on bodies that the model does not have."""
         self._model, self._data = model, data
         body = mujoco.mjtObj.mjOBJ_BODY
         self._pushes = [push for push in self._pushes if mujoco.mj_name2id(model, body, push.body) >= 0]
@@ -50,7 +50,14 @@ class Pushes(Stateful):
         return bool(self._pushes)
 
     def add(self, body: str, force: Vector3, duration: float, point: Vector3 | None) -> None:
-        """Apply a force (N) to a body for a duration (s) at a point (m), in the world frame; None: the centre of mass."""
+        """Apply a force to a body for some time.
+
+        Args:
+            body: name of the body in the model.
+            force: force in the world frame, N.
+            duration: time for which the force acts, s.
+            point: point of application in the world frame, m; None for the centre of mass of the body and all bodies below it.
+        """
         where = None
         if point is not None:
             number = self._model.body(body).id
@@ -59,14 +66,14 @@ class Pushes(Stateful):
         self.apply()
 
     def advance(self) -> None:
-        """Count a completed step."""
+        """Count a completed step, and end the pushes whose duration is over."""
         for push in self._pushes:
             push.left -= 1.0
         self._pushes = [push for push in self._pushes if push.left > 0.0]
         self.apply()
 
     def apply(self) -> None:
-        """Set the forces of the next step for the current poses."""
+        """Write the forces of the next step to `xfrc_applied`, for the current poses."""
         data = self._data
         data.xfrc_applied[:] = 0.0
         for push in self._pushes:

@@ -1,4 +1,4 @@
-"""Targets of drives and joint efforts, and how fast they take effect."""
+"""Keeps the commanded targets of drives and efforts of joints, and moves set points towards the targets within rate limits."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from graphengine.physics.model.drives import Drive, servo_ids
 
 
 class SetPoints(Stateful):
-    """Targets of actuators and efforts of joints; they take effect at the beginning of a step.
+    """The commanded targets of actuators and efforts of joints; they take effect at the beginning of the next step.
 
     Args:
         model: compiled model; its timestep is the step.
@@ -34,7 +34,7 @@ class SetPoints(Stateful):
         self._starts: dict[int, float] = {}
         even: list[int] = []
         self._rests: dict[int, float] = {}
-        """Control signals for zero velocity and zero effort, by actuator of a MuJoCo model."""
+        """Control signals for zero velocity or zero effort, by the ids of actuators that come from robots' MuJoCo models."""
         for (joint, drive), (position, velocity, _) in zip(drives, servo_ids(model, drives).T.tolist(), strict=True):
             if drive.servos is not None:
                 self._rests |= _at_rest(model, joint, drive)
@@ -51,7 +51,7 @@ class SetPoints(Stateful):
         self.start()
 
     def start(self) -> None:
-        """Set the initial commands of all joints: the target velocities of their drives, and no effort."""
+        """Set the initial commands: target velocities of drives, current control signals of other actuators, and no effort."""
         self.targets[:] = self._control
         for servo, velocity in self._starts.items():
             self.targets[servo] = velocity
@@ -59,7 +59,7 @@ class SetPoints(Stateful):
         self.pending = True
 
     def zero(self) -> None:
-        """Command all joints to stop: zero velocity and effort; position targets stay."""
+        """Command all joints to stop: set velocity targets and efforts to zero, and keep position targets."""
         for servo in self._starts:
             self.targets[servo] = 0.0
         for servo, control in self._rests.items():
@@ -68,7 +68,11 @@ class SetPoints(Stateful):
         self.pending = True
 
     def take_over(self, steps: int) -> None:
-        """Move the set points towards their targets within their rate limits; `steps` is the number of steps left in the tick."""
+        """Move the set points towards their targets within their rate limits, and apply the commanded efforts.
+
+        Args:
+            steps: number of steps left in the tick; a drive that interpolates spreads its change evenly over them.
+        """
         if self.pending:
             control, changes = self._control, self._changes
             if self._even.size and steps > 1:
@@ -81,6 +85,6 @@ class SetPoints(Stateful):
 
 
 def _at_rest(model: mujoco.MjModel, joint: str, drive: Drive) -> dict[int, float]:
-    """Return the control signals for zero velocity and zero effort of a drive's actuators, by actuator id."""
+    """Return the control signals at which a drive's velocity and effort actuators command zero, by actuator id."""
     found = [drive.servo(joint, kind) for kind in ("velocity", "effort")]
     return {model.actuator(servo.name).id: servo.control(0.0) for servo in found if servo is not None}

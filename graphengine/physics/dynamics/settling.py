@@ -12,16 +12,21 @@ from graphengine.physics.engine import mujoco
 SETTLED_SPEED = 1e-4
 """Speed below which a body counts as at rest, m/s and rad/s."""
 SETTLED_FOR = 0.1
-"""Time for which a body must stay below this speed, s: a body that begins to fall has no speed at first."""
+"""Time for which a body must stay slower than `SETTLED_SPEED`, s; a body that begins to fall is slow only for a shorter time."""
 SETTLE_LIMIT = 5.0
-"""Simulation time after which a scene starts, at rest or not, s."""
+"""Longest simulation time for settling, s; then the scene starts, even if it is not at rest."""
 
 
 def settle(model: mujoco.MjModel, data: mujoco.MjData, step: Callable[[], None]) -> float | None:
-    """Step the simulation until all bodies are at rest, then set the coordinates and velocities at rest.
+    """Step the simulation until all bodies are at rest, then reset it with the positions and velocities that they had at rest.
 
-    Each kinematic tree gets the state in which it came to rest, even if other trees moved it later. The caller must then compute
-    the poses and contacts of this state.
+    Each kinematic tree gets the positions and velocities with which it came to rest, even if another tree moved it later. The
+    caller must then compute the poses and contacts of this state.
+
+    Args:
+        model: compiled model.
+        data: state, which is changed.
+        step: function that advances the simulation by one physics step.
 
     Returns:
         Simulation time until all bodies were at rest, s; None if a body was not at rest after `SETTLE_LIMIT`.

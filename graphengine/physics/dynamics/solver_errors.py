@@ -10,20 +10,20 @@ from graphengine.physics.engine import mujoco
 
 
 def gave_up(data: mujoco.MjData, error: Exception) -> PhysicsError:
-    """Return the error for an exception of MuJoCo, for example for geometry whose collisions it cannot compute."""
+    """Return the error to raise for an exception that MuJoCo raised in a step, for example because of degenerate geometry."""
     return PhysicsError(f"at t = {data.time:.4f} s MuJoCo gave up: {error}\nlook for degenerate geometry in the scene")
 
 
 def begin_step(model: mujoco.MjModel, data: mujoco.MjData, directed: DirectedFriction) -> None:
-    """Compute the poses, velocities and contacts of a state.
+    """Compute the poses, velocities and contacts of a state: the first half of a step.
 
     Args:
         model: model of the state.
-        data: the state.
+        data: state, which is changed.
         directed: adjusts the contacts of geoms whose friction depends on the direction.
 
     Raises:
-        PhysicsError: MuJoCo failed.
+        PhysicsError: MuJoCo reported a fatal error.
     """
     try:
         mujoco.mj_step1(model, data)
@@ -33,7 +33,7 @@ def begin_step(model: mujoco.MjModel, data: mujoco.MjData, directed: DirectedFri
 
 
 def out_of_range(model: mujoco.MjModel, data: mujoco.MjData) -> PhysicsError:
-    """Return the error for a body outside MuJoCo's range of coordinates."""
+    """Return the error to raise for a body whose position is outside MuJoCo's range of coordinates."""
     coordinate = data.warning[mujoco.mjtWarning.mjWARN_BADQPOS].lastinfo
     joint = int(np.searchsorted(model.jnt_qposadr, coordinate, side="right")) - 1
     body = model.body(model.jnt_bodyid[joint]).name
@@ -41,7 +41,7 @@ def out_of_range(model: mujoco.MjModel, data: mujoco.MjData) -> PhysicsError:
 
 
 def diverged(model: mujoco.MjModel, data: mujoco.MjData) -> PhysicsError:
-    """Return the error for the warnings that MuJoCo counted in a step, with remedies."""
+    """Return the error to raise for the warnings that MuJoCo counted in a step; its message suggests remedies."""
     kinds, counts = mujoco.mjtWarning, data.warning.number
     at = f"at t = {data.time:.4f} s"
     if counts[kinds.mjWARN_CONTACTFULL] or counts[kinds.mjWARN_CNSTRFULL]:

@@ -10,7 +10,7 @@ from graphengine.physics.dynamics.set_points import SetPoints
 from graphengine.physics.engine import Indices, mujoco
 
 _SIZES = {mujoco.mjtJoint.mjJNT_FREE: (7, 6), mujoco.mjtJoint.mjJNT_BALL: (4, 3)}
-"""Coordinates and degrees of freedom of joints that have more than one."""
+"""Numbers of coordinates and of degrees of freedom, for joint types with more than one."""
 
 _Pairs = tuple[Indices, Indices]
 
@@ -38,7 +38,7 @@ class Transfer:
         self._activations = _indices([pair for both in ranges for pair in zip(*both, strict=False)])
 
     def carry_over(self, old: mujoco.MjData, new: mujoco.MjData) -> None:
-        """Copy the time, and the state of common joints and actuators."""
+        """Copy the time, and the state of the joints and actuators that both models have."""
         new.time = old.time
         for name, (source, target) in (
             ("qpos", self._positions),
@@ -51,13 +51,13 @@ class Transfer:
             getattr(new, name)[target] = getattr(old, name)[source]
 
     def carry_over_commands(self, old: SetPoints, new: SetPoints) -> None:
-        """Copy the commands of common joints and actuators."""
+        """Copy the commands of the joints and actuators that both models have."""
         new.targets[self._actuators[1]] = old.targets[self._actuators[0]]
         new.efforts[self._velocities[1]] = old.efforts[self._velocities[0]]
 
 
 def _joints(old: mujoco.MjModel, new: mujoco.MjModel) -> Iterator[tuple[int, int]]:
-    """Yield the ids of a joint in both models; bodies of the same name have the same joints."""
+    """Yield the old and the new id of each joint that both models have; bodies of the same name must have the same joints."""
     for one in range(old.nbody):
         other = _find(new, "BODY", old.body(one).name)
         for number in range(old.body_jntnum[one] if other >= 0 else 0):
@@ -71,7 +71,7 @@ def _activations(model: mujoco.MjModel, actuator: int) -> range:
 
 
 def _find(model: mujoco.MjModel, kind: str, name: str) -> int:
-    """Return the id of the object with this name, or -1."""
+    """Return the id of the object with this kind and name, or -1 if there is none."""
     return int(mujoco.mj_name2id(model, getattr(mujoco.mjtObj, f"mjOBJ_{kind}"), name))
 
 

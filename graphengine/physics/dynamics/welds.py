@@ -1,8 +1,9 @@
-"""Welds that hold one body to another while the simulation runs, such as those of grippers.
+"""Welds that can hold one body to another while the simulation runs, such as the welds of grippers.
 
-Each weld is compiled into the model of a robot, inactive and with a spare entry in the model's list of excluded pairs of bodies.
-When the weld holds a body, it gets the body's id, and the entry the ids of both bodies: they no longer collide, because contacts
-would act against the weld. A weld on the world has no entry, because the held body would pass through all geoms of the world.
+Each weld is compiled into the model of a robot. It is inactive at first, and has a spare entry in the model's list of body pairs
+that do not collide. When the weld begins to hold a body, it gets the id of that body, and a spare entry gets the ids of both
+bodies: if they collided, the contacts would act against the weld. A weld whose own body is the world has no spare entry,
+because the held body would pass through all geoms of the world.
 """
 
 from __future__ import annotations
@@ -17,18 +18,18 @@ from graphengine.format.stateful import Stateful
 from graphengine.physics.engine import Floats, mujoco
 
 _TIGHT_SOLREF = (0.005, 1.0)
-"""Time constant (s) and damping ratio of a weld."""
+"""MuJoCo's `solref` of a weld: time constant (s) and damping ratio."""
 _TIGHT_SOLIMP = (0.999, 0.9999)
-"""Impedance of a weld: a load of 10 N displaces it by micrometres."""
+"""First values of MuJoCo's `solimp` (impedance) of a weld; with them, a load of 10 N displaces it by micrometres."""
 _WIDE_AWAKE = -1 - mujoco.mjMINAWAKE
-"""MuJoCo's state of a tree of bodies that may sleep after some steps at rest, not at once."""
+"""MuJoCo's `tree_asleep` of a tree of bodies that is fully awake: it may fall asleep only after some steps at rest."""
 _EQUALITY = mujoco.mjtConstraint.mjCNSTR_EQUALITY.value
 _ANCHOR, _PLACE, _TURN = slice(0, 3), slice(3, 6), slice(6, 10)
-"""Parts of MuJoCo's `eq_data` of a weld: anchors in the second and the first body's frame, and their relative rotation."""
+"""Slices of a weld's `eq_data`: anchor in the held body's frame, anchor in the other body's frame, and relative rotation."""
 
 
 def add_weld(spec: mujoco.MjSpec, name: str, body: str) -> None:
-    """Add an inactive weld to a model; it can later hold any other body to the body with the name `body`."""
+    """Add an inactive weld to the body named `body` of a model; the weld can later hold any other body."""
     weld = spec.add_equality(name=name, type=mujoco.mjtEq.mjEQ_WELD, objtype=mujoco.mjtObj.mjOBJ_BODY, active=False)
     weld.name1, weld.name2 = body, "world"
     weld.data[_TURN], weld.data[10] = (1.0, 0.0, 0.0, 0.0), 1.0
@@ -38,23 +39,23 @@ def add_weld(spec: mujoco.MjSpec, name: str, body: str) -> None:
 
 
 class Welds(Stateful):
-    """The welds of a model that can be activated; `bound_to` looks them up in a compiled model.
+    """The welds of a compiled model that are active; `bound_to` finds them in another compiled model.
 
     Attributes:
-        held: for each active weld, by name, the name of the body that it holds and MuJoCo's `eq_data`.
+        held: the name of the held body and MuJoCo's `eq_data` for each active weld, by the weld's name.
     """
 
     kept = ("held",)
     _model: mujoco.MjModel
     _data: mujoco.MjData
     _built: NDArray[np.signedinteger]
-    """Excluded pairs of bodies of the compiled model."""
+    """The body pairs that do not collide in the compiled model, in MuJoCo's encoding; a spare entry pairs a body with itself."""
 
     def __init__(self) -> None:
         self.held: dict[str, tuple[str, Floats]] = {}
 
     def bound_to(self, model: mujoco.MjModel, data: mujoco.MjData) -> Self:
-        """Return the welds of another model; active welds stay active if that model has the held body."""
+        """Return the welds of another model; an active weld stays active if that model has the weld and the held body."""
         made = type(self)()
         made._model, made._data, made._built = model, data, model.exclude_signature.copy()
         made.held = {name: held for name, held in self.held.items() if _has(model, name, held[0])}
@@ -62,14 +63,14 @@ class Welds(Stateful):
         return made
 
     def restore(self, saved: object) -> None:
-        """Return to a saved state."""
+        """Restore a saved state: deactivate the current welds, and activate those that were active then."""
         for name in self.held:
             self._data.eq_active[self._model.equality(name).id] = False
         super().restore(saved)
         self._write()
 
     def withdraw(self) -> None:
-        """Restore the compiled model's excluded pairs of bodies, so that the model can be copied for `bound_to`."""
+        """Reset the model's list of body pairs that do not collide to the compiled list, so that the model can be copied."""
         self._model.exclude_signature[:] = self._built
 
     def hold(self, weld: str, body: int, point: Vector3) -> None:
@@ -77,8 +78,8 @@ class Welds(Stateful):
 
         Args:
             weld: name of the weld.
-            body: id of the body.
-            point: anchor in the world frame, m, at which the weld's force acts.
+            body: id of the body to hold.
+            point: point in the world frame at which the weld's force acts, m.
         """
         model, state, number = self._model, self._data, self._model.equality(weld).id
         own, numbers = int(model.eq_obj1id[number]), model.eq_data[number].copy()
@@ -107,14 +108,14 @@ class Welds(Stateful):
             self.release(weld)
 
     def force(self, weld: str) -> Floats:
-        """Return the force that the held body exerted on the weld's own body in the last step, N, in the world frame."""
+        """Return the force that the held body exerted on the weld's own body in the last step, N, world frame, shape (3,)."""
         data = self._data
         kinds, owners = data.efc_type[: data.ne], data.efc_id[: data.ne]
         rows = np.flatnonzero((kinds == _EQUALITY) & (owners == self._model.equality(weld).id))
         return data.efc_force[rows[:3]].copy() if len(rows) else np.zeros(3)
 
     def _write(self) -> None:
-        """Write all active welds into the model and the state."""
+        """Write all active welds to the model and the state."""
         model, excluded = self._model, self._built.copy()
         spare = np.flatnonzero(excluded >> 16 == excluded & 0xFFFF).tolist()
         for name, (other, numbers) in self.held.items():

@@ -1,1 +1,1 @@
-"""Occupancy maps: the exact cells of a floor plan that obstacles occupy, and the files for map_server."""
+"""Occupancy maps: computes exactly which cells of a floor plan are occupied, writes map files, and judges localizability."""

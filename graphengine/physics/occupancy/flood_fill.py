@@ -1,7 +1,7 @@
-"""Flood fill: the free cells that are connected to given cells by their sides.
+"""Flood fill: finds the free cells that are connected to given cells by their sides.
 
-Cells are grouped into runs along rows. Runs of neighbouring rows touch where their columns overlap; runs are sorted, so those
-that touch a given run are consecutive.
+Free cells are grouped into runs along rows. Two runs in neighbouring rows touch if their columns overlap. Runs are sorted, so the
+runs of one row that touch a given run are consecutive.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from graphengine.physics.engine import Bools
 
 
 def reached(free: Bools, seeds: Sequence[tuple[int, int]]) -> Bools:
-    """Return the free cells that are connected to a seed; seeds are (row, column)."""
+    """Return for each cell whether it is free and connected to a seed; seeds are (row, column)."""
     rows, columns = free.shape
     steps = np.diff(free.astype(np.int8), axis=1, prepend=0, append=0)
     row, start = np.nonzero(steps == 1)
@@ -23,7 +23,7 @@ def reached(free: Bools, seeds: Sequence[tuple[int, int]]) -> Bools:
     starts, stops = row * width + start, row * width + stop
 
     def touching(shift: int) -> tuple[list[int], list[int]]:
-        """Return for each run the range of runs that it touches in a neighbouring row: first index, and index after the last."""
+        """Return, for each run, the first index and the index after the last of the runs that it touches `shift` rows away."""
         first = np.searchsorted(stops, starts + shift * width, side="right")
         last = np.searchsorted(starts, stops + shift * width, side="left")
         return first.tolist(), last.tolist()

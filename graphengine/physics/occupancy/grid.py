@@ -1,11 +1,11 @@
-"""The cells of a floor plan, filled with bodies row by row.
+"""The grid of cells of a floor plan, and a canvas on which bodies are drawn row by row.
 
-A cell is occupied if a body meets its prism: the cell times the height range, reduced by MARGIN on each side. So bodies that
-only touch a prism do not count, and a wall whose face is on the border of two cells occupies only one of them, whatever
-rounding errors its coordinates have.
+A cell is occupied if a body intersects its prism: the cell extended over the height range, and reduced by MARGIN on each side.
+So a body that only touches a prism does not occupy the cell, and a wall whose face is on the border of two cells occupies only
+one of them, whatever rounding errors its coordinates have.
 
-All bodies are convex, and so is the part of a body in a row of cells. So the occupied cells of a row are those between the
-body's smallest and largest x in that row, and a shape only computes these two numbers.
+All bodies are convex, and so is the part of a body in a row of cells. So a body occupies the cells between its smallest and
+largest x in each row, and a shape needs to compute only these two numbers.
 """
 
 from __future__ import annotations
@@ -18,10 +18,10 @@ import numpy as np
 from graphengine.physics.engine import Bools, Floats, Indices
 
 Window = tuple[float, float]
-"""Lowest and highest z, m."""
+"""Lowest and highest z of the height range in which a body counts as an obstacle, m."""
 
 MARGIN = 1e-9
-"""m by which cells and the window are drawn in: far below what matters, far above the noise of floating point."""
+"""Length by which cells and the height range are reduced on each side, m; much greater than rounding errors."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,8 +32,8 @@ class Grid:
         cell: side of a cell, m.
         west: x of the outer border of the first column, m.
         south: y of the outer border of the first row, m.
-        columns: cells in a row.
-        rows: cells in a column.
+        columns: number of columns.
+        rows: number of rows.
     """
 
     cell: float
@@ -44,7 +44,7 @@ class Grid:
 
     @staticmethod
     def around(low: tuple[float, float], high: tuple[float, float], cell: float, origin: tuple[float, float]) -> Grid:
-        """Return the smallest grid over a rectangle for which `origin` is a corner of cells."""
+        """Return the smallest grid that covers a rectangle; its lines, extended, pass through the point `origin`."""
         first = [math.floor((a - o + MARGIN) / cell) for a, o in zip(low, origin, strict=True)]
         last = [math.ceil((b - o - MARGIN) / cell) for b, o in zip(high, origin, strict=True)]
         west, south = (o + i * cell for o, i in zip(origin, first, strict=True))
@@ -62,25 +62,25 @@ class Grid:
         return self.south + self.rows * self.cell
 
     def locate(self, x: float, y: float) -> tuple[int, int] | None:
-        """Return row and column of the cell that contains a point; None outside the grid."""
+        """Return row and column of the cell that contains a point; None if the point is outside the grid."""
         row, column = math.floor((y - self.south) / self.cell), math.floor((x - self.west) / self.cell)
         return (row, column) if 0 <= row < self.rows and 0 <= column < self.columns else None
 
     def centre(self, row: int, column: int) -> tuple[float, float]:
-        """Return x and y of a cell's centre."""
+        """Return x and y of a cell's centre, m."""
         return self.west + (column + 0.5) * self.cell, self.south + (row + 0.5) * self.cell
 
     def bands(self, rows: Indices, margin: float = MARGIN) -> tuple[Floats, Floats]:
-        """Return smallest and largest y of rows, reduced by the margin."""
+        """Return the smallest and largest y of each given row, reduced by the margin, m."""
         edges: Floats = self.south + np.stack([rows, rows + 1]) * self.cell
         return edges[0] + margin, edges[1] - margin
 
     def rows_of(self, low: Floats, high: Floats, margin: float = MARGIN) -> tuple[Indices, Indices]:
-        """Return first and last row that each range of y meets; first > last if there is none."""
+        """Return the first and last row that each range of y intersects; first > last if a range intersects no row."""
         return _met(low - self.south + margin, high - self.south - margin, self.cell, self.rows)
 
     def columns_of(self, low: Floats, high: Floats, margin: float = MARGIN) -> tuple[Indices, Indices]:
-        """Return first and last column that each range of x meets; first > last if there is none."""
+        """Return the first and last column that each range of x intersects; first > last if a range intersects no column."""
         return _met(low - self.west + margin, high - self.west - margin, self.cell, self.columns)
 
 
@@ -105,7 +105,7 @@ class Canvas:
         self._steps = np.zeros((grid.rows, grid.columns + 1), np.int32)
 
     def fill(self, rows: Indices, low: Floats, high: Floats, margin: float = MARGIN) -> None:
-        """Occupy the cells that a range of x meets in each given row; infinite limits mean the borders of the grid."""
+        """Occupy the cells that a range of x intersects in each given row; the limits of a range may be infinite."""
         first, last = self.grid.columns_of(low, high, margin)
         met = first <= last
         np.add.at(self._steps, (rows[met], first[met]), 1)

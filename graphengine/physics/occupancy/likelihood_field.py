@@ -1,7 +1,8 @@
-"""The likelihood field of a map, as nav2_amcl's `likelihood_field` model scores the beams of a scan.
+"""Computes the likelihood field of a map, with which nav2_amcl's `likelihood_field` model scores the beams of a scan.
 
-AMCL gives a beam that ends at distance z from the nearest obstacle p = z_hit exp(-z^2 / (2 sigma_hit^2)) + z_rand / range, and a
-scan 1 + sum p^3 over its beams; beams without a return do not count. Distances are measured between centres of cells, up to 2 m.
+If a beam ends at distance z from the nearest obstacle, AMCL gives it the score
+p = z_hit exp(-z^2 / (2 sigma_hit^2)) + z_rand / range. The score of a scan is 1 + the sum of p^3 over its beams; beams without a
+return do not count. Distances are measured between centres of cells, and limited to 2 m.
 """
 
 from __future__ import annotations
@@ -18,12 +19,12 @@ from graphengine.physics.occupancy.occupancy_map import OCCUPIED, OccupancyMap
 Singles = NDArray[np.float32]
 
 Z_HIT, Z_RAND, SIGMA_HIT, MAX_DISTANCE = 0.5, 0.5, 0.2, 2.0
-"""Defaults of nav2_amcl; lengths in m."""
+"""Default parameters of nav2_amcl: weights of its hit and random models, standard deviation (m) and distance limit (m)."""
 
 
 @dataclass(frozen=True, slots=True)
 class LikelihoodField:
-    """Contribution of a beam to the likelihood of a scan, by the cell in which the beam ends.
+    """The contribution of a beam to the score of a scan, for each cell in which the beam can end.
 
     The map is padded, so that `shift` can move the flat index of a cell in all directions.
 
@@ -32,7 +33,7 @@ class LikelihoodField:
         pad: number of cells of padding on each side of the map.
         occupied: whether a cell is an obstacle, shape (rows, columns) with padding.
         distance: distance from the centre of a cell to the centre of the nearest obstacle cell, at most MAX_DISTANCE, m.
-        score: p^3 of a beam that ends in the cell.
+        score: p^3 of a beam that ends in the cell, with p as in the description of this module.
     """
 
     cell: float
@@ -42,20 +43,20 @@ class LikelihoodField:
     score: Singles
 
     def index(self, rows: Indices, columns: Indices) -> Indices:
-        """Return flat indices of map cells; cells outside the map are moved into its padding, where no obstacle is near."""
+        """Return flat indices of map cells; cells outside the map are moved to its padding, where no obstacle is near."""
         edge, (high, wide) = self.pad // 2, self.score.shape
         flat: Indices = np.clip(rows + self.pad, edge, high - 1 - edge) * wide
         flat += np.clip(columns + self.pad, edge, wide - 1 - edge)
         return flat
 
     def shift(self, rows: Indices, columns: Indices) -> Indices:
-        """Return the difference of flat indices for a displacement by rows and columns."""
+        """Return the number to add to a flat index for a displacement by rows and columns."""
         moved: Indices = rows * self.score.shape[1] + columns
         return moved
 
 
 def likelihood_field(chart: OccupancyMap, max_range: float) -> LikelihoodField:
-    """Return the likelihood field of a map for a lidar of a given range, m."""
+    """Return the likelihood field of a map for a lidar with the given maximum range, m."""
     cell = chart.grid.cell
     pad = 2 * (math.ceil(MAX_DISTANCE / cell) + 1)
     occupied = np.pad(chart.cells == OCCUPIED, pad)
@@ -66,10 +67,10 @@ def likelihood_field(chart: OccupancyMap, max_range: float) -> LikelihoodField:
 
 
 def distances(occupied: Bools, most: int) -> Floats:
-    """Return the distance of each cell from the nearest occupied cell, in cells: exact up to `most`, and above `most` beyond.
+    """Return the distance of each cell from the nearest occupied cell, in cells.
 
-    The squared distance of a cell is the minimum, over the columns of its row, of the squared step to the column plus the squared
-    distance within the column.
+    Distances up to `most` are exact; greater distances are only known to be greater than `most`. The squared distance of a cell
+    is the minimum, over the columns of its row, of the squared step to the column plus the squared distance within the column.
     """
     rows, columns = occupied.shape
     number = np.arange(rows)[:, None]

@@ -1,19 +1,20 @@
-"""How well AMCL can localise a robot at each place of a map: how precisely, and whether other poses fit as well.
+"""Computes how well AMCL can localise a robot at each place of a map: how precisely, and whether other poses fit as well.
 
 At each free place, a scan is cast in the map for each heading, and scored at other poses by the likelihood field of nav2_amcl
 (`likelihood_field`). One scan separates poses weakly: AMCL adds the beams of a scan, so a scan is seldom more than ten times as
-likely at the true pose as at any other. But the filter multiplies the likelihoods of successive scans. Resampling keeps that
-product, because it duplicates particles with large weights; only the noise of the motion model reduces it. All scans along a path
-are assumed to equal the scan at the judged pose, so the likelihood ratio of one scan is raised to a power instead.
+likely at the true pose as at another pose. But the filter multiplies the likelihoods of successive scans. Resampling keeps that
+product, because it duplicates particles with large weights; only the noise of the motion model reduces it. For simplicity, all
+scans along a path are assumed to equal the scan at the judged pose, so the product is a power of one scan's likelihood ratio.
 
-- Spread: standard deviation of the position, along its worst direction, at which the filter settles. One scan has the information
-  I = 1 / sigma^2, from the second differences of the logarithms of its ratios at poses 0.1 m or 0.025 rad off; the heading is
-  unknown, too. Each update adds the variance q = alpha (0.25 m)^2 of the motion model and then the scan, so the filter settles
-  at P = 1 / (1 / (P + q) + I). The spread is limited to REACH, which means that scans have no information.
-- Near ambiguity: the largest likelihood ratio of a pose that is at most REACH and 0.1 rad, and at least 0.3 m or 0.1 rad, off the
-  true one. The ratio is that of SCANS scans, which AMCL by default uses in 2 m of travel, one each 0.25 m; `scans=1` judges a
-  single scan.
-- Far ambiguity: the largest ratio of any other pose of the map (`scan_matching`), for the same number of scans.
+- Spread: the standard deviation of the position, along its worst direction, at which the filter settles. A scan gives the
+  information I = 1 / sigma^2. It is computed from the second differences of the logarithms of likelihood ratios at poses 0.1 m or
+  0.025 rad away; the heading is treated as unknown. Each update adds the variance q = alpha (0.25 m)^2 of the motion model and
+  then the information of the scan, so the filter settles at P = 1 / (1 / (P + q) + I). The spread is limited to REACH; a spread
+  of REACH means that scans give no information.
+- Near ambiguity: the largest likelihood ratio of a nearby pose to the true pose. A nearby pose is at most REACH and 0.1 rad, and
+  at least 0.3 m or 0.1 rad away. The ratio is that of SCANS scans: by default, AMCL uses so many in 2 m of travel, one per 0.25
+  m. With `scans=1`, it is that of a single scan.
+- Far ambiguity: the largest likelihood ratio of any other pose of the map (`scan_matching`), for the same number of scans.
 
 Positions are those of the lidar. Positions closer to an obstacle than the inscribed radius of the robot are left out, because the
 robot cannot get there.
@@ -36,30 +37,32 @@ from graphengine.physics.occupancy.scan_matching import ScanMatcher
 
 BEAMS, SCANS, HEADINGS = 60, 8, 16
 ALPHA, UPDATE = 0.01, 0.25
-"""Variance of the motion model per squared distance (alpha3 of AMCL), and distance between updates, m."""
+"""Variance of the motion model per squared distance (AMCL's alpha3), and distance travelled between updates of AMCL, m."""
 LARGEST_CELL = 0.5
-"""Largest side of a cell for which poses within `REACH` can be compared, m."""
+"""Largest side of a cell with which poses within `REACH` of each other can be compared, m."""
 REACH, STEP = 1.0, 0.1
-"""Largest distance of a nearby pose from the true one, and spacing of nearby poses, m."""
+"""Largest distance of a nearby pose from the true pose, and spacing of the nearby poses that are compared, m."""
 OFF, TURNED = 0.3, 0.1
-"""Distance (m) and angle (rad) from which on a nearby pose counts as another pose."""
+"""Distance (m) and angle (rad) from the true pose; a nearby pose that differs less does not count as another pose."""
 _TURNS = (0.0, -0.025, 0.025, -0.05, 0.05, -TURNED, TURNED)
 MOST_PLACES = 20_000
 
 
 @dataclass(frozen=True, slots=True)
 class Localizability:
-    """Figures for each place and heading, in arrays of shape (places, headings). Places are in rows from south to north.
+    """How well a robot can be localised at each place and heading; arrays have the shape (places, headings).
+
+    Places are in rows from south to north.
 
     Attributes:
         spacing: distance between neighbouring places, m.
         places: x and y, shape (places, 2), m.
         headings: headings of the robot, rad.
-        spread: standard deviation along the worst direction, m.
+        spread: standard deviation of the position along its worst direction, m.
         direction: the worst direction, rad from the x axis, 0 to pi.
-        near: largest likelihood ratio of a nearby pose to the true one.
-        far: largest likelihood ratio of a pose farther away to the true one.
-        alias: pose of `far`: x, y (m) and heading (rad), shape (places, headings, 3); NaN if there is none.
+        near: largest likelihood ratio of a nearby pose to the true pose.
+        far: largest likelihood ratio of a pose farther away to the true pose.
+        alias: pose with the ratio `far`: x, y (m) and heading (rad), shape (places, headings, 3); NaN if no pose was found.
     """
 
     spacing: float
@@ -73,11 +76,11 @@ class Localizability:
 
     @property
     def ambiguity(self) -> Floats:
-        """The larger one of `near` and `far`."""
+        """The larger value of `near` and `far`, for each place and heading."""
         return np.maximum(self.near, self.far)
 
     def good(self, spread: float, ambiguity: float) -> Floats:
-        """Return the fraction of headings of each place with at most the given spread (m) and ambiguity."""
+        """Return, for each place, the fraction of headings with at most the given spread (m) and ambiguity."""
         fine = (self.spread <= spread) & (self.ambiguity <= ambiguity)
         return np.asarray(fine.mean(axis=1))
 
@@ -97,21 +100,21 @@ def localizability(
     Args:
         chart: the map.
         lidar: the lidar; as in AMCL, about BEAMS of its beams are used.
-        radius: distance that the lidar keeps from obstacles, m.
-        spacing: distance between places, m, rounded to cells of the map.
-        scans: scans whose likelihoods are multiplied for the ambiguity.
+        radius: smallest distance of the lidar from obstacles, m; closer places are left out.
+        spacing: distance between places, m; it is rounded to a multiple of the cell size.
+        scans: number of scans whose likelihoods are multiplied for the ambiguity.
         alpha: noise of the motion model, alpha3 of AMCL.
-        progress: called with the completed share.
+        progress: called with the completed share, 0 to 1.
 
     Raises:
-        UsageError: there is no free place, or there are too many, cells are larger than `LARGEST_CELL`, or `scans` or `alpha` is
-            not above 0.
+        UsageError: there is no free place or there are too many of them, cells are larger than `LARGEST_CELL`, or `scans` or
+            `alpha` is not greater than 0.
     """
     if scans < 1 or not 0.0 < alpha < math.inf:
-        raise UsageError(f"scans {scans}, alpha {alpha:g}: write numbers above 0")
+        raise UsageError(f"scans is {scans} and alpha is {alpha:g}: write numbers above 0")
     if chart.grid.cell > LARGEST_CELL:
         raise UsageError(
-            f"cells of {chart.grid.cell:g} m are too large to compare poses; legal: up to {LARGEST_CELL} m"
+            f"cells of {chart.grid.cell:g} m are too large to compare poses; use cells of at most {LARGEST_CELL} m"
         )
     field = likelihood_field(chart, lidar.far)
     stride = max(1, round(spacing / chart.grid.cell))
@@ -123,7 +126,9 @@ def localizability(
     if not len(rows):
         raise UsageError(f"the map has no free place that is {radius:.2g} m from all obstacles")
     if len(rows) > MOST_PLACES:
-        raise UsageError(f"{len(rows)} places are too many, at most {MOST_PLACES}; map a smaller area by its bounds")
+        raise UsageError(
+            f"{len(rows)} places are too many; use a larger spacing or smaller bounds for at most {MOST_PLACES} places"
+        )
     rays = lidar.rays(BEAMS, HEADINGS)
     window = lidar.window(rays, HEADINGS)
     ranges = cast(field, rows, columns, rays, lidar)
@@ -145,7 +150,7 @@ def localizability(
 
 
 class _Nearby:
-    """Scores scans at the poses around their true pose."""
+    """Scores scans at poses near their true pose, for the spread and the near ambiguity."""
 
     def __init__(self, field: LikelihoodField, scans: int, alpha: float) -> None:
         self._field, self._scans, self._motion = field, scans, alpha * UPDATE**2
@@ -165,7 +170,14 @@ class _Nearby:
         self._block = [int(np.flatnonzero((rows == down) & (columns == right))[0]) for down, right in block]
 
     def judge(self, row: int, column: int, ranges: Floats, window: Floats) -> tuple[Floats, Floats, Floats]:
-        """Return spread (m), worst direction (rad) and near ambiguity for each heading at a cell, from the ranges of its rays."""
+        """Return spread (m), worst direction (rad) and near ambiguity for each heading at a cell.
+
+        Args:
+            row: row of the cell.
+            column: column of the cell.
+            ranges: ranges of the rays of a full circle at the cell, m; NaN for no return.
+            window: 1 for each ray that is in the field of view at a heading, else 0, shape (rays, headings).
+        """
         field, rays = self._field, len(ranges)
         met = np.isfinite(ranges)
         along = np.where(met, ranges, 0.0) / field.cell
@@ -180,7 +192,11 @@ class _Nearby:
         return spread, direction, ratio[self._other].max(axis=0) ** self._scans
 
     def _precision(self, ratio: Floats) -> tuple[Floats, Floats]:
-        """Return spread (m) and worst direction (rad) from the ratios one step off, shape (3 turns, 9 positions, headings)."""
+        """Return spread (m) and worst direction (rad) for each heading.
+
+        Args:
+            ratio: likelihood ratios of poses at most one step and one turn away, shape (3 turns, 9 positions, headings).
+        """
         drop = -np.log(ratio.reshape(3, 3, 3, -1))
         step, turn = self._steps
         xx, yy = (drop[1, 1, 0] + drop[1, 1, 2]) / step**2, (drop[1, 0, 1] + drop[1, 2, 1]) / step**2

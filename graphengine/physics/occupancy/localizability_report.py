@@ -1,4 +1,4 @@
-"""Reports localizability as a summary text, a CSV table and a PNG picture."""
+"""Reports localizability as a text summary, a CSV table and a PNG image."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from graphengine.physics.occupancy.localizability import Localizability
 from graphengine.physics.occupancy.occupancy_map import FREE, OCCUPIED, OccupancyMap
 
 GOOD_SPREAD, GOOD_AMBIGUITY = 0.10, 0.5
-"""Largest spread, m, and largest ambiguity of a good pose."""
+"""Largest spread (m) and largest ambiguity of a pose that counts as good."""
 BLIND = 2 * GOOD_SPREAD
 REGIONS = 5
 _HEAD = ("x", "y", "spread", "direction_deg", "near", "far", "alias_x", "alias_y", "heading_deg", "alias_heading_deg")
@@ -40,7 +40,7 @@ def write_report(result: Localizability, chart: OccupancyMap, stem: Path) -> lis
 
 
 def summary(result: Localizability) -> str:
-    """Return a text with the shares of good and bad poses, and the regions of the bad ones."""
+    """Return a text with the shares of good and bad poses, and the regions in which bad poses are."""
     spread, ambiguity = result.spread, result.ambiguity
     good = _percent((spread <= GOOD_SPREAD) & (ambiguity <= GOOD_AMBIGUITY))
     near, far = _percent(result.near <= GOOD_AMBIGUITY), _percent(result.far <= GOOD_AMBIGUITY)
@@ -71,7 +71,7 @@ def _percent(which: Bools) -> str:
 
 
 def _regions(result: Localizability, bad: Bools) -> Iterator[str]:
-    """Yield the extents of the largest connected regions of some places, as texts."""
+    """Yield texts with the extents of the largest connected regions of the places that are `bad`."""
     cells = np.rint((result.places - result.places.min(axis=0)) / result.spacing).astype(np.intp)
     plan = np.zeros(cells.max(axis=0)[::-1] + 1, np.bool_)
     plan[cells[bad, 1], cells[bad, 0]] = True
@@ -99,7 +99,8 @@ def _regions(result: Localizability, bad: Bools) -> Iterator[str]:
 def _table(result: Localizability) -> bytes:
     """Return a CSV table with a row for each place.
 
-    Spread and each ambiguity are those of the heading where they are largest; the alias belongs to the largest far ambiguity.
+    Each of spread, near ambiguity and far ambiguity is the largest value over all headings. Heading and alias are those of the
+    largest far ambiguity.
     """
     buffer = io.StringIO()
     rows = csv.writer(buffer, lineterminator="\n")
@@ -120,7 +121,7 @@ def _table(result: Localizability) -> bytes:
 
 
 def _picture(result: Localizability, chart: OccupancyMap) -> bytes:
-    """Return a PNG with two maps: one coloured by spread, with lines along the worst directions, and one by ambiguity."""
+    """Return a PNG image with two maps: one coloured by spread with lines along the worst directions, one by ambiguity."""
     plan = np.full((*chart.cells.shape, 3), 170, np.uint8)
     plan[chart.cells == FREE], plan[chart.cells == OCCUPIED] = 255, 0
     worst = result.spread.argmax(axis=1)
@@ -150,7 +151,7 @@ def _picture(result: Localizability, chart: OccupancyMap) -> bytes:
 
 
 def _colour(badness: float) -> tuple[int, int, int]:
-    """Return a colour between green (0), yellow (0.5) and red (1)."""
+    """Return a colour on a scale from green (0) over yellow (0.5) to red (1)."""
     red, green, blue = (
         round(float(np.interp(badness, (0.0, 0.5, 1.0), [colour[part] for colour in (_GREEN, _YELLOW, _RED)])))
         for part in range(3)

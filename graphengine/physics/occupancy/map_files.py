@@ -1,12 +1,13 @@
-"""Writes the image and the YAML file that nav2's map_server reads.
+"""Writes the image and the YAML file that Nav2's map_server reads.
 
-Occupied is black, free is white, unknown is a grey between the thresholds: 127 gives p = 1 - 127/255 = 0.502, above
-`free_thresh` and below `occupied_thresh`. The usual 205 of map savers is only 0.00008 above a free_thresh of 0.196, and below
-the 0.25 of newer maps, which then read it as free. The image has no alpha channel, which map_server would read as "unknown".
+Occupied cells are black, free cells white, and unknown cells grey: the brightness 127 gives p = 1 - 127/255 = 0.502, which is
+between `free_thresh` and `occupied_thresh`. (The usual 205 of map savers gives p = 0.19608. This is only 0.00008 above a
+free_thresh of 0.196, and below a free_thresh of 0.25, as newer maps have it, so that map_server reads unknown cells as free.)
+The image does not have an alpha channel, because map_server would read the alpha as "unknown".
 
-In Isaac Sim's convention, the height range is half a cell larger on both sides, after rounding outwards to cells; the image has
-an alpha of 255; and the origin is the centre of the lower left cell, although map_server takes it as its corner, which shifts
-maps by half a cell.
+Isaac Sim's convention differs in three points. The height range is rounded outwards to cells, and then extended by half a cell on
+both sides. The image has an alpha of 255. The origin is the centre of the lower left cell, although map_server takes it as the
+corner of that cell, which shifts maps by half a cell.
 """
 
 from __future__ import annotations
@@ -33,13 +34,16 @@ OCCUPIED_THRESHOLD, FREE_THRESHOLD = 0.65, 0.196
 
 
 def isaac_window(window: Window, cell: float) -> Window:
-    """Return the height range that Isaac Sim's map generator uses: 0.175 to 0.675 for 0.2 to 0.62 with cells of 0.05 m."""
+    """Return the height range that Isaac Sim's map generator uses for a requested range, m.
+
+    With cells of 0.05 m, it uses 0.175 to 0.675 for 0.2 to 0.62.
+    """
     low, high = math.floor(window[0] / cell + 1e-9), math.ceil(window[1] / cell - 1e-9)
     return (low - 0.5) * cell, (high + 0.5) * cell
 
 
 def write_map(chart: OccupancyMap, stem: Path, image: Format = "png", convention: Convention = "ros") -> list[Path]:
-    """Write `stem`.png or .pgm and `stem`.yaml, both or neither; return their paths.
+    """Write `stem`.png (or .pgm) and `stem`.yaml, both or neither; return the paths of both files.
 
     Raises:
         UsageError: a PGM is requested in Isaac Sim's convention, or `stem`.yaml exists and is not a map, such as a scene.
@@ -56,20 +60,20 @@ def write_map(chart: OccupancyMap, stem: Path, image: Format = "png", convention
 def map_files(
     chart: OccupancyMap, stem: Path, image: Format = "png", convention: Convention = "ros"
 ) -> dict[Path, bytes]:
-    """Return the contents of the image and of the YAML file by path, without writing them.
+    """Return the contents of the image file and the YAML file, by the paths at which `write_map` would write them.
 
     Raises:
         UsageError: a PGM is requested in Isaac Sim's convention.
     """
     if convention == "isaac" and image != "png":
-        raise UsageError("Isaac Sim's convention needs a PNG")
+        raise UsageError("Isaac Sim's convention needs a PNG image; choose the format png")
     picture, text = (stem.with_name(f"{stem.name}.{ending}") for ending in (image, "yaml"))
     describe = _isaac_yaml if convention == "isaac" else _yaml
     return {picture: _image(chart, image, convention), text: describe(chart, picture.name).encode()}
 
 
 def _image(chart: OccupancyMap, image: Format, convention: Convention) -> bytes:
-    """Return the encoded image, north up."""
+    """Return the encoded image of a map; its upper edge is north."""
     pixels = np.empty(chart.cells.shape, np.uint8)
     for state, brightness in BRIGHTNESS.items():
         pixels[chart.cells == state] = brightness
@@ -96,7 +100,7 @@ def _yaml(chart: OccupancyMap, image: str) -> str:
 
 
 def _isaac_yaml(chart: OccupancyMap, image: str) -> str:
-    """Return the text that Isaac Sim's map generator shows for saving; it ends without a newline."""
+    """Return the YAML text that Isaac Sim's map generator shows for a map; it ends without a newline."""
     grid = chart.grid
     x, y = grid.centre(0, 0)
     name = yaml.safe_dump(image, allow_unicode=True, width=math.inf).splitlines()[0]
@@ -112,5 +116,5 @@ def _isaac_yaml(chart: OccupancyMap, image: str) -> str:
 
 
 def _short(value: float) -> float:
-    """Return a number without the rounding errors of multiples of a cell: 0.15, not 0.15000000000000002."""
+    """Return a number rounded to nine decimals, so that a multiple of a cell is 0.15 and not 0.15000000000000002."""
     return round(value, 9) + 0.0

@@ -1,7 +1,7 @@
-"""Occupancy map of a scene: obstacles, extent and free cells.
+"""Computes the occupancy map of a scene: its obstacles, its extent and its free cells.
 
-Obstacles are static: robots and movable bodies are left out. Free cells can be reached from a seed, such as the position of a
-robot; all other cells, such as the outside of a hall, are unknown.
+Obstacles are static geoms; robots and movable bodies are left out unless the request includes them. Free cells can be reached
+from a seed, such as the position of a robot. All other cells that are not occupied, such as the outside of a hall, are unknown.
 """
 
 from __future__ import annotations
@@ -22,53 +22,59 @@ from graphengine.physics.occupancy.shapes import shapes
 from graphengine.physics.sensors.rays import visible_geoms
 
 OCCUPIED, FREE, UNKNOWN = 100, 0, -1
-"""States of a cell, with the values of nav_msgs/OccupancyGrid."""
+"""The states of a cell, with the values that nav_msgs/OccupancyGrid uses."""
 
 MOST_CELLS = 25_000_000
-"""Greatest number of cells of a map: 250 m x 250 m in cells of 0.05 m, which take some seconds and 0.8 GB."""
+"""Greatest number of cells in a map, such as 250 m x 250 m in cells of 0.05 m; it takes some seconds and 0.8 GB of memory."""
 SMALLEST_CELL = 1e-4
-"""m."""
+"""Smallest side of a cell, m."""
 FARTHEST = 1e6
-"""m: beyond, the margin by which touching is told from overlapping drowns in rounding."""
+"""Greatest magnitude of a coordinate, m; with greater ones, rounding errors exceed the margin between touching and overlap."""
 
 Point = tuple[float, float]
 Rectangle = tuple[Point, Point]
-"""The corners in the south-west and in the north-east."""
+"""The south-west and the north-east corner of a rectangle, m."""
 
 
 class NoObstaclesError(UsageError):
-    """The map has no bounds, and there are no obstacles to find them from."""
+    """A map was requested without bounds, and the scene has no obstacles from which the bounds can be computed."""
 
 
 @dataclass(frozen=True, slots=True)
 class OccupancyMap:
-    """A floor plan; `cells` has OCCUPIED, FREE or UNKNOWN, shape (rows, columns), southernmost row first."""
+    """The occupancy map of a scene.
+
+    Attributes:
+        grid: position and number of the cells.
+        window: height range in which bodies are obstacles, m.
+        cells: OCCUPIED, FREE or UNKNOWN, shape (rows, columns), southernmost row first.
+    """
 
     grid: Grid
     window: Window
     cells: NDArray[np.int8]
 
     def share(self, state: int) -> float:
-        """Return the fraction of cells in a state."""
+        """Return the fraction of cells that are in the given state, 0 to 1."""
         return float(np.mean(self.cells == state))
 
 
 @dataclass(frozen=True, slots=True)
 class MapRequest:
-    """Parameters of a map.
+    """The parameters of an occupancy map.
 
     Attributes:
         window: height range in which a body is an obstacle, m.
         cell: side of a cell, m.
-        bounds: area of the map, rounded outwards to cells; None: the rectangle around `select`.
-        select: prims that the map covers; empty: all obstacles.
+        bounds: area of the map, rounded outwards to cells; None for the rectangle around the prims in `select`.
+        select: paths of the prims that the map covers; if empty, the map covers all obstacles.
         origin: a point at which cells have a corner.
-        seeds: points in free space, from which the free area is filled; empty: the position of the first robot.
-        include: prims of robots or movable bodies that count as obstacles in their initial pose.
-        exclude: prims that do not count as obstacles.
+        seeds: points in free space from which the free area is filled; if empty, the position of the first robot.
+        include: paths of robots or movable bodies that count as obstacles in their initial pose.
+        exclude: paths of prims that do not count as obstacles.
 
     Raises:
-        UsageError: a parameter is not legal.
+        UsageError: a parameter has an illegal value.
     """
 
     window: Window
@@ -89,7 +95,7 @@ class MapRequest:
             raise UsageError(f"z: the lower bound {low:g} is not below the upper bound {high:g}")
         if self.cell < SMALLEST_CELL:
             raise UsageError(
-                f"cell: {self.cell:g} is less than {SMALLEST_CELL:g}; give the size in metres, such as 0.05"
+                f"cell: {self.cell:g} m is less than {SMALLEST_CELL:g} m; give the size in metres, such as 0.05"
             )
         for name, first, last in zip("xy", *corners, strict=True):
             if first >= last:
@@ -100,7 +106,8 @@ def make_map(world: LoadedWorld, request: MapRequest) -> OccupancyMap:
     """Return the map of a scene in its initial state.
 
     Raises:
-        UsageError: the request is not possible in this scene.
+        UsageError: the map cannot be made, because all cells are occupied, there are too many cells, no obstacles give the
+            extent, a seed is not free, or a prim has no geometry.
         PrimError: a requested prim does not exist.
     """
     model, data = world.simulation.model, world.simulation.data
@@ -112,7 +119,7 @@ def make_map(world: LoadedWorld, request: MapRequest) -> OccupancyMap:
         shape.draw(canvas, request.window)
     occupied = canvas.occupied()
     if occupied.all():
-        floor = f"a floor above z = {request.window[0]:g} m, where the heights begin that count, is an obstacle, too"
+        floor = f"a floor above z = {request.window[0]:g} m, the lower end of the height range, counts as an obstacle"
         raise UsageError(f"every cell of the map is occupied\n  {floor}")
     seeds = [_seed(grid, occupied, *point) for point in request.seeds or [_first_robot(world)]]
     cells = np.full(occupied.shape, UNKNOWN, np.int8)
@@ -132,7 +139,7 @@ def _check_size(grid: Grid) -> None:
 
 
 def _obstacles(world: LoadedWorld, request: MapRequest) -> Indices:
-    """Return the ids of the geoms that are obstacles."""
+    """Return the ids of the geoms that count as obstacles for a request."""
     model = world.simulation.model
     robots = tuple(f"{robot}/" for robot in world.robots)
     still = np.array([not name.startswith(robots) for name in body_names(model)]) & (model.body_weldid == 0)
@@ -145,14 +152,14 @@ def _obstacles(world: LoadedWorld, request: MapRequest) -> Indices:
 
 
 def _there(model: mujoco.MjModel) -> Bools:
-    """Return which geoms can be met by rays or contacts."""
+    """Return for each geom whether rays can hit it or bodies can collide with it."""
     there = collides(model)
     there[visible_geoms(model)] = True
     return there
 
 
 def _geoms(world: LoadedWorld, path: str) -> Indices:
-    """Return the ids of the geoms of a prim and of all prims below it."""
+    """Return the ids of the geoms of a prim and of all prims below it; raise UsageError if there are none."""
     model, prim = world.simulation.model, world.stage.find(path)
     parts = {part.body for part in prim.descendants()}
     bodies = [body for body, name in enumerate(body_names(model)) if name in parts]
@@ -165,7 +172,7 @@ def _geoms(world: LoadedWorld, path: str) -> Indices:
 
 
 def _bounds(world: LoadedWorld, select: Sequence[str], obstacles: Indices) -> Rectangle:
-    """Return the rectangle around the selected prims, else around all obstacles; infinite planes are ignored."""
+    """Return the rectangle around the selected prims, or around all obstacles if none are selected; ignore infinite planes."""
     chosen = np.unique(np.concatenate([_geoms(world, path) for path in select])) if select else obstacles
     rectangles = [shape.bounds() for shape in shapes(world.simulation.model, world.simulation.data, chosen)]
     west, south = (min((float(low[axis]) for low, _ in rectangles), default=math.inf) for axis in (0, 1))
@@ -184,12 +191,12 @@ def _first_robot(world: LoadedWorld) -> Point:
 
 
 def _seed(grid: Grid, occupied: Bools, x: float, y: float) -> tuple[int, int]:
-    """Return row and column of a seed, which must be free."""
+    """Return row and column of the cell that contains a seed; raise UsageError if the cell is not free."""
     cell = grid.locate(x, y)
     if cell is None:
         raise UsageError(
             f"the free point ({x:g}, {y:g}) lies outside of the map\n"
-            f"  which covers x {grid.west:g} to {grid.east:g}, y {grid.south:g} to {grid.north:g}"
+            f"  the map covers x {grid.west:g} to {grid.east:g}, y {grid.south:g} to {grid.north:g}"
         )
     if not occupied[cell]:
         return cell

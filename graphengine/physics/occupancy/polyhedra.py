@@ -1,8 +1,9 @@
-"""Bodies with flat faces, as triangle meshes.
+"""Bodies with flat faces, given as triangles, and the cells that they occupy.
 
-Two kinds of segments bound the part of a convex polyhedron that lies between two heights: its edges between the heights, and the
-segments in which the two planes cut its faces. In each row of cells, the smallest and largest x of the part are on the
-projections of these segments. So no hulls or polygons are needed: each segment is clipped to each row, and its ends are compared.
+Two kinds of segments bound the part of a convex polyhedron that lies between two heights: its edges, clipped to these heights,
+and the segments in which the two horizontal planes cut its faces. In each row of cells, the smallest and largest x of that part
+are on the projections of these segments. So no hulls or polygons are needed: each segment is clipped to each row, and the ends
+are compared.
 """
 
 from __future__ import annotations
@@ -17,7 +18,7 @@ from graphengine.physics.engine import Floats, Indices
 from graphengine.physics.occupancy.grid import MARGIN, Canvas, Grid, Window, expand
 
 _BLOCK = 1 << 20
-"""Pairs of a segment and a row that are worked on at a time, which bounds memory."""
+"""Number of pairs of a segment and a row that are processed at a time; it limits the memory used."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -25,9 +26,9 @@ class Triangles:
     """Convex bodies, each given by the triangles of its surface or by a single triangle.
 
     Attributes:
-        corners: shape (n, 3, 3), m, in the world frame.
-        owner: index of each triangle's body, shape (n,).
-        margin: margin by which cells are reduced, m; larger than MARGIN for less exact corners.
+        corners: corners of the triangles in the world frame, shape (n, 3, 3), m.
+        owner: index of the body of each triangle, shape (n,).
+        margin: length by which cells are reduced, m; larger than MARGIN for less exact corners.
     """
 
     corners: Floats
@@ -36,10 +37,10 @@ class Triangles:
 
     @staticmethod
     def skin(corners: Floats, margin: float = MARGIN) -> Triangles:
-        """Return triangles without volume, each a body.
+        """Return bodies without volume: the triangles of a surface, each of which is a body.
 
-        They are moved inwards by twice the margin. So a surface on the border of two cells occupies the cell on the side of its
-        solid, not neither.
+        The triangles are moved inwards by twice the margin. So a surface on the border of two cells occupies the cell on the
+        side of its solid; without the displacement, it would occupy neither cell.
         """
         normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
         lengths = np.linalg.norm(normals, axis=1, keepdims=True)
@@ -47,12 +48,12 @@ class Triangles:
         return Triangles(corners + inwards[:, None], np.arange(len(corners)), margin)
 
     def bounds(self) -> tuple[Floats, Floats]:
-        """Return smallest and largest x and y."""
+        """Return smallest x and y, and largest x and y, m."""
         plan = self.corners[..., :2].reshape(-1, 2)
         return plan.min(axis=0), plan.max(axis=0)
 
     def draw(self, canvas: Canvas, window: Window) -> None:
-        """Occupy the cells in which the bodies are."""
+        """Occupy the cells that the bodies intersect within the height range."""
         grid, margin = canvas.grid, self.margin
         segments, owner = self._outline(window[0] + margin, window[1] - margin)
         bodies, owner = np.unique(owner, return_inverse=True)
@@ -73,7 +74,10 @@ class Triangles:
         canvas.fill(rows, low, high, margin)
 
     def _outline(self, low: float, high: float) -> tuple[Floats, Indices]:
-        """Return the segments in the plan that bound the part of the bodies in a slab, shape (m, 2, 2), and their owners."""
+        """Return the segments that bound the parts of the bodies between two heights, and the body of each segment.
+
+        The segments are projected to the floor plan, shape (m, 2, 2).
+        """
         heights = self.corners[..., 2]
         near = (heights.min(axis=1) <= high) & (heights.max(axis=1) >= low)
         corners, owner = self.corners[near], self.owner[near]
@@ -94,7 +98,7 @@ class Triangles:
 
 
 def _cut(segments: Floats, first: Indices, last: Indices, grid: Grid, margin: float) -> tuple[Indices, Floats, Indices]:
-    """Clip segments to the given rows; return for each part the row, x of both ends, and the index of the segment."""
+    """Clip each segment to the rows from its `first` to its `last`; return row, x of both ends and segment index of each part."""
     ys = segments[..., 1]
     lowest, highest = grid.rows_of(ys.min(axis=1), ys.max(axis=1), -margin)  # one too many does no harm
     rows, number = expand(np.maximum(first, lowest), np.minimum(last, highest))
@@ -106,7 +110,16 @@ def _cut(segments: Floats, first: Indices, last: Indices, grid: Grid, margin: fl
 
 
 def _within(start: Floats, end: Floats, low: Floats | float, high: Floats | float) -> tuple[Floats, Floats]:
-    """Return where segments enter and leave a range, from 0 to 1; a segment that misses it leaves before it enters."""
+    """Return at which fractions of their length, 0 to 1, segments enter and leave a range of values.
+
+    For a segment that does not intersect the range, the first fraction is greater than the second.
+
+    Args:
+        start: value at the start of each segment.
+        end: value at its end.
+        low: lower limit of the range.
+        high: upper limit of the range.
+    """
     run = end - start
     run = np.where(run == 0, 1e-300, run)
     with np.errstate(over="ignore"):
@@ -115,13 +128,13 @@ def _within(start: Floats, end: Floats, low: Floats | float, high: Floats | floa
 
 
 def _between(segments: Floats, start: Floats, end: Floats) -> Floats:
-    """Return parts of segments between two fractions of their length."""
+    """Return the part of each segment between two fractions of its length."""
     fractions = np.stack([start, end], axis=1)[..., None]
     return segments[:, :1] * (1 - fractions) + segments[:, 1:] * fractions
 
 
 def _blocks(counts: Indices) -> Iterator[slice]:
-    """Yield consecutive slices; the counts in each add up to about _BLOCK."""
+    """Yield consecutive slices of an array; the counts in each slice add up to about _BLOCK."""
     total = np.cumsum(counts)
     whole = int(total[-1]) if len(total) else 0
     edges = [0, *np.searchsorted(total, np.arange(_BLOCK, whole, _BLOCK)).tolist(), len(counts)]

@@ -1,12 +1,14 @@
-"""Ellipsoids (including spheres) and cylinders, rasterized in closed form.
+"""Ellipsoids (including spheres) and cylinders, and the cells that they occupy, computed in closed form.
 
-The largest x of a convex body, cut by planes of constant y and z, is at one of few points: the extreme points of ellipses, and
-of their sections by the planes. All candidates are computed, those outside the cut body are dropped, and the largest remains.
-Rounding errors can only drop candidates, so a point that counts is always inside the body.
+A row of cells and the height range cut a body by planes of constant y and z. The largest x of the cut body is at one of a few
+points: the extreme points of ellipses, and of the sections of these ellipses by the planes. All candidates are computed, those
+outside the cut body are dropped, and the largest remaining x counts. Rounding errors can only drop candidates, so a point that
+counts is always inside the body.
 
-An ellipsoid is given by its centre c and the matrix Q = A A^T, where A maps the unit ball onto it. Its extreme points along x
-are c +- Q e / sqrt(e^T Q e). The matrix of its section by a plane of constant coordinate is the Schur complement of that
-coordinate, scaled; the same formulae hold for a disc, an ellipsoid with a Q of rank two.
+An ellipsoid is given by its centre c and the matrix Q = A A^T, where A maps the unit ball onto the ellipsoid. Its extreme points
+along x are c +- Q e / sqrt(e^T Q e), where e is the x axis. A section of an ellipsoid by a plane of constant coordinate has the
+scaled Schur complement of that coordinate as its matrix. The same formulae hold for a disc, which is an ellipsoid with a Q of
+rank two.
 """
 
 from __future__ import annotations
@@ -21,36 +23,42 @@ from graphengine.physics.engine import Bools, Floats, Indices
 from graphengine.physics.occupancy.grid import MARGIN, Canvas, Window, expand
 
 Ellipses = tuple[Floats, Floats]
-"""Centres (n, 3) and matrices (n, 3, 3) of ellipsoids, flat ones among them."""
+"""Centres (n, 3) and matrices Q (n, 3, 3) of ellipsoids, some of which may be flat."""
 
 _X, _Y, _Z = range(3)
 
 
 class _Quadrics(ABC):
-    """Convex bodies cut by planes of constant y and z."""
+    """Convex round bodies that can be cut by planes of constant y and z."""
 
     centres: Floats
-    """(n, 3), m."""
+    """Centres of the bodies in the world frame, shape (n, 3), m."""
 
     @abstractmethod
     def reach(self) -> Floats:
-        """Return extents of the bodies from their centres along x, y and z, shape (n, 3), m."""
+        """Return how far each body extends from its centre along x, y and z, shape (n, 3), m."""
 
     @abstractmethod
     def places(self, which: Indices, ys: Sequence[Floats], zs: Sequence[Floats]) -> Iterator[Floats]:
-        """Return points, shape (n, 3), which include those of smallest and largest x of each cut body."""
+        """Yield arrays of one candidate point per body; the points of smallest and largest x of each cut body are among them.
+
+        Args:
+            which: indices of the n bodies; a body may occur several times.
+            ys: y of the planes that cut each body.
+            zs: z of the planes that cut each body.
+        """
 
     @abstractmethod
     def holds(self, which: Indices, points: Floats) -> Bools:
-        """Return whether bodies contain points, within the margin."""
+        """Return whether each body in `which` contains its point, up to the margin."""
 
     def bounds(self) -> tuple[Floats, Floats]:
-        """Return smallest and largest x and y."""
+        """Return smallest x and y, and largest x and y, m."""
         plan, reach = self.centres[:, :2], self.reach()[:, :2]
         return (plan - reach).min(axis=0), (plan + reach).max(axis=0)
 
     def draw(self, canvas: Canvas, window: Window) -> None:
-        """Occupy the cells in which the bodies are."""
+        """Occupy the cells that the bodies intersect within the height range."""
         low, high = window[0] + MARGIN, window[1] - MARGIN
         centres, reach = self.centres, self.reach()
         near = np.flatnonzero((centres[:, _Z] - reach[:, _Z] <= high) & (centres[:, _Z] + reach[:, _Z] >= low))
@@ -71,25 +79,25 @@ class _Quadrics(ABC):
 
 @dataclass(frozen=True, slots=True)
 class Ellipsoids(_Quadrics):
-    """Ellipsoids; `axes` has the half axes as columns, shape (n, 3, 3), m."""
+    """Ellipsoids; the columns of `axes`, shape (n, 3, 3), are their half axes in the world frame, m."""
 
     centres: Floats
     axes: Floats
 
     def reach(self) -> Floats:
-        """Return the extents: the norms of the rows of the axes."""
+        """Return how far each ellipsoid extends: the norms of the rows of its axes."""
         extent: Floats = np.linalg.norm(self.axes, axis=2)
         return extent
 
     def holds(self, which: Indices, points: Floats) -> Bools:
-        """Return whether ellipsoids contain points; in the frame of the half axes, an ellipsoid is the unit ball."""
+        """Return whether each ellipsoid contains its point; in the frame of its half axes, an ellipsoid is the unit ball."""
         radii = np.linalg.norm(self.axes, axis=1)
         unit = np.einsum("nij,ni->nj", (self.axes / radii[:, None] ** 2)[which], points - self.centres[which])
         within: Bools = np.linalg.norm(unit, axis=1) <= 1 + MARGIN / radii.min(axis=1)[which]
         return within
 
     def places(self, which: Indices, ys: Sequence[Floats], zs: Sequence[Floats]) -> Iterator[Floats]:
-        """Return the extreme points of the ellipsoids, and of their sections."""
+        """Yield the extreme points of the ellipsoids, and of their sections by the planes."""
         matrices = self.axes @ self.axes.transpose(0, 2, 1)
         whole = self.centres[which], matrices[which]
         for ellipse in _sections(whole, ys, zs):
@@ -98,12 +106,12 @@ class Ellipsoids(_Quadrics):
 
 @dataclass(frozen=True, slots=True)
 class Cylinders(_Quadrics):
-    """Cylinders between two discs.
+    """Cylinders, each between two discs.
 
     Attributes:
-        centres: shape (n, 3), m.
-        axes: unit vectors, shape (n, 3).
-        radii: shape (n,), m.
+        centres: centres in the world frame, shape (n, 3), m.
+        axes: unit vectors along the cylinders, shape (n, 3).
+        radii: radii of the discs, shape (n,), m.
         halves: half lengths, shape (n,), m.
     """
 
@@ -113,12 +121,12 @@ class Cylinders(_Quadrics):
     halves: Floats
 
     def reach(self) -> Floats:
-        """Return extents of the axis and of the discs at its ends."""
+        """Return how far each cylinder extends: the extents of its half axis plus those of a disc."""
         slant = np.sqrt(np.maximum(1 - self.axes**2, 0.0))
         return self.halves[:, None] * np.abs(self.axes) + self.radii[:, None] * slant
 
     def holds(self, which: Indices, points: Floats) -> Bools:
-        """Return whether points are between the discs and near enough to the axis."""
+        """Return whether each cylinder contains its point: between the discs, and close enough to the axis."""
         offsets, axes = points - self.centres[which], self.axes[which]
         along = np.einsum("ni,ni->n", offsets, axes)
         away = np.linalg.norm(offsets - along[:, None] * axes, axis=1)
@@ -126,9 +134,9 @@ class Cylinders(_Quadrics):
         return within
 
     def places(self, which: Indices, ys: Sequence[Floats], zs: Sequence[Floats]) -> Iterator[Floats]:
-        """Return points of both discs, and of the ellipses in which the planes cut the side.
+        """Yield extreme points of both discs, and of the ellipses in which the planes cut the cylinder's side.
 
-        Such an ellipse is a disc that was moved along the axis into the plane.
+        An ellipse of this kind is the projection of a disc, along the axis, onto the plane.
         """
         centres, axes = self.centres[which], self.axes[which]
         squares = self.radii[which, None, None] ** 2
@@ -150,14 +158,14 @@ def _among(values: Floats, low: Floats, high: Floats) -> Bools:
 
 
 def _sections(ellipse: Ellipses, ys: Sequence[Floats], zs: Sequence[Floats]) -> Iterator[Ellipses]:
-    """Return an ellipsoid, and its sections by planes of y, of z, and of both."""
+    """Yield ellipsoids, and their sections by planes of constant y, of constant z, and of both."""
     for cut in (ellipse, *(_section(ellipse, _Y, y) for y in ys)):
         yield cut
         yield from (_section(cut, _Z, z) for z in zs)
 
 
 def _section(ellipse: Ellipses, axis: int, values: Floats) -> Ellipses:
-    """Return sections of ellipsoids at given values of a coordinate; undefined if a plane misses the ellipsoid."""
+    """Return the sections of ellipsoids at given values of a coordinate; undefined where a plane misses its ellipsoid."""
     centres, matrices = ellipse
     column = matrices[:, :, axis]
     offset = values - centres[:, axis]
@@ -167,7 +175,10 @@ def _section(ellipse: Ellipses, axis: int, values: Floats) -> Ellipses:
 
 
 def _farthest(ellipse: Ellipses) -> Iterator[Floats]:
-    """Yield the points of smallest and largest x, and the centre, because rounding may rule out both for a thin ellipse."""
+    """Yield the point of smallest x, the centre and the point of largest x of each ellipse.
+
+    The centre is needed for a thin ellipse, because rounding errors may drop both other points.
+    """
     centres, matrices = ellipse
     step = matrices[:, :, _X] / np.sqrt(matrices[:, _X, _X, None])
     yield from (centres - step, centres, centres + step)

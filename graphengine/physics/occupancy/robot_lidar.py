@@ -14,25 +14,26 @@ from graphengine.physics.loaded_world import LoadedWorld
 from graphengine.physics.occupancy.scan_casting import PlanarLidar
 
 LEVEL = math.radians(10)
-"""Largest angle between the beams and the floor, rad."""
+"""Largest angle between the floor and the beams of a lidar that counts as level, rad."""
 
 
 def robot_lidar(world: LoadedWorld, robot: str | None = None, lidar: str | None = None) -> tuple[PlanarLidar, float]:
-    """Return the lidar of a robot as it is mounted, and the inscribed radius of the robot, m.
+    """Return a planar lidar that describes a robot's lidar as it is mounted, and the inscribed radius of the robot, m.
 
-    Of a 3D lidar, only the ring closest to the lidar's horizontal plane is used.
+    Of a 3D lidar, only the ring closest to the lidar's xy plane is used.
 
     Args:
         world: the scene.
-        robot: name of the robot; None: the first one.
-        lidar: path of the lidar's prim; None: the only one of the robot.
+        robot: name of the robot; None for the first robot.
+        lidar: path of the lidar's prim; None for the robot's only lidar.
 
     Raises:
-        PrimError: no prim is at the path.
-        UsageError: there is no such robot or lidar, there are several lidars, or the lidar is not level.
+        PrimError: no prim is at the path `lidar`.
+        UsageError: the scene does not have the robot, the robot does not have exactly one lidar, the prim is not a lidar, or its
+            beams are not level.
     """
     if not world.robots:
-        raise UsageError("the scene has no robot; add one with a lidar")
+        raise UsageError("the scene has no robot; add a robot with a lidar")
     name = next(iter(world.robots)) if robot is None else robot
     if name not in world.robots:
         raise UsageError(f"there is no robot {name!r}; {listing(world.robots)}")
@@ -43,7 +44,7 @@ def robot_lidar(world: LoadedWorld, robot: str | None = None, lidar: str | None 
     elevation = min(facts["elevations"], key=abs)
     if math.acos(min(1.0, abs(float(turn[2, 2])))) + abs(elevation) > LEVEL:
         raise UsageError(
-            f"{prim.path}: the beams are not level, so they do not show the walls of a map; choose another lidar"
+            f"{prim.path}: the beams are not level, so they cannot be compared with a map; choose another lidar"
         )
     first, last, step = facts["angles"]
     ahead = math.atan2(float(turn[1, 0]), float(turn[0, 0]))
@@ -55,7 +56,7 @@ def robot_lidar(world: LoadedWorld, robot: str | None = None, lidar: str | None 
 
 
 def _lidar(world: LoadedWorld, robot: str, path: str | None) -> Prim:
-    """Return the prim of a robot's lidar."""
+    """Return the prim of the lidar at a path, or of the robot's only lidar if the path is None."""
     if path is not None:
         prim = world.stage.find(path)
         if prim.kind != "lidar":
@@ -80,7 +81,7 @@ def _rotation(world: LoadedWorld, prim: Prim) -> Floats:
 
 
 def _inscribed_radius(world: LoadedWorld, robot: str, base: Prim) -> float:
-    """Return the radius of the largest circle about the base link within the convex hull of the colliders' boxes, m."""
+    """Return the radius (m) of the largest circle around the base link that is inside the hull of the colliders' boxes."""
     model, data = world.simulation.model, world.simulation.data
     own = np.array([name.startswith(f"{robot}/") for name in body_names(model)])
     geoms = np.flatnonzero(collides(model) & own[model.geom_bodyid])

@@ -11,7 +11,7 @@ from graphengine.physics.engine import Floats, Indices
 from graphengine.physics.occupancy.likelihood_field import LikelihoodField
 
 _AT_ONCE = 64
-"""Number of steps that all pending rays take together; then rays that have met an obstacle are dropped."""
+"""Number of steps that all pending rays take at a time; then the rays that hit an obstacle are finished."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -20,7 +20,7 @@ class PlanarLidar:
 
     Attributes:
         first: direction of the first beam, rad counter-clockwise from the front of the robot.
-        field: angle from the first to the last beam, rad; 2 pi for a lidar that sees all around.
+        field: angle from the first to the last beam, rad; 2 pi for a lidar that scans a full circle.
         near: smallest distance that the lidar reports, m.
         far: largest distance that the lidar reports, m.
     """
@@ -31,11 +31,11 @@ class PlanarLidar:
     far: float
 
     def rays(self, beams: int, headings: int) -> int:
-        """Return the number of rays in a full circle: a multiple of `headings`, with about `beams` rays in the field of view."""
+        """Return a number of rays for a full circle: a multiple of `headings`, with about `beams` rays in the field of view."""
         return headings * max(1, round(beams * math.tau / self.field / headings))
 
     def window(self, rays: int, headings: int) -> Floats:
-        """Return 1 for each ray of a full circle that is in the field of view at a heading, else 0, shape (rays, headings)."""
+        """Return which rays of a full circle are in the field of view at each heading, 1 or 0, shape (rays, headings)."""
         count = min(rays, math.floor(self.field / math.tau * rays + 1e-6) + 1)
         first = round(self.first / math.tau * rays)
         seen = np.zeros((rays, headings))
@@ -45,16 +45,16 @@ class PlanarLidar:
 
 
 def cast(field: LikelihoodField, rows: Indices, columns: Indices, rays: int, lidar: PlanarLidar) -> Floats:
-    """Return the distances at which the rays of a full circle meet obstacles, m; NaN for no return.
+    """Return the distances at which the rays of a full circle hit obstacles, m; NaN for no return.
 
     Each ray is sampled in steps of half a cell. Ray k has the angle 2 pi k / rays from the x axis.
 
     Args:
         field: likelihood field of the map.
-        rows: rows of the cells in whose centres the rays begin.
-        columns: columns of these cells.
+        rows: row of each cell from whose centre rays are cast.
+        columns: column of each of these cells.
         rays: number of rays per cell.
-        lidar: lidar whose range limits the distances.
+        lidar: lidar whose nearest and farthest distance limit the distances.
 
     Returns:
         Distances, shape (cells, rays).

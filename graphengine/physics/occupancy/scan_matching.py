@@ -1,9 +1,9 @@
-"""Finds the pose of a map, other than the true one, at which a scan fits best.
+"""Finds the pose in a map, other than the true pose, at which a scan fits best.
 
-A coarse search compares a scan with all places of the map at once. The scan is a table of rays and bins of half a metre,
-with a 1 in the bin of each range. A place is a table of the likelihood field at the ends of such beams. The circular correlation
-of the two tables over the rays, computed by Fourier transforms, scores all turns. Then the best places, at most one per square of
-TILE metres, are refined with the scores of the likelihood field.
+A coarse search compares a scan with all places of the map at once. The scan is a table of rays and range bins of half a metre,
+with a 1 in the bin of each ray's range. A place is a table of the likelihood field at the point of each ray and bin. The circular
+correlation of the two tables over the rays, computed by Fourier transforms, scores all rotations of the scan at the place. Then
+the best places, at most one per square of TILE metres, are refined with the scores of the likelihood field.
 """
 
 from __future__ import annotations
@@ -21,10 +21,10 @@ Spectra = NDArray[np.complex64]
 FARTHEST, BIN = 10.0, 0.5
 """Largest range in the coarse search, and width of its range bins, m."""
 BLUR = 0.3
-"""Distance by which the maxima of the field are widened for the coarse search, m."""
+"""Distance by which maxima of the likelihood field are widened in all directions for the coarse search, m."""
 TILE, CANDIDATES = 1.5, 6
 NEAR, TURNED = 1.0, 0.15
-"""Distance (m) and angle (rad) up to which a pose is nearby; nearby poses are excluded from the search."""
+"""Distance (m) and angle (rad) from the true pose up to which poses are excluded from the search."""
 _BLOCK = 32
 
 
@@ -32,7 +32,7 @@ class ScanMatcher:
     """Finds the best other pose for the scan of each place."""
 
     def __init__(self, field: LikelihoodField, rows: Indices, columns: Indices, ranges: Floats, window: Floats) -> None:
-        """Prepare the comparison.
+        """Compute the tables of all places and scans.
 
         Args:
             field: likelihood field of the map.
@@ -52,9 +52,12 @@ class ScanMatcher:
         self._first, self._found = 0, self._search(0)
 
     def best_other(self, place: int) -> tuple[Floats, Floats]:
-        """Return the likelihood ratio of one scan at the best other pose, and that pose, for each heading.
+        """Return, for each heading at a place, the best other pose and the likelihood ratio of one scan at that pose.
 
-        Call this in ascending order of places. A pose is column, row and heading (rad); the poses have the shape (headings, 3).
+        Call this in ascending order of places.
+
+        Returns:
+            Ratios, shape (headings,), and poses as column, row and heading (rad), shape (headings, 3); NaN without another pose.
         """
         if not self._first <= place < self._first + _BLOCK:
             self._first = place - place % _BLOCK
@@ -72,7 +75,10 @@ class ScanMatcher:
         return likelihood[best, np.arange(headings)] / true, np.stack([columns[best], rows[best], angle], axis=1)
 
     def _transforms(self) -> tuple[Spectra, Spectra]:
-        """Return the spectra over the rays: of all places, and conjugated of all scans; shape (frequencies, places, bins)."""
+        """Return the Fourier transforms over the rays of the tables of all places, and the conjugated ones of all scans.
+
+        Both have the shape (frequencies, places, bins).
+        """
         field, rays = self._field, self._rays // self._skip
         bins = round(FARTHEST / BIN)
         blurred = _spread(field.score, round(BLUR / field.cell)).ravel()
@@ -92,7 +98,14 @@ class ScanMatcher:
         return first, np.conj(second)
 
     def _search(self, first: int) -> tuple[Indices, Indices]:
-        """Return places and turns (in coarse rays) of the candidates for a block of scans, best first; a place of -1 is none."""
+        """Return the candidate poses for a block of scans from the coarse search, best first.
+
+        Args:
+            first: index of the first scan of the block.
+
+        Returns:
+            Indices of places (-1 for no candidate) and rotations in coarse rays, both of shape (scans, candidates).
+        """
         scans = self._scans[:, first : first + _BLOCK]
         spectrum = scans @ self._places.transpose(0, 2, 1)
         match = np.fft.irfft(spectrum, self._rays // self._skip, axis=0)  # (turns, scans, places)
@@ -116,7 +129,7 @@ class ScanMatcher:
         return chosen, np.take_along_axis(turn, np.maximum(chosen, 0), axis=1)
 
     def _refined(self, place: int, met: Bools) -> tuple[Indices, Indices, Floats, Singles]:
-        """Return rows, columns and turns of the candidates after refinement, and the scores of their rays."""
+        """Return rows, columns and rotations (rad) of a scan's candidates after refinement, and the scores of their rays."""
         chosen, coarse = (found[place - self._first] for found in self._found)
         coarse, chosen = coarse[chosen >= 0], chosen[chosen >= 0]
         rows, columns = self._rows[chosen], self._columns[chosen]
@@ -141,9 +154,9 @@ class ScanMatcher:
         turn: float,
         count: int,
     ) -> tuple[Indices, Indices, Floats, Singles]:
-        """Return the best pose around each given one, and the scores of its rays.
+        """Return the best pose near each given pose, and the scores of its rays.
 
-        Poses up to `reach` steps of `step` cells and up to `count` turns of `turn` (rad) off are compared.
+        Poses are compared that are up to `reach` steps of `step` cells and up to `count` rotations of `turn` (rad) away.
         """
         field = self._field
         turned = turns[:, None] + turn * np.arange(-count, count + 1)
@@ -162,7 +175,7 @@ class ScanMatcher:
 
 
 def _spread(values: Singles, cells: int) -> Singles:
-    """Return the largest value within a square around each cell."""
+    """Return, for each cell, the largest value within the square that extends `cells` cells from it in each direction."""
     for axis in (0, 1):
         wide = np.pad(values, [(cells, cells) if one == axis else (0, 0) for one in (0, 1)], mode="edge")
         size = values.shape[axis]

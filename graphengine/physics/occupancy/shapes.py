@@ -1,8 +1,9 @@
-"""Obstacles as shapes, grouped from MuJoCo's geoms by type.
+"""Converts MuJoCo's geoms to shapes that occupy cells.
 
-An obstacle is anything that a robot can collide with or its lidar can see. Contacts use the convex hull of a mesh and rays its
-triangles, so a colliding mesh counts as both, and a mesh that only rays meet as its triangles. Contacts use the half space
-behind a plane, whatever its size; rays do not meet anything behind an infinite plane, and meet the rectangle of a finite one.
+An obstacle is any geom that a robot can collide with or that its lidar can hit. Contacts use the convex hull of a mesh, and rays
+use its triangles. So a mesh that collides becomes both, and a mesh that only rays hit becomes its triangles. Contacts use the
+half space behind a plane, whatever its size. So a plane that collides, or is infinite, becomes a half space; any other plane
+becomes a rectangle.
 """
 
 from __future__ import annotations
@@ -29,13 +30,13 @@ _PRISM_TRIANGLES = np.array(
 
 
 class Shape(Protocol):
-    """Bodies of one kind."""
+    """Several bodies with one kind of shape."""
 
     def bounds(self) -> tuple[Floats, Floats]:
-        """Return smallest and largest x and y."""
+        """Return smallest x and y, and largest x and y, m; inf and -inf if the bodies are infinite."""
 
     def draw(self, canvas: Canvas, window: Window) -> None:
-        """Occupy the cells in which the bodies are."""
+        """Occupy the cells that the bodies intersect within the height range."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,11 +47,11 @@ class HalfSpace:
     offset: float
 
     def bounds(self) -> tuple[Floats, Floats]:
-        """Return None, because infinite shapes do not enlarge a map."""
+        """Return inf as smallest and -inf as largest x and y, because infinite shapes do not enlarge a map."""
         return np.full(2, np.inf), np.full(2, -np.inf)
 
     def draw(self, canvas: Canvas, window: Window) -> None:
-        """Occupy the cells in which the half space reaches into the height range."""
+        """Occupy the cells that the half space intersects within the height range."""
         rows = np.arange(canvas.grid.rows)
         south, north = canvas.grid.bands(rows)
         nx, ny, nz = self.normal.tolist()
@@ -66,11 +67,11 @@ class HalfSpace:
 
 
 def shapes(model: mujoco.MjModel, data: mujoco.MjData, geoms: Indices) -> Iterator[Shape]:
-    """Return the shapes of the given geoms in the world frame.
+    """Yield the shapes of the given geoms in the world frame.
 
     Args:
-        model: model whose geom groups were assigned by `engine.sort_geoms`.
-        data: state with up-to-date poses of geoms.
+        model: compiled model.
+        data: state in which the poses of geoms are up to date.
         geoms: ids of the geoms.
     """
     kinds, kind = mujoco.mjtGeom, model.geom_type[geoms]
@@ -120,7 +121,7 @@ def _field(model: mujoco.MjModel, data: mujoco.MjData, geom: int) -> Iterator[Sh
 
 
 def _margin(points: Floats) -> float:
-    """Return the margin for coordinates that MuJoCo keeps in single precision, in the geom's frame."""
+    """Return the margin (m) for coordinates in a geom's frame that MuJoCo stores in single precision."""
     return MARGIN + float(np.finfo(np.float32).eps * np.abs(points).max(initial=0.0))
 
 
@@ -134,7 +135,7 @@ def _boxes(model: mujoco.MjModel, data: mujoco.MjData, geoms: Indices) -> Iterat
 
 
 def _round(model: mujoco.MjModel, data: mujoco.MjData, geoms: Indices) -> Iterator[Shape]:
-    """Return spheres, ellipsoids and cylinders; a capsule is a cylinder and two spheres."""
+    """Yield the shapes of spheres, ellipsoids, cylinders and capsules; a capsule becomes a cylinder and two spheres."""
     kinds, kind = mujoco.mjtGeom, model.geom_type[geoms]
     rotations = data.geom_xmat.reshape(-1, 3, 3)
 
@@ -158,7 +159,10 @@ def _round(model: mujoco.MjModel, data: mujoco.MjData, geoms: Indices) -> Iterat
 
 
 def _hull(model: mujoco.MjModel, mesh: int) -> Indices:
-    """Return the triangles of a mesh's convex hull: the last part of its graph (MuJoCo's XML reference, mesh_graph)."""
+    """Return the vertex ids of the triangles of a mesh's convex hull, shape (n, 3).
+
+    They are the last part of the mesh's graph; see `mesh_graph` in MuJoCo's documentation.
+    """
     graph = model.mesh_graph[model.mesh_graphadr[mesh] :]
     vertices, faces = graph[:2].tolist()
     start = 2 + 3 * vertices + 3 * faces
@@ -167,7 +171,10 @@ def _hull(model: mujoco.MjModel, mesh: int) -> Indices:
 
 
 def _strips(model: mujoco.MjModel, field: int) -> Iterator[Floats]:
-    """Yield the prisms that contacts use for a height field, two for each cell, shape (n, 6, 3), a row of cells at a time."""
+    """Yield the prisms that contacts use for a height field, two for each cell, one row of cells at a time.
+
+    The corners of the prisms of a row have the shape (n, 6, 3), in the geom's frame.
+    """
     base = float(model.hfield_size[field, 3])
     for south, north in pairwise(height_field_points(model, field)):
         one = np.stack([south[:-1], south[1:], north[1:]], axis=1)

@@ -1,1 +1,1 @@
-"""Camera images: captures of the state, rendered off screen in a separate thread, and views for users."""
+"""Renders camera images off screen in a separate thread, and views of a scene for users."""

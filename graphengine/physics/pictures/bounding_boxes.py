@@ -1,4 +1,4 @@
-"""Oriented 3D bounding boxes of a model's bodies, as an ideal detector would report them."""
+"""Computes oriented 3D bounding boxes of a model's bodies, as an ideal detector would report them."""
 
 from __future__ import annotations
 
@@ -12,15 +12,15 @@ from graphengine.physics.model.geoms import extents
 from graphengine.physics.pictures.frame_capture import SEEN
 
 _OPTICAL = (1.0, 0.0, 0.0, 0.0)
-"""Half a turn about x: from a camera that looks along -z, with +y up, to one that looks along z, with y down."""
+"""Quaternion (x, y, z, w) from a camera frame (-z forward, y up) to an optical frame (z forward, y down): half a turn about x."""
 
 
 class BoundingBoxes:
-    """Boxes of the bodies that have a number and visible shapes; infinite planes are left out.
+    """The bounding boxes of all bodies that have their own prim and visible shapes, without infinite planes.
 
     Args:
         model: model with the bodies.
-        numbers: number of the prim of each body; a body without a prim has its parent's.
+        numbers: segmentation ID of each body; a body without a prim has the ID of its parent body.
     """
 
     def __init__(self, model: mujoco.MjModel, numbers: NDArray[np.int32]) -> None:
@@ -39,7 +39,7 @@ class BoundingBoxes:
         self._boxes["transform"][:, 3, 3] = 1.0
 
     def seen_from(self, data: mujoco.MjData, pose: Pose) -> NDArray[np.void]:
-        """Return the boxes in the optical frame of a camera at a pose."""
+        """Return the boxes of all bodies in the optical frame of a camera, given the camera's pose in the world."""
         place, turn = pose[0], multiply(pose[1], _OPTICAL)
         camera = np.array([rotate(turn, axis) for axis in ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))]).T
         found = self._boxes.copy()

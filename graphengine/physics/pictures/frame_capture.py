@@ -1,6 +1,6 @@
 """Captures the visible state of a model, so that it can be rendered while the simulation continues.
 
-A scene (MjvScene) holds everything that rendering needs, so only the stepping thread reads the state.
+A MuJoCo scene (MjvScene) contains everything that rendering needs, so only the thread that steps the simulation reads the state.
 """
 
 from __future__ import annotations
@@ -16,10 +16,10 @@ from graphengine.devices.rotation import Pose, rotate
 from graphengine.physics.engine import NEITHER, PICTURES, RAYS_AND_PICTURES, Bools, Floats, mujoco
 
 SKY = 0.7
-"""MuJoCo draws the sky at this part of the far plane's distance, and it hides what is behind it."""
+"""Distance at which MuJoCo draws the sky, as a fraction of the far plane's distance; the sky hides objects behind it."""
 
 SEEN = [group in (RAYS_AND_PICTURES, 1, PICTURES) for group in range(6)]
-"""For each geom group, whether pictures show it."""
+"""Whether images show the geoms of each geom group."""
 _ALL_BUT_DECORATION = mujoco.mjtCatBit.mjCAT_STATIC.value | mujoco.mjtCatBit.mjCAT_DYNAMIC.value
 
 
@@ -29,7 +29,7 @@ class Lens:
 
     Attributes:
         size: width and height, pixels.
-        half_height: tangent of half the vertical field of view; for a parallel projection, half the height of the picture, m.
+        half_height: tangent of half the vertical field of view; for a parallel projection, half the height of the image, m.
         near: distance of the near plane, m.
         far: distance of the far plane, m.
         parallel: whether the projection is parallel, as for a plan.
@@ -43,19 +43,34 @@ class Lens:
 
     @classmethod
     def pinhole(cls, size: tuple[int, int], focal: float, near: float, farthest: float) -> Lens:
-        """Return a lens with a focal length in pixels; the sky is drawn beyond `farthest` (m)."""
+        """Return the lens of a pinhole camera.
+
+        Args:
+            size: width and height of the image, pixels.
+            focal: focal length, pixels.
+            near: distance of the near plane, m.
+            farthest: distance up to which objects are visible, m; the sky is drawn beyond it.
+        """
         width, height = size
         corner = math.hypot(1.0, width / 2 / focal, height / 2 / focal)  # length of a ray there for each metre of depth
         return cls(size, height / 2 / focal, near, 1.01 * farthest * corner / SKY)
 
     @classmethod
     def plan(cls, size: tuple[int, int], half_height: float, near: float, farthest: float) -> Lens:
-        """Return a parallel projection; the sky is drawn beyond `farthest` (m), but at least the picture's diagonal away."""
+        """Return the lens of a parallel projection.
+
+        Args:
+            size: width and height of the image, pixels.
+            half_height: half the height of the visible area, m.
+            near: distance of the near plane, m.
+            farthest: distance up to which objects are visible, m. The sky is drawn beyond it, at least as far away as the
+                diagonal of the visible area is long.
+        """
         diagonal = 2 * half_height * math.hypot(1.0, size[0] / size[1])
         return cls(size, half_height, near, 1.01 * max(farthest, diagonal) / SKY, parallel=True)
 
     def misses(self, pose: Pose, centres: Floats, radii: Floats) -> Bools:
-        """Return which spheres are completely outside the view of a pinhole camera.
+        """Return for each sphere whether it is completely outside the view of a pinhole camera.
 
         Args:
             pose: pose of the camera.
@@ -72,7 +87,7 @@ class Lens:
         return missed
 
     def aim(self, scene: mujoco.MjvScene, pose: Pose) -> None:
-        """Set the two cameras of a scene, which MuJoCo averages."""
+        """Set pose and projection of a MuJoCo scene's camera; a scene has two cameras (for stereo), which MuJoCo averages."""
         (x, y, z), turn = pose
         at_near = self.half_height if self.parallel else self.half_height * self.near
         for eye in scene.camera:
@@ -91,7 +106,7 @@ class Shot:
     scene: mujoco.MjvScene
     lens: Lens
     numbers: NDArray[np.int32] | None
-    """Prim number of each segment of the scene, 0 for the background; None if no segmentation was requested."""
+    """Segmentation ID of each MuJoCo segment of the scene, 0 for the background; None if no segmentation was requested."""
 
 
 class FrameCapture:
@@ -99,7 +114,7 @@ class FrameCapture:
 
     Args:
         model: model to draw.
-        numbers: number of the prim of each body, for segmentation.
+        numbers: segmentation ID of each body.
     """
 
     def __init__(self, model: mujoco.MjModel, numbers: NDArray[np.int32]) -> None:
@@ -124,8 +139,8 @@ class FrameCapture:
             data: state of the model.
             pose: pose of the camera.
             lens: lens of the camera.
-            segmentation: whether the shot can also be drawn with the numbers of prims.
-            whole: include objects outside the view, which cast shadows; else they are left out to save time.
+            segmentation: whether a segmentation can also be rendered from the shot.
+            whole: whether to include objects outside the view, which may cast shadows into it; leaving them out saves time.
         """
         scene = self._idle.pop() if self._idle else mujoco.MjvScene(self.model, self._capacity)
         lens.aim(scene, pose)
@@ -139,7 +154,7 @@ class FrameCapture:
         return Shot(self.model, scene, lens, self._segments(scene) if segmentation else None)
 
     def give_back(self, shot: Shot) -> None:
-        """Return a shot's scene for reuse; thread-safe."""
+        """Accept the MuJoCo scene of a shot that is no longer needed, for reuse; may be called from any thread."""
         if shot.model is self.model:
             self._idle.append(shot.scene)
 

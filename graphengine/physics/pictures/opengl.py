@@ -1,8 +1,8 @@
-"""Off-screen OpenGL contexts with EGL, or OSMesa as a fallback.
+"""Creates off-screen OpenGL contexts with EGL, or with OSMesa as a fallback.
 
-MuJoCo draws into the current context of its thread. MuJoCo's own contexts use PyOpenGL, which supports only one of the two
-platforms per process, chosen by an environment variable before its import. The few functions needed here are called through
-ctypes and support both.
+MuJoCo draws into the current context of its thread. MuJoCo's own context classes use PyOpenGL, which supports only one of the two
+platforms per process, and an environment variable must select it before the import. So this module calls the few functions that
+it needs through ctypes, and supports both platforms.
 """
 
 from __future__ import annotations
@@ -26,19 +26,19 @@ _INSTALL = (
 
 
 def context() -> AbstractContextManager[None]:
-    """Return an OpenGL context for the calling thread, for a `with` block.
+    """Return a context manager that makes an OpenGL context current in the calling thread, and destroys it at the end.
 
     Raises:
-        RenderError: OpenGL does not work without a window here, or it was opened before this process was forked.
+        RenderError: off-screen OpenGL does not work here, or it was first used before this process was forked.
     """
     return _own_platform().context()
 
 
 def driver() -> str:
-    """Return name and version of the OpenGL driver; pictures of different drivers differ in their last bits.
+    """Return name and version of the OpenGL driver; images of different drivers differ in their last bits.
 
     Raises:
-        RenderError: as for `context`.
+        RenderError: off-screen OpenGL does not work here; see `context`.
     """
     platform = _own_platform()
     with platform.context():
@@ -47,14 +47,14 @@ def driver() -> str:
 
 
 class _UnusableError(Exception):
-    """A library exists but does not work."""
+    """The library of a platform exists, but cannot be used."""
 
 
 def _own_platform() -> _Egl | _OSMesa:
     platform, process = _platform()
     if process != os.getpid():  # the driver's threads are not in the copy, which would wait for them for ever
         raise RenderError(
-            "pictures were drawn before this process was forked, after which OpenGL drivers do not work\n"
+            "images were rendered before this process was forked, and OpenGL drivers do not work after a fork\n"
             "use the start method 'spawn' or 'forkserver' of multiprocessing"
         )
     return platform
@@ -62,7 +62,7 @@ def _own_platform() -> _Egl | _OSMesa:
 
 @functools.cache
 def _platform() -> tuple[_Egl | _OSMesa, int]:
-    """Return the first platform that works, and the id of the process in which it was opened.
+    """Return the first platform (EGL or OSMesa) that works, and the id of the process in which it was opened.
 
     The result is cached, because MuJoCo looks up the platform's OpenGL functions only once per process.
     """
@@ -72,7 +72,7 @@ def _platform() -> tuple[_Egl | _OSMesa, int]:
             return platform(), os.getpid()
         except (OSError, AttributeError, _UnusableError) as error:  # not there, too old, or broken
             failures.append(f"{name}: {error}")
-    raise RenderError("\n".join(("pictures need OpenGL, and none works here", *failures, *_INSTALL)))
+    raise RenderError("\n".join(("rendering images needs OpenGL, which does not work here", *failures, *_INSTALL)))
 
 
 def _function(library: ctypes.CDLL, name: str, result: Any, *arguments: Any) -> Any:
@@ -82,7 +82,7 @@ def _function(library: ctypes.CDLL, name: str, result: Any, *arguments: Any) -> 
 
 
 class _Egl:
-    """EGL on the first device that can draw; GPUs come before Mesa's software renderer."""
+    """EGL on the first device that supports OpenGL; GPUs come before Mesa's software renderer."""
 
     DEVICE_PLATFORM, OPENGL = 0x313F, 0x30A2
     # 8 bits each of red, green, blue and alpha, a depth of 24, a stencil of 8; for OpenGL, off-screen.
@@ -126,7 +126,7 @@ class _Egl:
         """Return the address of an EGL or OpenGL function."""
         found: int | None = self._address(function.encode())
         if not found:
-            raise _UnusableError(f"the driver has no {function}")
+            raise _UnusableError(f"the driver does not have the function {function}")
         return found
 
     def _configure(self, display: int) -> int | None:
@@ -137,7 +137,7 @@ class _Egl:
 
     @contextlib.contextmanager
     def context(self) -> Iterator[None]:
-        """Return an OpenGL context for the calling thread."""
+        """Create an OpenGL context, make it current in the calling thread, and destroy it when the `with` block ends."""
         self._bind(self.OPENGL)  # a thread's own setting
         made = self._create(self._display, self._config, None, None)
         if not made or not self._make_current(self._display, None, None, made):
@@ -151,11 +151,11 @@ class _Egl:
 
 
 class _OSMesa:
-    """Mesa's software renderer, which needs no platform."""
+    """OSMesa: Mesa's software renderer, which does not need a display or device."""
 
     RGBA, UNSIGNED_BYTE = 0x1908, 0x1401
     SIDE = 16
-    """Side of the image that replaces a window, pixels; MuJoCo draws into its own buffers."""
+    """Side of the image buffer that OSMesa needs instead of a window, pixels; MuJoCo draws into its own buffers."""
 
     def __init__(self) -> None:
         find = functools.partial(_function, self._library())
@@ -176,7 +176,7 @@ class _OSMesa:
 
     @contextlib.contextmanager
     def context(self) -> Iterator[None]:
-        """Return an OpenGL context for the calling thread."""
+        """Create an OpenGL context, make it current in the calling thread, and destroy it when the `with` block ends."""
         window = (ctypes.c_ubyte * (4 * self.SIDE * self.SIDE))()
         made = self._create(self.RGBA, 24, 8, 0, None)
         if not made or not self._make_current(made, window, self.UNSIGNED_BYTE, self.SIDE, self.SIDE):

@@ -1,7 +1,7 @@
-"""One thread renders the frames of all cameras of a simulation, in the order in which they were captured.
+"""Renders the frames of all cameras of a simulation in one thread, in the order in which they were captured.
 
-An OpenGL context belongs to one thread. This thread opens it for the first picture, and closes it when the `RenderThread` is
-closed or garbage-collected.
+An OpenGL context belongs to one thread. The render thread creates its context for the first image, and destroys it when the
+`RenderThread` is closed or garbage-collected.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     from graphengine.physics.core import SimulationCore
 
 NICENESS = 10
-"""Niceness of the render thread, so that the stepping thread comes first."""
+"""Niceness of the render thread, so that the thread that steps the simulation has priority."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,7 +44,7 @@ class _Job:
     picture: Future[Picture]
     give_back: Callable[[Shot], None]
     size: tuple[int, int]
-    """Size and `far` are the least that a new renderer must support, because later jobs may need them."""
+    """Smallest image size that a new renderer must support (`far`: smallest far distance), because later jobs may need it."""
     far: float
 
 
@@ -69,20 +69,20 @@ class RenderThread(Stateful):
 
     @property
     def labels(self) -> Mapping[int, str]:
-        """Prim path of each number in a segmentation; the number of a prim never changes."""
+        """Prim path of each segmentation ID; the ID of a prim never changes."""
         self._present()
         return self._labels
 
     @staticmethod
     def driver() -> str:
-        """Return name and version of the OpenGL driver; `not there` if there is none."""
+        """Return the name and version of the OpenGL driver, or `not there` if OpenGL cannot be used."""
         try:
             return opengl.driver()
         except RenderError:
             return "not there"
 
     def expect(self, lens: Lens) -> None:
-        """Prepare for pictures through a lens, so that the renderer is large enough from the first one."""
+        """Announce a lens, so that the first renderer is large enough for the images of this lens."""
         self._size = max(self._size[0], lens.size[0]), max(self._size[1], lens.size[1])
         self._far = max(self._far, lens.far)
 
@@ -91,21 +91,26 @@ class RenderThread(Stateful):
         return self._present().capture(self._simulation.data, pose, lens, segmentation=segmentation, whole=whole)
 
     def boxes(self, pose: Pose) -> NDArray[np.void]:
-        """Return bounding boxes of all labelled prims in the frame of a camera at a pose."""
+        """Return the bounding boxes of all prims with a segmentation ID in the optical frame of a camera at a pose."""
         self._present()
         if self._solids is None:
             self._solids = BoundingBoxes(self._simulation.model, self._prims_of_bodies(self._simulation.model))
         return self._solids.seen_from(self._simulation.data, pose)
 
     def draw(self, shot: Shot, develop: Callable[[Image], Picture]) -> Future[Picture]:
-        """Queue a shot for rendering; `develop` makes the picture in the render thread."""
+        """Queue a shot for rendering, and return the future image.
+
+        Args:
+            shot: captured frame.
+            develop: function that the render thread calls to make the camera's output from the rendered image.
+        """
         self.expect(shot.lens)
         picture: Future[Picture] = Future()
         self._open_jobs().put(_Job(shot, develop, picture, self._present().give_back, self._size, self._far))
         return picture
 
     def _open_jobs(self) -> _Jobs:
-        """Return the thread's job queue. The thread starts on first use, and again in a forked process."""
+        """Return the render thread's job queue; start the thread at first use, and again in a forked process."""
         if self._jobs is None or self._thread is None or not self._thread.is_alive():
             self._jobs = SimpleQueue()
             self._thread = threading.Thread(target=_draw_all, args=(self._jobs,), name="render", daemon=True)
@@ -114,19 +119,19 @@ class RenderThread(Stateful):
         return self._jobs
 
     def close(self) -> None:
-        """Finish pending jobs and end the thread; safe to call twice. A later job starts a new thread."""
+        """Finish pending jobs and end the render thread. Repeated calls do nothing; a later job starts a new thread."""
         self._end()
         self._jobs = None
 
     def _present(self) -> FrameCapture:
-        """Return the `FrameCapture` of the current model; a new one if the model was recompiled."""
+        """Return the `FrameCapture` for the simulation's current model; create it if the model has changed."""
         model = self._simulation.model
         if self._captures is None or self._captures.model is not model:
             self._captures, self._solids = FrameCapture(model, self._prims_of_bodies(model)), None
         return self._captures
 
     def _prims_of_bodies(self, model: mujoco.MjModel) -> NDArray[np.int32]:
-        """Return the prim number of each body; a body without a prim has the number of its parent body."""
+        """Return the segmentation ID of each body; a body without a prim has the ID of its parent body."""
         paths = {prim.body or housing_of(prim): prim.path for prim in self._simulation.stage.prims()}
         numbers = np.zeros(model.nbody, np.int32)
         numbers[0] = self._number("/World")
@@ -148,7 +153,7 @@ def _finish(jobs: _Jobs, thread: threading.Thread) -> None:
 
 
 def _draw_all(jobs: _Jobs) -> None:
-    """Run the jobs of the render thread until None arrives in the queue."""
+    """Run the render thread: render the jobs in the queue until None arrives."""
     with suppress(OSError):  # a matter of the thread, and of those that the driver starts from it
         os.setpriority(os.PRIO_PROCESS, threading.get_native_id(), NICENESS)
     with closing(_RendererCache()) as renderers:
@@ -163,17 +168,17 @@ def _draw_all(jobs: _Jobs) -> None:
 
 
 class _RendererCache:
-    """The current renderer and OpenGL context of the thread. A new model replaces the renderer and keeps the context."""
+    """The current renderer and OpenGL context of the render thread; a new model needs a new renderer, but no new context."""
 
     def __init__(self) -> None:
         self._opengl = ExitStack()
         self._renderer: Renderer | None = None
 
     def draw(self, job: _Job) -> Image:
-        """Draw a shot. After an error, the renderer and context are closed, and opened again for the next shot.
+        """Render the shot of a job. After an error, renderer and context are destroyed, and created again for the next shot.
 
         Raises:
-            RenderError: there is no OpenGL, or it refused.
+            RenderError: OpenGL does not work here, or rendering failed.
         """
         try:
             return self._renderer_for(job).draw(job.shot)
@@ -192,7 +197,7 @@ class _RendererCache:
         return self._renderer
 
     def close(self) -> None:
-        """Close the renderer and the OpenGL context."""
+        """Destroy the renderer and the OpenGL context."""
         if self._renderer is not None:
             self._renderer.close()
         self._renderer = None

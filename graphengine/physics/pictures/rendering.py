@@ -1,7 +1,7 @@
-"""Renders captured scenes to arrays: colours, and distances from the depth buffer of the same pass.
+"""Renders captured frames to arrays of colours, and of distances from the depth buffer of the same rendering pass.
 
-MuJoCo's depth buffer runs from 1 at the near plane to 0 at the far plane, in floating point: at a distance d it holds
-near (far - d) / (d (far - near)), in a parallel projection (far - d) / (far - near).
+MuJoCo's depth buffer contains floating-point numbers from 1 at the near plane to 0 at the far plane. For a distance d, the number
+is near (far - d) / (d (far - near)), or (far - d) / (far - near) in a parallel projection.
 """
 
 from __future__ import annotations
@@ -27,11 +27,11 @@ SHADOW_MAP = 8192
 
 @dataclass(frozen=True, slots=True)
 class Image:
-    """A rendered image; row 0 is the upper edge."""
+    """A rendered image as arrays of shape (height, width, ...); row 0 is at the upper edge."""
 
     rgb: NDArray[np.uint8]
     depth: NDArray[np.float32]
-    """Distance along the optical axis, m; the sky is beyond the range of the lens."""
+    """Distance along the optical axis, m; the distance of the sky is greater than the farthest visible distance."""
     segmentation: NDArray[np.int32] | None
 
 
@@ -40,10 +40,10 @@ class Renderer:
 
     Args:
         model: model of the shots.
-        size: maximum width and height of a picture, pixels.
-        far: maximum distance that a lens sees, m; infinite floors extend to it.
-        samples: samples per pixel for antialiasing; not for sensors, because they triple the time.
-        shadows: half the side of the square in which lights cast shadows, m; 0: no shadows and reflections.
+        size: maximum width and height of an image, pixels.
+        far: maximum distance of a lens's far plane, m; infinite floors extend to it.
+        samples: samples per pixel for antialiasing; sensors use 0, because antialiasing triples the time.
+        shadows: half the side of the square in which lights cast shadows, m; with 0, there are no shadows and reflections.
 
     Raises:
         RenderError: the driver or MuJoCo fails.
@@ -71,7 +71,7 @@ class Renderer:
         self._context.readDepthMap = mujoco.mjtDepthMap.mjDEPTH_ZEROFAR.value
 
     def fits(self, shot: Shot) -> bool:
-        """Return whether this renderer can draw a shot."""
+        """Return whether this renderer can draw a shot: same model, and large enough in size and distance."""
         width, height = shot.lens.size
         return (
             shot.model is self.model and width <= self.size[0] and height <= self.size[1] and shot.lens.far <= self.far
@@ -98,7 +98,7 @@ class Renderer:
         mujoco.mjr_readPixels(rgb, depth, whole, self._context)
 
     def _segmentation(self, shot: Shot) -> NDArray[np.int32]:
-        """Draw each part of the scene in the colour of its number, and look up its prim."""
+        """Render each segment of the scene in a colour that encodes its number, and return the segmentation IDs."""
         width, height = shot.lens.size
         colours, flags = np.empty((height, width, 3), np.uint8), shot.scene.flags
         flags[_SEGMENT] = flags[_ID_COLOUR] = True
@@ -117,8 +117,9 @@ class Renderer:
 def distances(lens: Lens, buffer: NDArray[np.float32]) -> NDArray[np.float32]:
     """Return distances along the optical axis for values in the depth buffer, m.
 
-    OpenGL keeps matrices in single precision, and one entry of MuJoCo's matrix is a small difference of numbers near 1. Its
-    error is up to 6e-8, which is 2 mm at 20 m; computing it here with the same precision cancels the error.
+    OpenGL stores matrices in single precision, and one entry of MuJoCo's projection matrix is a small difference of numbers near
+    1. The error of this entry is up to 6e-8, which corresponds to 2 mm at 20 m. Here the entry is computed with the same
+    precision, so that the error cancels out.
     """
     near, far = np.float32(lens.near), np.float32(lens.far)
     metres: NDArray[np.float32]

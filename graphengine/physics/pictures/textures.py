@@ -1,6 +1,6 @@
-"""Two-dimensional textures of a model, and their mapping to geoms.
+"""Reads two-dimensional textures of a model, and their mapping to geoms.
 
-Cube textures are not included: their geoms have the texture's mean colour.
+Cube textures are not supported: a geom with a cube texture gets the texture's mean colour.
 """
 
 from __future__ import annotations
@@ -15,11 +15,11 @@ _MESH, _FLAT = mujoco.mjtGeom.mjGEOM_MESH.value, mujoco.mjtTexture.mjTEXTURE_2D.
 _ROUND = tuple(
     kind.value for kind in (mujoco.mjtGeom.mjGEOM_SPHERE, mujoco.mjtGeom.mjGEOM_CYLINDER, mujoco.mjtGeom.mjGEOM_CAPSULE)
 )
-"""Geom types with the same width along x and y; the second number of their size is another length."""
+"""Geom types with the same width along x and y; the second number of their MuJoCo size is not a width along y."""
 
 
 def texture_of(model: mujoco.MjModel, geom: int) -> int:
-    """Return the index of the colour texture of a geom's material; -1 without one."""
+    """Return the id of the colour texture of a geom's material; -1 if there is no texture."""
     material = int(model.geom_matid[geom])
     found = [int(model.mat_texid[material, role]) for role in _ROLES] if material >= 0 else []
     return max(found, default=-1)
@@ -39,7 +39,7 @@ def pixels(model: mujoco.MjModel, texture: int) -> NDArray[np.uint8]:
 
 
 def repeats(model: mujoco.MjModel, geom: int) -> tuple[float, float]:
-    """Return the repetitions of the texture per metre along the geom's x and y axes; zero for meshes with coordinates."""
+    """Return how often a texture repeats per metre along the geom's x and y axes; zeros for meshes with texture coordinates."""
     if model.geom_type[geom] == _MESH and model.mesh_texcoordadr[model.geom_dataid[geom]] >= 0:
         return 0.0, 0.0
     material = int(model.geom_matid[geom])
@@ -53,7 +53,10 @@ def repeats(model: mujoco.MjModel, geom: int) -> tuple[float, float]:
 
 
 def corner_coordinates(model: mujoco.MjModel, mesh: int) -> NDArray[np.float32] | None:
-    """Return the texture coordinates of triangle corners, shape (triangles, 3, 2), origin at the upper left; or None."""
+    """Return the texture coordinates of a mesh's triangle corners, shape (triangles, 3, 2); None if the mesh has none.
+
+    The origin of texture coordinates is the upper left corner of the texture.
+    """
     if model.mesh_texcoordadr[mesh] < 0:
         return None
     first, face, count = model.mesh_texcoordadr[mesh], model.mesh_faceadr[mesh], model.mesh_facenum[mesh]

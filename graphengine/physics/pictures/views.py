@@ -1,4 +1,4 @@
-"""Views for users, with shadows and antialiasing: from above, of a robot in perspective, or from a camera of the world."""
+"""Renders views for users, with shadows and antialiasing: from above, in perspective, or through a camera of the world."""
 
 from __future__ import annotations
 
@@ -24,36 +24,36 @@ Size = tuple[int, int]
 
 NAMES = ("top", "perspective")
 LARGEST = 100.0
-"""Largest side of a world that the view from above shows completely, m; of larger worlds, it shows the area of the robots."""
+"""Largest side of a world that the view from above shows completely, m; of a larger world, it shows the area of the robots."""
 AROUND = 3.0
 """Margin around the robots in the view of a world larger than `LARGEST`, m."""
 FARTHEST = 100.0
-"""Least distance that a view shows of an infinite floor, m."""
+"""Distance up to which each view can show an infinite floor, m; for large worlds it is greater."""
 MARGIN = 1.05
 SHADOWED = 20.0
 """Radius around the robot in which the perspective view has shadows, m."""
 FIELD_OF_VIEW = 50.0
 """Vertical field of view of the perspective view, degrees."""
 DISTANCE = 4.5
-"""Distance of the perspective view's camera from the robot, in radii of the robot."""
+"""Distance of the perspective view's camera from the robot's centre, as a multiple of the robot's radius."""
 LIFT = 0.5
-"""Height of the perspective view's target above the robot's centre, in radii, so that more of the surroundings is seen."""
+"""Height of the point at which the perspective view's camera looks, above the robot's centre, in multiples of its radius."""
 DIRECTIONS = [
     (azimuth, elevation) for elevation in (18.0, 40.0, 65.0) for azimuth in (35.0, -35.0, 145.0, -145.0, 90.0, -90.0)
 ]
-"""Possible directions from the robot to the camera: azimuth from its x axis and elevation, degrees, the best first."""
+"""Possible directions from the robot to the camera, best first: azimuth from the robot's x axis and elevation, degrees."""
 
 _SEEN = np.array(SEEN, np.uint8)
 
 
 @dataclass(frozen=True, slots=True)
 class View:
-    """A camera position for a view.
+    """The camera of a view, and the area of its shadows.
 
     Attributes:
-        pose: pose of a camera that looks along its -z axis, with +y up.
+        pose: pose of a camera that looks along its -z axis, with +y up, in the world frame.
         lens: lens of the camera.
-        centre: centre of the visible part, m.
+        centre: centre of the visible part in the world frame, m.
         reach: radius around the centre in which shadows are cast, m.
     """
 
@@ -64,13 +64,13 @@ class View:
 
 
 def names(simulation: Simulation) -> list[str]:
-    """Return the available views; a camera of the world overrides a built-in view of the same name."""
+    """Return the names of the available views; a camera of the world overrides a built-in view of the same name."""
     cameras = (simulation.model.camera(index).name for index in range(simulation.model.ncam))
     return list(dict.fromkeys([*NAMES, *filter(None, cameras)]))
 
 
 def find_view(simulation: Simulation, name: str, size: Size) -> View:
-    """Return the view with a name from `names`, for the current state of the simulation."""
+    """Return the view with a given name, which must be one of `names`, for the current state of the simulation."""
     camera = mujoco.mj_name2id(simulation.model, mujoco.mjtObj.mjOBJ_CAMERA, name)
     if camera >= 0:
         return _through(simulation, camera, size)
@@ -78,7 +78,7 @@ def find_view(simulation: Simulation, name: str, size: Size) -> View:
 
 
 def draw(simulation: Simulation, view: View, *, segmentation: bool = False) -> Image:
-    """Draw a view.
+    """Render a view and return its image.
 
     Raises:
         RenderError: OpenGL does not work here.
@@ -91,10 +91,10 @@ def draw(simulation: Simulation, view: View, *, segmentation: bool = False) -> I
 
 
 def _light(shot: Shot, view: View) -> None:
-    """Make distant lights cast shadows around the centre of the view, and on floors only for objects that stand on them.
+    """Move directional lights so that they cast shadows around the centre of the view, and let floors cast no shadows.
 
-    Such a light casts shadows only around the line through its position, which otherwise does not matter. And towards the edges
-    of MuJoCo's shadow map, large level surfaces would show speckles of shadow.
+    A directional light casts shadows only around the line through its position; its position has no other effect. Floors would
+    show speckles of their own shadows towards the edges of MuJoCo's shadow map.
     """
     for light in shot.scene.lights[: shot.scene.nlight]:
         if light.type == mujoco.mjtLightType.mjLIGHT_DIRECTIONAL.value and light.id >= 0:
@@ -120,7 +120,7 @@ def _through(simulation: Simulation, camera: int, size: Size) -> View:
 
 
 def _from_above(simulation: Simulation, size: Size) -> View:
-    """Return a plan with the x axis up, or to the right if the scene then fills more of the picture."""
+    """Return a view from above with the x axis up, or to the right if the scene then fills more of the image."""
     low, high = _bounds(simulation)
     robots = [_place(simulation, prim) for prim in simulation.stage.prims("robot")]
     if robots:
@@ -138,7 +138,10 @@ def _from_above(simulation: Simulation, size: Size) -> View:
 
 
 def _at_an_angle(simulation: Simulation, size: Size) -> View:
-    """Return a view of the first robot from a direction in which nothing hides it; without robots, of everything."""
+    """Return a perspective view of the first robot from a direction in which nothing hides it.
+
+    In a world without robots, the view shows everything.
+    """
     low, high = _bounds(simulation)
     robot = next(simulation.stage.prims("robot"), None)
     if robot is None:
@@ -158,12 +161,12 @@ def _at_an_angle(simulation: Simulation, size: Size) -> View:
 
 
 def _bounds(simulation: Simulation) -> tuple[Floats, Floats]:
-    """Return lowest and highest corner of everything visible except floors, which may be infinite."""
+    """Return the lowest and highest corner of all visible geoms except planes, which may be infinite."""
     return _box(simulation, simulation.model.geom_type != mujoco.mjtGeom.mjGEOM_PLANE, np.zeros(3))
 
 
 def _place(simulation: Simulation, robot: Prim) -> tuple[Floats, float]:
-    """Return centre and radius of a robot."""
+    """Return the centre (m, world frame) and radius (m) of a robot's visible geoms."""
     model = simulation.model
     own = np.isin(model.body_rootid[model.geom_bodyid], simulation.entities.roots(robot))
     low, high = _box(simulation, own, np.array(simulation.body(robot).pose()[0]))
@@ -171,7 +174,10 @@ def _place(simulation: Simulation, robot: Prim) -> tuple[Floats, float]:
 
 
 def _box(simulation: Simulation, chosen: Bools, otherwise: Floats) -> tuple[Floats, Floats]:
-    """Return lowest and highest corner of the visible ones of the given geoms; without any, around a point."""
+    """Return the lowest and highest corner of the visible geoms among those in `chosen`.
+
+    If none is visible, return the corners of a cube of 1 m around the point `otherwise`.
+    """
     model, data = simulation.model, simulation.data
     geoms = np.flatnonzero(chosen & (_SEEN[model.geom_group] > 0))
     if not len(geoms):
@@ -188,7 +194,7 @@ def _direction(azimuth: float, elevation: float) -> Floats:
 
 
 def _sees(simulation: Simulation, eye: Floats, target: Floats, roots: Collection[int]) -> bool:
-    """Return whether a ray from the eye to the target first meets one of the given topmost bodies or their children."""
+    """Return whether a ray from `eye` to `target` first hits one of the bodies `roots` or a body below them."""
     model, geom = simulation.model, np.array([-1], np.int32)
     mujoco.mj_ray(model, simulation.data, eye, target - eye, _SEEN, True, -1, geom)
     met = int(geom[0])
@@ -196,7 +202,7 @@ def _sees(simulation: Simulation, eye: Floats, target: Floats, roots: Collection
 
 
 def _looking(eye: Floats, target: Floats) -> Pose:
-    """Return the pose of an upright camera at one point that looks at another."""
+    """Return the pose of an upright camera that is at the point `eye` and looks at the point `target`."""
     back = (eye - target) / np.linalg.norm(eye - target)
     right = np.cross((0.0, 0.0, 1.0), back)
     right /= np.linalg.norm(right)

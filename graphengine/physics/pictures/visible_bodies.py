@@ -1,4 +1,4 @@
-"""The visible geoms of a model as shapes of its bodies."""
+"""Converts the visible geoms of a model to shapes of its bodies, for viewers."""
 
 from __future__ import annotations
 
@@ -26,11 +26,11 @@ _KINDS: Mapping[int, ShapeKind] = {
     _GEOM.mjGEOM_MESH.value: "mesh",
     _GEOM.mjGEOM_HFIELD.value: "mesh",
 }
-"""Shapes by geom type."""
+"""Kind of shape by MuJoCo geom type; geoms of other types are not shown."""
 
 
 def visible_bodies(model: mujoco.MjModel) -> Bodies:
-    """Return all bodies of a model with their shapes that pictures show."""
+    """Return all bodies of a model with their visible shapes, meshes and textures."""
     shapes: list[VisibleShape] = []
     meshes: dict[str, int] = {}
     surfaces: dict[str, Surface] = {}

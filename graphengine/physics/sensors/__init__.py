@@ -1,1 +1,1 @@
-"""The robots' sensors: handles that cast rays, take pictures and measure at their own rates."""
+"""The robots' sensors: handles that cast rays, capture images or measure forces and motion, each at its own rate."""

@@ -1,11 +1,11 @@
-"""A camera: a picture captured in one tick is delivered a fixed number of ticks later, however long rendering takes.
+"""A camera: an image captured in one tick is delivered a fixed number of ticks later, however long rendering takes.
 
-A sample (`sampling`) is captured when it is first requested in its tick; the `render_thread` draws it. The tick in which it is
-due waits for it. In real time nothing waits: a late picture is dropped and counted, and no picture is captured while the
-previous one is being drawn; on a slow machine the queue would otherwise make each picture late.
+A sample (see `sampling`) is captured when it is first requested in its tick, and rendered by the `render_thread`. The tick in
+which the image is due waits until it is rendered. A simulation in real time does not wait: it drops and counts a late image,
+and captures no image while the camera's previous one is being rendered, because a queue of images would make each of them late.
 
-An object nearer than the clip range hides what is behind it, as before a real lens, and has no depth. Surfaces are visible only
-from their front: a camera inside a closed shape sees out of it, while rays meet the shape's inside.
+An object nearer than the clip range hides the objects behind it, as with a real lens, but gets no depth. Surfaces are visible
+only from their front: a camera inside a closed shape sees out of the shape, while rays hit its inside.
 """
 
 from __future__ import annotations
@@ -35,49 +35,50 @@ if TYPE_CHECKING:
     from graphengine.physics.simulation import Simulation
 
 NEAREST = 0.05
-"""Distance (m) from which on everything hides what is behind it. Nearer would cost precision, and does in proportion."""
+"""Greatest distance of the renderer's near plane, m; nearer objects are not drawn. A smaller value makes depths less precise."""
 
 PixelCount = Annotated[int, Field(ge=1, le=LARGEST_PICTURE)]
 Pair = Annotated[tuple[float, float], Field(strict=False)]
 
 
 class CameraProfile(Profile):
-    """A pinhole camera with square pixels."""
+    """The parameters of a pinhole camera with square pixels."""
 
     size: Annotated[tuple[PixelCount, PixelCount], Field(strict=False)] = Field(description="Width and height, pixels.")
-    fov_deg: Pair = Field(description="Horizontal and vertical field of view; pictures take the horizontal one.")
+    fov_deg: Pair = Field(description="Horizontal and vertical field of view, degrees; images use the horizontal one.")
     clip: Pair = Field(default=(0.01, 100.0), description="Nearest and farthest distance seen, m.")
-    rate: Rate = Field(default=30.0, description="Pictures per second.")
+    rate: Rate = Field(default=30.0, description="Images per second.")
     latency: NotNegative = Field(
         default=0.1, le=10.0, description="Time from capture to delivery, s; at least one tick."
     )
     depth: bool = Field(default=False, description="Whether the camera is a depth camera.")
-    colour_noise: NotNegative = Field(default=0.0, le=255, description="Standard deviation of a colour, 0 to 255.")
+    colour_noise: NotNegative = Field(default=0.0, le=255, description="Standard deviation of colour noise, 0 to 255.")
     depth_noise: Deviation = Field(
-        default=0.0, description="Standard deviation of a depth at 1 m, m; it grows with the square of the distance."
+        default=0.0,
+        description="Standard deviation of depth noise at 1 m, m; it grows with the square of the distance.",
     )
 
     @field_validator("fov_deg")
     @classmethod
     def _a_pinhole_sees(cls, degrees: tuple[float, float]) -> tuple[float, float]:
         if not all(0.1 <= degree <= 179.0 for degree in degrees):
-            raise ValueError("the field of view of a pinhole camera must be 0.1 to 179 degrees")
+            raise ValueError("the field of view of a pinhole camera must be from 0.1 to 179 degrees")
         return degrees
 
     @field_validator("clip")
     @classmethod
     def _in_front(cls, clip: tuple[float, float]) -> tuple[float, float]:
         if not 0.001 <= clip[0] < clip[1] <= 1_000_000.0:
-            raise ValueError("write [nearest, farthest], from 0.001 to 1000000 m")
+            raise ValueError("must be [nearest, farthest] in ascending order, from 0.001 to 1000000 m")
         return clip
 
 
 @dataclass(frozen=True, slots=True)
 class _Exposure:
-    """A picture that is not delivered yet."""
+    """An image that was captured and is not delivered yet."""
 
     captured: int
-    """Tick in which the picture was captured."""
+    """Tick in which the image was captured."""
     segmented: bool
     picture: Future[Picture]
 
@@ -94,8 +95,8 @@ class PinholeCamera(Sampled):
     Args:
         simulation: simulation that the camera sees.
         prim: camera prim.
-        size: width and height of the pictures, pixels; None: those of the profile. The horizontal field of view is the same for
-            all sizes.
+        size: width and height of the images, pixels; None for those of the profile. The horizontal field of view is the same
+            for all sizes.
     """
 
     kept = ("_delivery", "_pending", "_segmented", "_skipped")
@@ -118,12 +119,12 @@ class PinholeCamera(Sampled):
 
     @classmethod
     def key(cls, prim: Prim, **options: Any) -> str:
-        """Return a key for each prim and size."""
+        """Return the prim's path and the image size as the key, so that each size has its own handle."""
         width, height = options.get("size") or prim.facts["size"]
         return f"{prim.path}/{width}x{height}"
 
     def reset(self) -> None:
-        """Discard pictures that are not delivered yet."""
+        """Discard images that are not delivered yet."""
         for exposure in self._pending:
             exposure.picture.cancel()
         self._pending.clear()
@@ -134,11 +135,15 @@ class PinholeCamera(Sampled):
 
     @property
     def labels(self) -> Mapping[int, str]:
-        """Prim path of each number in a segmentation."""
+        """Prim path of each segmentation ID."""
         return self._studio.labels
 
     def request(self, *, segmentation: bool = False) -> None:
-        """Capture this tick's sample if one is due; it is rendered once for all callers."""
+        """Capture this tick's sample if one is due; all callers in the tick share one image.
+
+        Args:
+            segmentation: whether this sample and all later samples get a segmentation.
+        """
         tick = self._simulation.tick
         self._segmented |= segmentation
         newest = self._pending[-1] if self._pending else None
@@ -155,10 +160,10 @@ class PinholeCamera(Sampled):
         self._pending.append(_Exposure(tick, self._segmented, self._expose(self._segmented)))
 
     def delivered(self) -> Picture | None:
-        """Return the picture that is due in this tick, the same for all callers; None in most ticks.
+        """Return the image that is due in this tick, the same object for all callers; None if no image is due.
 
         Raises:
-            RenderError: it could not be rendered.
+            RenderError: the image could not be rendered.
         """
         tick = self._simulation.tick
         if self._delivery[0] != tick:
@@ -167,19 +172,19 @@ class PinholeCamera(Sampled):
         return self._delivery[1]
 
     def preview(self) -> Future[Picture]:
-        """Render a picture of the current state in the background, without effect on samples and deliveries."""
+        """Render an image of the current state in the background, without effect on samples and deliveries."""
         return self._expose(False)
 
     def picture(self, *, segmentation: bool = False) -> Picture:
-        """Render and return a picture of the current state immediately.
+        """Render an image of the current state now, wait for it and return it.
 
         Raises:
-            RenderError: it could not be rendered.
+            RenderError: the image could not be rendered.
         """
         return self._expose(segmentation).result()
 
     def _take(self, captured: int) -> Picture | None:
-        """Return the picture captured in a tick; earlier ones that were not requested are discarded."""
+        """Return the image captured in a tick, or None; discard images captured earlier that were not collected."""
         while self._pending and self._pending[0].captured < captured:
             self._pending.popleft().picture.cancel()
         if not self._pending or self._pending[0].captured > captured:
@@ -215,7 +220,7 @@ def _develop(
     generator: np.random.Generator | None,
     boxes: NDArray[np.void] | None,
 ) -> Picture:
-    """Return what a sensor outputs for an image: with noise, and depths only within its range."""
+    """Return the camera's output for a rendered image: with noise, and with infinite depth outside the clip range."""
     rgb, depth = image.rgb, image.depth
     visible = (depth >= clip[0]) & (depth <= clip[1])
     if generator is not None:
@@ -231,7 +236,10 @@ def _develop(
 def _with_noise(
     rgb: NDArray[np.uint8], depth: NDArray[np.float32], noise: tuple[float, float], generator: np.random.Generator
 ) -> tuple[NDArray[np.uint8], NDArray[np.float32]]:
-    """Add normal noise: of constant size to colours, growing with the square of the distance to depths, as for stereo cameras."""
+    """Add normally distributed noise to colours and depths.
+
+    The standard deviation is constant for colours. For depths, it grows with the square of the distance, as for stereo cameras.
+    """
     colour, at_one_metre = np.float32(noise[0]), np.float32(noise[1])
     if colour:
         noisy = rgb + colour * generator.standard_normal(rgb.shape, np.float32)

@@ -1,6 +1,6 @@
-"""A contact sensor, which measures the mean force of a tick, so that a touch between two ticks is not missed.
+"""A contact sensor, which measures the mean contact force during a tick, so that a touch between two ticks is not missed.
 
-It measures contacts of the body that carries it, not of other bodies that are fixed to that body.
+The sensor measures contacts of the body that carries it. It ignores contacts of other bodies that are fixed to that body.
 """
 
 from __future__ import annotations
@@ -23,12 +23,13 @@ if TYPE_CHECKING:
 
 
 class ContactProfile(Profile):
-    """A contact sensor on the body that carries it."""
+    """The parameters of a contact sensor."""
 
     threshold: NotNegative = Field(default=0.0, description="Force below which no contact is reported, N.")
-    limit: Positive = Field(default=100_000.0, description="Greatest force reported, N.")
+    limit: Positive = Field(default=100_000.0, description="Greatest force reported, N; a greater force is clamped.")
     radius: NotNegative = Field(
-        default=0.0, description="Radius around the sensor in which contacts count, m; 0: all contacts of the body."
+        default=0.0,
+        description="Radius around the sensor in which contacts count, m; with 0, all contacts of its body count.",
     )
 
     @model_validator(mode="after")
@@ -52,16 +53,16 @@ class BodyContactSensor(CarriedPrim):
         super().__init__(simulation, prim)
 
     def bind(self) -> None:
-        """Find the geoms of the body that carries the sensor."""
+        """Look up the body that carries the sensor, and its geoms."""
         super().bind()
         self._own = self._simulation.model.geom_bodyid == self.body
 
     def reset(self) -> None:
-        """Clear the measured force."""
+        """Set the measured forces to zero."""
         self._of_step, self._of_tick = np.zeros(3), np.zeros(3)
 
     def see_forces(self) -> None:
-        """Add the contact forces of a step."""
+        """Add the contact force of a physics step to the force of the tick."""
         if self._simulation.steps % self._simulation.substeps == 1 % self._simulation.substeps:
             self._of_tick = np.zeros(3)
         self._of_step = self._force()

@@ -1,4 +1,7 @@
-"""The registry of device implementations in a simulation; each is defined with its profile in a module of this package."""
+"""The registry of classes that implement devices, such as sensors, in a simulation.
+
+Each class is defined in a module of this package, together with the profile that contains its parameters.
+"""
 
 from __future__ import annotations
 
@@ -22,21 +25,21 @@ Offsets = Annotated[tuple[Offset, Offset, Offset], Field(strict=False)]
 
 
 def check_less(**bounds: float) -> None:
-    """Check that the first of two values, given by name, is less than the second.
+    """Check that the first of two named values is less than the second.
 
     Raises:
-        ValueError: it is not less.
+        ValueError: the first value is not less than the second.
     """
     (low, least), (high, most) = bounds.items()
     if not least < most:
-        raise ValueError(f"{low} must be less than {high}, and {least:g} is not less than {most:g}")
+        raise ValueError(f"{low} must be less than {high}, but {least:g} is not less than {most:g}")
 
 
 class Profile(Spec):
-    """A section of a sensor profile: the parameters of one kind of device."""
+    """Base class of the sections of a sensor profile; each contains the parameters of one kind of device."""
 
     def facts(self) -> dict[str, Any]:
-        """Return the facts that a prim of the device gets from its profile."""
+        """Return the values that the profile adds to the `facts` of a device's prim."""
         return self.model_dump()
 
 
@@ -44,14 +47,17 @@ class Implementation(NamedTuple):
     """The implementation of one kind of device in a simulation."""
 
     handle: Any
-    """Creates the `Handle` that implements the device's Protocol, from the simulation, the prim and the device's options."""
+    """Subclass of `Handle` that implements the device's Protocol; it is called with simulation, prim and device options."""
     profile: type[Profile]
     build: Callable[[mujoco.MjSpec, str, Prim], None] | None = None
-    """Adds the elements that a device needs to the model of its robot, from the name of the carrying body and the prim."""
+    """Function that adds the device's elements, such as welds, to the model of its robot.
+
+    Its arguments are the robot's model, the name of the body that carries the device, and the device's prim.
+    """
 
 
 IMPLEMENTATIONS: Kinds[Implementation] = Kinds("graphengine.physics.sensors")
-"""Implementations by kind of device."""
+"""Implementations by the kind of the device, such as `lidar`."""
 
 
 def implements(
@@ -59,9 +65,12 @@ def implements(
     profile: type[Profile],
     build: Callable[[mujoco.MjSpec, str, Prim], None] | None = None,
 ) -> Callable[[Callable[..., D]], Any]:
-    """Register an implementation; decorates the subclass of `Handle` that implements the device's Protocol.
+    """Return a class decorator that registers a subclass of `Handle` as the implementation of a device.
 
-    The arguments are those of `Implementation`.
+    Args:
+        interface: Protocol of the device.
+        profile: class of the device's parameters.
+        build: see `Implementation.build`.
     """
 
     def register(handle: Callable[..., D]) -> Callable[..., D]:

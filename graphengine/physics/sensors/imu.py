@@ -1,8 +1,8 @@
-"""An inertial measurement unit, which measures means over the time since its last sample.
+"""An inertial measurement unit (IMU), which measures mean values over the time since its last sample.
 
-So the integral of its samples gives the motion; a shock between two samples is not missed, and a contact that vibrates for one
-physics step does not count as if it had lasted. Acceleration is the change of velocity per step in the world frame, rotated to
-the sensor's frame: a difference of velocities in a rotating frame would lack the centripetal part.
+So the integral of the samples gives the motion, a shock between two samples is not missed, and a contact that vibrates for one
+physics step does not count as if it had lasted for the whole sample. Acceleration is the change of velocity per step in the world
+frame, rotated to the sensor's frame; a difference of velocities in the rotating frame would lack the centripetal part.
 """
 
 from __future__ import annotations
@@ -34,11 +34,15 @@ if TYPE_CHECKING:
 
 
 class ImuProfile(Profile):
-    """An inertial measurement unit, with errors per sample and axis, and errors in the units of data sheets."""
+    """The parameters of an IMU: errors per sample and axis, and errors in the units of data sheets."""
 
-    rate: Rate = Field(default=100.0, description="Samples a second.")
-    acceleration_noise: Deviation = Field(default=0.0, description="Standard deviation of white noise, m/s2.")
-    angular_velocity_noise: Deviation = Field(default=0.0, description="Standard deviation of white noise, rad/s.")
+    rate: Rate = Field(default=100.0, description="Samples per second.")
+    acceleration_noise: Deviation = Field(
+        default=0.0, description="Standard deviation of the white noise of acceleration, m/s2."
+    )
+    angular_velocity_noise: Deviation = Field(
+        default=0.0, description="Standard deviation of the white noise of angular velocity, rad/s."
+    )
     acceleration_bias: Offsets = Field(default=(0.0, 0.0, 0.0), description="Constant bias of acceleration, m/s2.")
     angular_velocity_bias: Offsets = Field(
         default=(0.0, 0.0, 0.0), description="Constant bias of angular velocity, rad/s."
@@ -47,7 +51,7 @@ class ImuProfile(Profile):
     gyroscope: GyroscopeErrors | None = None
 
     def facts(self) -> dict[str, Any]:
-        """Return the figures, with the errors of accelerometers and gyroscopes in SI units."""
+        """Return the parameters, with the errors of accelerometers and gyroscopes in SI units."""
         triads = [errors.in_si() if errors else TriadErrors() for errors in (self.accelerometer, self.gyroscope)]
         errors = tuple(triads) if self.accelerometer or self.gyroscope else None
         return self.model_dump(exclude={"accelerometer", "gyroscope"}) | {"errors": errors}
@@ -55,24 +59,26 @@ class ImuProfile(Profile):
 
 @dataclass(frozen=True, slots=True)
 class _Mean:
-    """A sample before noise, in the sensor's frame: acceleration without gravity, the part of gravity, and angular velocity."""
+    """A sample before noise; `values` are x, y and z of acceleration, gravity and angular velocity in the sensor's frame."""
 
     count: int
-    """Ticks, or physics steps, since the start."""
+    """Number of ticks (or physics steps) from the start to the sample."""
     index: int
     values: tuple[float, ...]
     orientation: Quaternion
     duration: float = 0.0
-    """Time over which the values are means, s."""
+    """Time over which the values are averaged, s."""
 
 
 class _Samples:
-    """The samples for graphs that run per tick, or for graphs that run per physics step.
+    """Averages the measurements of physics steps to samples.
+
+    An IMU has two objects of this class: one for graphs that run per tick, and one for graphs that run per physics step.
 
     Args:
         sampling: schedule of the samples, in ticks or steps.
         period: seconds per tick or step, as numerator and denominator.
-        steps: physics steps per tick or step.
+        steps: number of physics steps per tick; 1 for a schedule in steps.
     """
 
     def __init__(self, sampling: Sampling, period: tuple[int, int], steps: int) -> None:
@@ -81,12 +87,12 @@ class _Samples:
         self.reset()
 
     def reset(self) -> None:
-        """Restart sampling."""
+        """Discard the newest sample and all measurements."""
         self.newest: _Mean | None = None
         self._sums, self._added = [0.0] * 9, 0
 
     def add(self, step: int, values: Sequence[float], orientation: Quaternion) -> None:
-        """Add the measurements of a step."""
+        """Add the measurements of a physics step, and complete a sample if one is due after this step."""
         self._sums = [total + value for total, value in zip(self._sums, values, strict=True)]
         self._added += 1
         count, rest = divmod(step, self._steps)
@@ -102,8 +108,8 @@ class _Samples:
 class InertialUnit(CarriedPrim):
     """The IMU at a prim; the prim's `facts` are the values of its profile.
 
-    Graphs that run per tick get samples of whole ticks; graphs that run per physics step may get more samples. Orientation is not
-    averaged: it is the orientation at the time of the sample.
+    Graphs that run per tick get at most one sample per tick; graphs that run per physics step may get more samples. The
+    orientation is not averaged: it is the orientation at the time of the sample.
     """
 
     sees_steps = True
@@ -127,23 +133,27 @@ class InertialUnit(CarriedPrim):
         self.see_displacement()
 
     def bind(self) -> None:
-        """Find the body that carries the unit, and read gravity, which may change."""
+        """Look up the body that carries the unit, and the model's gravity, which graphs may change."""
         super().bind()
         self._gravity = self._simulation.model.opt.gravity
 
     def reset(self) -> None:
-        """Restart from the current state."""
+        """Discard all measurements, and continue from the current state."""
         self._by_tick.reset()
         self._by_step.reset()
         self._sampled = None
         self.see_displacement()
 
     def see_displacement(self) -> None:
-        """Start the next step from the pose at which the unit was placed."""
+        """Take the current velocity and orientation as those before the next step."""
         self._velocity, self._orientation = self.velocity()[0], self.pose()[1]
 
     def see_motion(self) -> None:
-        """Add the measurements of a step: change of velocity, gravity and rotation, in the sensor's frame halfway through it."""
+        """Add the measurements of a physics step.
+
+        Acceleration and gravity are in the mean of the sensor's frames before and after the step, the angular velocity is in the
+        frame after it.
+        """
         seconds, steps = self._by_step.period
         velocity, turning = self.velocity()
         orientation, rate = self.pose()[1], steps / seconds
@@ -158,13 +168,13 @@ class InertialUnit(CarriedPrim):
 
     @property
     def due(self) -> bool:
-        """Return whether a new sample belongs to this tick; for graphs that run per physics step, to this step."""
+        """Whether a new sample is due in this tick or, for graphs that run per physics step, in this step."""
         if self._simulation.stepping:
             return self._by_step.sampling.due(self._simulation.steps)
         return self._by_tick.sampling.due(self._simulation.tick)
 
     def sample(self) -> ImuSample:
-        """Return the newest sample, the same for all callers in its tick or step."""
+        """Return the newest sample; all callers in one tick or step get the same object."""
         samples = self._by_step if self._simulation.stepping else self._by_tick
         mean = samples.newest or self._at_rest()
         if self._sample is None or self._sampled is not mean:
@@ -173,12 +183,12 @@ class InertialUnit(CarriedPrim):
         return self._sample
 
     def _upwards(self) -> Vector3:
-        """Return what gravity adds to the reading of an accelerometer, m/s2, in the world frame."""
+        """Return gravity's contribution to the reading of an accelerometer, m/s2, in the world frame: gravity reversed."""
         x, y, z = self._gravity.tolist()
         return -x, -y, -z
 
     def _at_rest(self) -> _Mean:
-        """Return the sample before the first one: the unit at rest."""
+        """Return the values that are reported before the first sample: those of a unit without acceleration."""
         turning, orientation = self.velocity()[1], self.pose()[1]
         gravity = unrotate(orientation, self._upwards())
         return _Mean(0, -1, (0.0, 0.0, 0.0, *gravity, *unrotate(orientation, turning)), orientation)
@@ -199,7 +209,10 @@ class InertialUnit(CarriedPrim):
 
 
 def _halfway(before: Quaternion, after: Quaternion, vector: Vector3) -> Vector3:
-    """Return a vector of the world in the mean of two frames; the error is an eighth of the squared angle between them."""
+    """Return a vector of the world frame in the mean of two rotated frames.
+
+    The relative error is an eighth of the squared angle (rad) between the frames.
+    """
     a, b, c = unrotate(before, vector)
     d, e, f = unrotate(after, vector)
     return (a + d) / 2, (b + e) / 2, (c + f) / 2

@@ -1,6 +1,6 @@
-"""Errors of inertial units, in the quantities of data sheets and of the Allan deviation (IEEE 952).
+"""Errors of inertial measurement units, in the quantities of data sheets and of the Allan deviation (IEEE 952).
 
-The errors of a sample depend on the session's seed, the prim's path and the sample's number alone.
+The random errors of a sample depend only on the session's seed, the prim's path and the sample's number.
 """
 
 from __future__ import annotations
@@ -29,13 +29,13 @@ _BLOCK = 512
 
 
 class AccelerometerErrors(Spec):
-    """Errors of three accelerometers, in units of data sheets; 1 µg is 9.80665e-6 m/s2. Without a key, an error is 0."""
+    """Errors of three accelerometers, in units of data sheets; 1 µg is 9.80665e-6 m/s2. Errors that are not given are 0."""
 
     noise_density_ug: Amount = Field(default=0.0, description="White noise, µg/√Hz.")
     bias_instability_ug: Amount = Field(
-        default=0.0, description="Standard deviation of a bias that changes within the correlation time, µg."
+        default=0.0, description="Standard deviation of a bias that varies with bias_correlation_time, µg."
     )
-    bias_correlation_time: Seconds = Field(default=100.0, description="Time constant of this bias, s.")
+    bias_correlation_time: Seconds = Field(default=100.0, description="Time constant of the varying bias, s.")
     bias_walk_ug: Amount = Field(
         default=0.0, description="Random walk of the bias: its standard deviation after an hour, µg/√h."
     )
@@ -49,13 +49,13 @@ class AccelerometerErrors(Spec):
 
 
 class GyroscopeErrors(Spec):
-    """Errors of three gyroscopes, in units of data sheets. Without a key, an error is 0."""
+    """Errors of three gyroscopes, in units of data sheets. Errors that are not given are 0."""
 
     noise_density_dps: Amount = Field(default=0.0, description="White noise, (deg/s)/√Hz.")
     bias_instability_dph: Amount = Field(
-        default=0.0, description="Standard deviation of a bias that changes within the correlation time, deg/h."
+        default=0.0, description="Standard deviation of a bias that varies with bias_correlation_time, deg/h."
     )
-    bias_correlation_time: Seconds = Field(default=100.0, description="Time constant of this bias, s.")
+    bias_correlation_time: Seconds = Field(default=100.0, description="Time constant of the varying bias, s.")
     bias_walk_dph: Amount = Field(
         default=0.0, description="Random walk of the bias: its standard deviation after an hour, (deg/h)/√h."
     )
@@ -70,21 +70,21 @@ class GyroscopeErrors(Spec):
 
 @dataclass(frozen=True, slots=True)
 class TriadErrors:
-    """Errors of three accelerometers or gyroscopes; u is m/s2 or rad/s."""
+    """Errors of three accelerometers or gyroscopes in SI units; below, u stands for m/s2 or rad/s."""
 
     noise_density: float = 0.0
     """White noise, u/√Hz."""
     bias_instability: float = 0.0
     """Standard deviation of a bias that is a first-order Gauss-Markov process, u."""
     bias_correlation_time: float = 1.0
-    """Time constant of this process, s."""
+    """Time constant of the Gauss-Markov process, s."""
     bias_walk: float = 0.0
     """Standard deviation of the bias's random walk after 1 s, u/√s."""
     scale_error_percent: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
 
 class Drift(NamedTuple):
-    """The biases of a sample: x, y and z of accelerometers, then of gyroscopes."""
+    """The biases of a sample, as arrays of x, y and z of accelerometers (m/s2), then of gyroscopes (rad/s)."""
 
     seed: int
     sample: int
@@ -113,12 +113,12 @@ class InertialErrors:
         self._drawn: tuple[tuple[int, int], Floats] | None = None
 
     def drift(self, seed: int, sample: int, known: Drift | None) -> Drift:
-        """Return the biases of a sample; fast if those of a sample shortly before it are known.
+        """Return the biases of a sample, computed from those of an earlier sample if they are known.
 
         Args:
             seed: the session's seed.
             sample: number of the sample, from 0.
-            known: biases of any sample, or None.
+            known: biases of any sample, or None; those of a sample shortly before this one make the computation fast.
         """
         if known is None or known.seed != seed or known.sample > sample:
             known = Drift(seed, 0, self._deviation * self._random(seed, 0)[:6], np.zeros(6))

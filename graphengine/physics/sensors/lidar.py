@@ -1,10 +1,11 @@
-"""Sensors that cast rays into the collision geometry, and the lidar.
+"""The lidar, and the base class of sensors that sample by casting rays into the collision geometry.
 
-A sample (`sampling`) is cast when it is first requested in its tick, and does not depend on who requests it. `rays` finds what
-the rays meet.
+The rays of a sample (see `sampling`) are cast when the sample is first requested in its tick; all callers get the same sample.
+The module `rays` finds the surfaces that the rays hit.
 
-Intensity is the relative luminance of the surface's colour, 0 to 255, independent of distance and angle, as for a sensor that
-compensates for both. It uses the colour of the geom or its material; textures, reflectance and shininess are ignored.
+The intensity of a hit is the relative luminance of the surface's colour, 0 to 255. It is independent of distance and angle, as
+for a sensor that compensates for both. The colour is that of the geom's material, or of the geom itself; textures, reflectance
+and shininess are ignored.
 """
 
 from __future__ import annotations
@@ -33,7 +34,7 @@ Elevation = Annotated[float, Field(ge=-90, le=90)]
 
 
 class BeamsSpec(Spec):
-    """Beams of a ring, counter-clockwise from the sensor's x axis, evenly spaced."""
+    """Evenly spaced beams of a ring; their angles are counter-clockwise from the sensor's x axis."""
 
     first_deg: float = Field(ge=-360, le=360)
     last_deg: float = Field(ge=-360, le=360)
@@ -47,7 +48,7 @@ class BeamsSpec(Spec):
 
 
 class RingsSpec(Spec):
-    """Rings of a 3D lidar, from the lowest up: evenly spaced, or listed."""
+    """Rings of a 3D lidar from the lowest to the highest; either evenly spaced or listed."""
 
     first_deg: Elevation | None = None
     last_deg: Elevation | None = None
@@ -61,7 +62,7 @@ class RingsSpec(Spec):
     def _upwards(self) -> RingsSpec:
         spaced = (self.first_deg, self.last_deg, self.count)
         if (self.each_deg is None) == (spaced == (None, None, None)) or (self.each_deg is None and None in spaced):
-            raise ValueError("give rings by first_deg, last_deg and count, or by each_deg")
+            raise ValueError("define rings either by first_deg, last_deg and count, or by each_deg")
         angles = self.each_deg or (self.first_deg, self.last_deg)
         if any(not low < high for low, high in itertools.pairwise(angles)):  # type: ignore[operator]
             raise ValueError("rings must be in ascending order")
@@ -69,7 +70,7 @@ class RingsSpec(Spec):
 
     @property
     def degrees(self) -> tuple[float, ...]:
-        """Return the angle of each ring above the sensor's xy plane, degrees."""
+        """Angle of each ring above the sensor's xy plane, degrees."""
         if self.first_deg is None or self.last_deg is None or self.count is None:
             return self.each_deg or ()
         step = (self.last_deg - self.first_deg) / (self.count - 1)
@@ -77,19 +78,23 @@ class RingsSpec(Spec):
 
 
 def check_distances(resolution: float, **bounds: float) -> None:
-    """Check the resolution of a sensor (m), and its nearest and farthest distance (m, given by name).
+    """Check the resolution of a sensor (m), and its nearest and farthest distance (m).
+
+    Args:
+        resolution: multiple to which distances are rounded, m; 0 for no rounding.
+        bounds: nearest and farthest distance, under the names that messages use.
 
     Raises:
-        ValueError: the limits are not in this order, or the resolution is too fine or too coarse.
+        ValueError: the nearest distance is not less than the farthest, or the resolution is too fine or too coarse.
     """
     check_less(**bounds)
     _, (farthest, far) = bounds.items()
     if resolution and not 1e-6 <= resolution < far:
-        raise ValueError(f"resolution must be at least one micrometre and less than {farthest}, or 0")
+        raise ValueError(f"resolution must be 0, or at least one micrometre and less than {farthest}")
 
 
 class LidarProfile(Profile):
-    """A ray-casting range sensor."""
+    """The parameters of a lidar."""
 
     rate: Rate = Field(description="Sweeps per second.")
     beams: BeamsSpec
@@ -98,9 +103,9 @@ class LidarProfile(Profile):
     )
     near: NotNegative = Field(description="Nearest distance reported, m.")
     far: Positive = Field(le=1_000_000, description="Farthest distance reported, m.")
-    noise_std: Deviation = Field(default=0.0, description="Standard deviation of a distance, m.")
+    noise_std: Deviation = Field(default=0.0, description="Standard deviation of distance noise, m.")
     resolution: NotNegative = Field(
-        default=0.0, description="Distances are rounded to multiples of this, m; 0: not rounded."
+        default=0.0, description="Distances are rounded to multiples of this value, m; with 0, they are not rounded."
     )
 
     @model_validator(mode="after")
@@ -115,25 +120,26 @@ class LidarProfile(Profile):
 
     @property
     def angles(self) -> tuple[float, float, float]:
-        """Return the azimuth of the first and last beam of a ring, and the angle between two beams, rad."""
+        """Azimuths of the first and last beam of a ring, and the angle between two neighbouring beams, rad."""
         first, last = math.radians(self.beams.first_deg), math.radians(self.beams.last_deg)
         return first, last, (last - first) / (self.beams.count - 1)
 
     @property
     def elevations(self) -> tuple[float, ...]:
-        """Return the angle of each ring above the sensor's xy plane, rad."""
+        """Angle of each ring above the sensor's xy plane, rad."""
         return tuple(map(math.radians, self.rings.degrees)) if self.rings is not None else (0.0,)
 
     def facts(self) -> dict[str, Any]:
-        """Return the parameters as facts, with angles in rad."""
+        """Return the values for the `facts` of a prim, with angles in rad."""
         kept = self.model_dump(include={"rate", "noise_std", "resolution"})
         return kept | {"angles": self.angles, "elevations": self.elevations, "ranges": (self.near, self.far)}
 
 
 class RaySensor(TickSampled[S]):
-    """A sensor that casts rays; the facts of its prim have `ranges`, and may have `noise_std` and `resolution`.
+    """Base class of sensors that sample by casting rays.
 
-    A subclass sets `directions` before it calls `__init__`, and makes a sample in `_make_sample`.
+    The `facts` of the sensor's prim contain `ranges`, and may contain `noise_std` and `resolution`. A subclass sets `directions`
+    before it calls `__init__`, and makes a sample in `_make_sample`.
     """
 
     directions: Floats
@@ -145,17 +151,20 @@ class RaySensor(TickSampled[S]):
         super().__init__(simulation, prim)
 
     def bind(self) -> None:
-        """Find the sensor's own robot, which its rays pass through."""
+        """Look up the body that carries the sensor, and create the caster; rays pass through the sensor's own robot."""
         super().bind()
         tree = int(self._simulation.model.body_rootid[self.body])
         self._caster = self._simulation.rays.caster(self.directions, self.ranges[1], tree)
 
     def _meet(self) -> tuple[Floats, Integers]:
-        """Return distance and geom id of what each ray meets first; see `rays.Caster`."""
+        """Return distance (m) and geom id of the first hit of each ray; see `rays.Caster.cast`."""
         return self._caster.cast(*self.frame())
 
     def _measured(self, distances: Floats, index: int) -> Floats:
-        """Return distances within range with the noise of a sample, rounded to the resolution."""
+        """Return distances with the noise of a sample, rounded to the resolution and clamped to the sensor's range.
+
+        A sensor without noise and resolution gets the distances unchanged.
+        """
         if self.noise_std:
             distances = distances + self._noise_of(index).normal(0.0, self.noise_std, len(distances))
         if self._resolution:
@@ -175,13 +184,13 @@ class RayLidar(RaySensor[Scan]):
         super().__init__(simulation, prim)
 
     def bind(self) -> None:
-        """Find the brightness of all geoms."""
+        """Create the caster, and compute the intensity of a hit on each geom."""
         super().bind()
         brightness = 255 * (geom_colours(self._simulation.model)[:, :3] @ _LUMINANCE)
         self._brightness = np.append(brightness, 0.0).astype(np.float32)  # a miss has the number -1
 
     def scan(self) -> Scan:
-        """Return the newest sample, the same for all callers."""
+        """Return the newest sample; all callers get the same object."""
         return self._sample()
 
     def _make_sample(self, index: int) -> Scan:

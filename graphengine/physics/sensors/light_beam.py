@@ -1,6 +1,6 @@
-"""A light beam sensor: one beam, or a curtain of parallel beams, each of which is broken or not.
+"""A light beam sensor: one beam or a curtain of parallel beams; the sensor detects which beams are broken.
 
-The beams meet the same objects as those of a lidar, and pass through the sensor's own robot. They are cast when the sensor is
+The beams hit the same objects as the beams of a lidar, and pass through the sensor's own robot. They are cast when the sensor is
 read.
 """
 
@@ -24,21 +24,21 @@ if TYPE_CHECKING:
 
 
 class LightBeamProfile(Profile):
-    """A light barrier with one beam, or a light curtain with several."""
+    """The parameters of a light barrier (one beam) or a light curtain (several beams)."""
 
     num_rays: int = Field(default=1, ge=1, le=10_000, description="Number of beams.")
     curtain_length: NotNegative = Field(
         default=0.0,
         le=1000.0,
-        description="Length of a light curtain, m; beam n of N starts at n / N of this length along the curtain axis.",
+        description="Length of a light curtain, m; of N beams, beam n (from 0) is at n / N of this length along curtain_axis.",
     )
     forward_axis: Vector = Field(default=(1.0, 0.0, 0.0), description="Direction of the beams in the sensor's frame.")
     curtain_axis: Vector = Field(
-        default=(0.0, 0.0, 1.0), description="Direction in the sensor's frame along which beams are placed."
+        default=(0.0, 0.0, 1.0), description="Direction along which beams are placed, in the sensor's frame."
     )
-    min_range: NotNegative = Field(default=0.4, description="Distance from the sensor at which beams start, m.")
+    min_range: NotNegative = Field(default=0.4, description="Distance from its origin at which a beam starts, m.")
     max_range: Positive = Field(
-        default=100.0, le=1_000_000, description="Distance from the sensor at which beams end, m."
+        default=100.0, le=1_000_000, description="Distance from its origin at which an unbroken beam ends, m."
     )
 
     @model_validator(mode="after")
@@ -48,7 +48,7 @@ class LightBeamProfile(Profile):
             raise ValueError("several beams need a curtain_length greater than 0")
         for name in ("forward_axis", "curtain_axis"):
             if not math.hypot(*getattr(self, name)) > 0.0:
-                raise ValueError(f"{name}: (0, 0, 0) is no direction")
+                raise ValueError(f"{name}: (0, 0, 0) is not a direction")
         return self
 
 
@@ -65,7 +65,7 @@ class LightCurtain(CarriedPrim):
         super().__init__(simulation, prim)
 
     def bind(self) -> None:
-        """Find the sensor's own robot."""
+        """Look up the body that carries the sensor, and create the rays, which pass through the sensor's own robot."""
         super().bind()
         simulation = self._simulation
         tree = int(simulation.model.body_rootid[self.body])
@@ -73,7 +73,7 @@ class LightCurtain(CarriedPrim):
         self._bundle = RayBundle(simulation.model, simulation.data, *rays, tree)
 
     def reading(self) -> BeamReading:
-        """Cast the beams, and return for each whether it is broken, its depth (m) and its ends."""
+        """Cast the beams; return whether each beam is broken, its depth (m) and the positions of both its ends."""
         position, rotation = self.frame()
         hits = self._bundle.cast(position, rotation)
         ends = self._origins + hits.depths[:, None] * self._directions

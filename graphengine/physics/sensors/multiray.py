@@ -1,7 +1,8 @@
 """Ray casting with `mj_multiRay`, which tests every geom for every ray.
 
-`bodyexclude` excludes only a single body: so during a cast, the sensor's own robot is in a separate geom group. If the plane of
-the rays meets only a part of the world, they are cast into a small model of that part (`plane_culling`).
+Its argument `bodyexclude` excludes only a single body. So during a cast, the geoms of the sensor's own robot are moved to a
+separate geom group. If all rays are in one plane, which intersects only a part of the world, they are cast into a small model of
+that part (`plane_culling`).
 """
 
 from __future__ import annotations
@@ -15,7 +16,7 @@ from graphengine.physics.sensors.rays import GROUPS_SEEN, Integers, own_geoms, v
 
 
 class MultiRays:
-    """Casts rays into a model; see `rays.Rays`."""
+    """Ray casting by MuJoCo; implements `sensors.rays.Rays`."""
 
     name = "mujoco"
 
@@ -23,12 +24,12 @@ class MultiRays:
         self._model, self._data = model, data
 
     def caster(self, directions: Floats, far: float, tree: int) -> MultiRayCaster:
-        """Return a caster for the rays of a sensor; see `rays.Rays`."""
+        """Return a caster for the rays of a sensor; see `Rays.caster`."""
         return MultiRayCaster(self._model, self._data, directions, far, tree)
 
 
 class MultiRayCaster:
-    """Casts the rays of one sensor."""
+    """Casts the rays of one sensor by MuJoCo; implements `sensors.rays.Caster`."""
 
     def __init__(self, model: mujoco.MjModel, data: mujoco.MjData, directions: Floats, far: float, tree: int) -> None:
         self._model, self._data = model, data
@@ -42,7 +43,7 @@ class MultiRayCaster:
         self._geoms = np.empty(len(directions), np.int32)
 
     def cast(self, origin: Floats, rotation: Floats) -> tuple[Floats, Integers]:
-        """Return what each ray meets first; see `rays.Caster`."""
+        """Return distance (m) and geom id of the first hit of each ray; see `Caster.cast`."""
         np.matmul(self._directions, rotation.T, out=self._rays)
         part = self._slice_at(origin, rotation[:, 2])
         if part is None:
@@ -54,7 +55,7 @@ class MultiRayCaster:
         return self._distances, self._geoms
 
     def _slice_at(self, origin: Floats, normal: Floats) -> PlaneSlice | None:
-        """Return the part of the world that the rays can meet; None if only the whole world is sufficient."""
+        """Return a small model with all geoms that rays can hit from this pose; None if the whole model must be used."""
         if self._slice is None and self._sliceable:
             self._slice = PlaneSlice(self._model, self._data, self._visible, origin, normal)
         return self._slice if self._slice is not None and self._slice.covers(origin, normal) else None

@@ -30,22 +30,23 @@ if TYPE_CHECKING:
     from graphengine.physics.core import SimulationCore
 
 _NEAREST = 1e-3
-"""Distance below which the received power is taken as constant, m."""
+"""Distance below which the received power no longer grows, m."""
 
 
 class RadarProfile(LidarProfile):
-    """A radar, which also measures radial velocities. As for a lidar, beams and rings are the rays that are cast."""
+    """The parameters of a radar: its rays, given as the beams and rings of a lidar, and its errors."""
 
-    velocity_std: Deviation = Field(default=0.0, description="Standard deviation of a radial velocity, m/s.")
+    velocity_std: Deviation = Field(default=0.0, description="Standard deviation of radial velocity noise, m/s.")
     angle_std_deg: float = Field(
-        default=0.0, ge=0.0, le=45.0, description="Standard deviation of azimuth and elevation, degrees."
+        default=0.0, ge=0.0, le=45.0, description="Standard deviation of azimuth and elevation noise, degrees."
     )
     velocity_resolution: NotNegative = Field(
-        default=0.0, description="Radial velocities are rounded to multiples of this, m/s; 0: not rounded."
+        default=0.0,
+        description="Radial velocities are rounded to multiples of this value, m/s; with 0, they are not rounded.",
     )
 
     def facts(self) -> dict[str, Any]:
-        """Return the parameters as facts, with angles in rad."""
+        """Return the values for the `facts` of a prim, with angles in rad."""
         kept = self.model_dump(include={"velocity_std", "velocity_resolution"})
         return super().facts() | kept | {"angle_std": math.radians(self.angle_std_deg)}
 
@@ -64,7 +65,7 @@ class RayRadar(RaySensor[Detections]):
         super().__init__(simulation, prim)
 
     def detections(self) -> Detections:
-        """Return the newest sample, the same for all callers."""
+        """Return the newest sample; all callers get the same object."""
         return self._sample()
 
     def _make_sample(self, index: int) -> Detections:
@@ -86,7 +87,7 @@ class RayRadar(RaySensor[Detections]):
         """Return the rate of change of the distance to the surface point that each ray hits, m/s.
 
         Args:
-            geoms: geom that each ray hits.
+            geoms: id of the geom that each ray hits.
             directions: unit vectors of the rays in the radar's frame.
             distances: distances along the rays, m.
         """
@@ -103,12 +104,12 @@ class RayRadar(RaySensor[Detections]):
 
 
 def _rounded(values: Floats, resolution: float) -> Floats:
-    """Return the nearest multiples of a resolution; 0 leaves the values as they are."""
+    """Return values rounded to multiples of a resolution; with a resolution of 0, return them unchanged."""
     return np.round(values / resolution) * resolution if resolution else values
 
 
 def _turned(directions: Floats, azimuths: Floats, elevations: Floats) -> NDArray[np.float64]:
-    """Return unit vectors with their azimuths and elevations changed by given angles, rad."""
+    """Return unit vectors after adding angles (rad) to their azimuths and elevations."""
     azimuth = np.arctan2(directions[:, 1], directions[:, 0]) + azimuths
     elevation = np.arcsin(directions[:, 2].clip(-1.0, 1.0)) + elevations
     level = np.cos(elevation)

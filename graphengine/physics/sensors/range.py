@@ -1,8 +1,8 @@
 """A range sensor that casts a cone of rays and measures the smallest distance.
 
-Its rays meet the same objects as those of a lidar, and pass through the sensor's own robot. They are in rings about the
-sensor's x axis, the last of which is the edge of the cone; objects between two rings are not detected. Whether a surface
-reflects towards the sensor, as matters for ultrasound, is ignored.
+The rays hit the same objects as the rays of a lidar, and pass through the sensor's own robot. They form rings around the sensor's
+x axis; the outermost ring is the edge of the cone. Objects between two rings are not detected. The sensor detects a surface even
+if it does not reflect towards the sensor, unlike real ultrasonic sensors.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 
 class RangeProfile(Profile):
-    """An ultrasonic or infrared range sensor."""
+    """The parameters of an ultrasonic or infrared range sensor."""
 
     radiation_type: Literal["ultrasound", "infrared"] = "ultrasound"
     rate: Rate = Field(description="Measurements per second.")
@@ -37,9 +37,9 @@ class RangeProfile(Profile):
     max_range: Positive = Field(
         le=1_000_000, description="Farthest distance measured, m; without a hit, the reading is inf."
     )
-    noise_std: Deviation = Field(default=0.0, description="Standard deviation of a distance, m.")
+    noise_std: Deviation = Field(default=0.0, description="Standard deviation of distance noise, m.")
     resolution: NotNegative = Field(
-        default=0.0, description="Distances are rounded to multiples of this, m; 0: not rounded."
+        default=0.0, description="Distances are rounded to multiples of this value, m; with 0, they are not rounded."
     )
 
     @model_validator(mode="after")
@@ -48,7 +48,7 @@ class RangeProfile(Profile):
         return self
 
     def facts(self) -> dict[str, Any]:
-        """Return the parameters as facts, with both ranges as one."""
+        """Return the values for the `facts` of a prim; `ranges` contains both `min_range` and `max_range`."""
         return self.model_dump(exclude={"min_range", "max_range"}) | {"ranges": (self.min_range, self.max_range)}
 
 
@@ -63,7 +63,7 @@ class RayCone(RaySensor[RangeReading]):
         super().__init__(simulation, prim)
 
     def reading(self) -> RangeReading:
-        """Return the newest sample, the same for all callers."""
+        """Return the newest sample; all callers get the same object."""
         return self._sample()
 
     def _make_sample(self, index: int) -> RangeReading:
@@ -77,7 +77,10 @@ class RayCone(RaySensor[RangeReading]):
 
 
 def cone_directions(field_of_view: float, rings: int) -> Floats:
-    """Return unit vectors about the x axis: the axis, then rings at equal angles up to the edge of the cone; ring n has 6 n."""
+    """Return unit vectors in a cone around the x axis, shape (n, 3): the axis, then rings at equal angles up to the cone's edge.
+
+    Ring n has 6 n vectors.
+    """
     ring = np.repeat(np.arange(rings + 1), np.maximum(6 * np.arange(rings + 1), 1))
     around = 2.0 * np.pi * np.concatenate([np.arange(max(6 * n, 1)) / max(6 * n, 1) for n in range(rings + 1)])
     away = field_of_view / 2.0 * ring / rings

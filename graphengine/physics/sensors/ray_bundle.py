@@ -1,7 +1,7 @@
-"""Rays with an origin and a direction each, and the normals of the surfaces that they hit.
+"""Casts rays with individual origins and directions, and computes the normals of the surfaces that they hit.
 
-Rays with the same origin are cast together. A ray starts at the least distance from its origin; if that point is inside a body,
-the hit is there, as in PhysX.
+Rays with the same origin are cast together. A ray starts at the least distance from its origin. If this starting point is inside
+a body, the ray hits the body at this point, as in PhysX.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ class Hits(NamedTuple):
     found: Bools
     """Whether each ray hits a surface within the range."""
     depths: Floats
-    """Distance from each ray's origin to its hit, m; the range if there is no hit."""
+    """Distance from each ray's origin to its hit, m; the greatest distance if there is no hit."""
     normals: Floats
     """Unit normal of each hit in the world frame, shape (n, 3); zero without a hit."""
     geoms: Indices
@@ -38,7 +38,7 @@ class RayBundle:
     Args:
         model: model that the rays are cast into.
         data: state of the simulation.
-        rays: casts them.
+        rays: ray casting method of the simulation.
         origins: origins in the sensor's frame, shape (n, 3), m.
         directions: unit vectors in the sensor's frame, shape (n, 3).
         ranges: least and greatest distance from the origin, m.
@@ -62,10 +62,10 @@ class RayBundle:
         members = [np.flatnonzero(group.ravel() == number) for number in range(len(places))]
         self._groups = [(own, self._caster(directions[own])) for own in members]
         self._single: dict[int, Caster] = {}
-        """Casters for single rays that hit a body nearer than the least distance."""
+        """Casters for single rays, by the ray's index; used for rays with a hit nearer than the least distance."""
 
     def cast(self, position: Floats, rotation: Floats) -> Hits:
-        """Cast all rays from a sensor at a position (m), with a rotation matrix, in the world frame."""
+        """Cast all rays for a sensor's position (m) and rotation matrix in the world frame."""
         near, far = self._ranges
         count = len(self._origins)
         origins, directions = position + self._origins @ rotation.T, self._directions @ rotation.T
@@ -90,7 +90,7 @@ class RayBundle:
         return Hits(found, depths, normals, geoms)
 
     def _normal(self, geom: int, begin: Floats, direction: Floats) -> Floats:
-        """Return the outward normal of a geom where a ray meets it; against the ray for shapes without normals."""
+        """Return a geom's outward unit normal where a ray hits it; for shapes without normals, the ray's reverse direction."""
         model, data, normal, kind = self._model, self._data, -direction, int(self._model.geom_type[geom])
         if kind in _SOLIDS:
             place, axes = data.geom_xpos[geom], data.geom_xmat[geom]

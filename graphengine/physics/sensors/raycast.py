@@ -1,6 +1,7 @@
-"""A raycast sensor: rays with an origin and a direction each.
+"""A raycast sensor, whose rays have individual origins and directions.
 
-The rays hit the same objects as those of a lidar, and pass through the sensor's own robot. All are cast when the sensor is read.
+The rays hit the same objects as the rays of a lidar, and pass through the sensor's own robot. All rays are cast when the sensor
+is read.
 """
 
 from __future__ import annotations
@@ -27,7 +28,7 @@ _Rows = Annotated[tuple[Offsets, ...], Field(strict=False, min_length=1, max_len
 
 
 class RaycastProfile(Profile):
-    """A sensor that casts rays with given origins and directions."""
+    """The parameters of a raycast sensor: the origins, directions and ranges of its rays, and its output."""
 
     ray_origins: _Rows = Field(
         default=((0.0, 0.0, 0.0),),
@@ -43,17 +44,20 @@ class RaycastProfile(Profile):
     output_frame: Literal["SENSOR", "WORLD"] = Field(
         default="SENSOR", description="Frame of hit positions and normals: the sensor's or the world frame."
     )
-    report_hit_prim_paths: bool = Field(default=False, description="Whether readings contain the paths of hit prims.")
+    report_hit_prim_paths: bool = Field(
+        default=False, description="Whether readings contain the paths of the prims hit."
+    )
 
     @model_validator(mode="after")
     def _one_origin_a_ray(self) -> RaycastProfile:
         check_less(min_range=self.min_range, max_range=self.max_range)
         if len(self.ray_origins) not in (1, len(self.ray_directions)):
             raise ValueError(
-                f"{len(self.ray_origins)} ray_origins do not fit {len(self.ray_directions)} ray_directions"
+                f"{len(self.ray_origins)} ray_origins do not fit {len(self.ray_directions)} ray_directions; "
+                "write one origin, or one for each direction"
             )
         if not all(math.hypot(*direction) > 0.0 for direction in self.ray_directions):
-            raise ValueError("ray_directions: (0, 0, 0) is no direction")
+            raise ValueError("ray_directions: (0, 0, 0) is not a direction")
         return self
 
 
@@ -69,7 +73,7 @@ class RaySet(CarriedPrim):
         super().__init__(simulation, prim)
 
     def bind(self) -> None:
-        """Find the sensor's own robot, and the prims of all bodies."""
+        """Look up the prims of all bodies, and create the rays, which pass through the sensor's own robot."""
         super().bind()
         simulation = self._simulation
         model, tree = simulation.model, int(simulation.model.body_rootid[self.body])
@@ -81,7 +85,7 @@ class RaySet(CarriedPrim):
         self._paths = [paths.get(name, "") for name in body_names(model)]
 
     def reading(self) -> RaycastReading:
-        """Cast the rays, and return depth (m), hit position, normal and hit prim of each."""
+        """Cast the rays; return depth (m), hit position, normal and hit prim of each ray."""
         facts, simulation, (position, rotation) = self._prim.facts, self._simulation, self.frame()
         hits = self._bundle.cast(position, rotation)
         origins = position + self._origins @ rotation.T

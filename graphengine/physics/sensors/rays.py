@@ -1,8 +1,8 @@
-"""The interface between a sensor and the code that finds what its rays meet.
+"""The interface between sensors and the code that casts their rays.
 
-Rays meet colliders, or the visuals of a body without colliders (`engine.sort_geoms`); they pass through fully transparent geoms
-and the sensor's own robot. There are two implementations: MuJoCo's, which always works, and one compiled by numba, which takes
-a tenth of the time or less.
+Rays hit colliders, and the visuals of bodies without colliders (see `engine.sort_geoms`). They pass through fully transparent
+geoms and the sensor's own robot. There are two implementations: `mujoco`, which always works, and `fast`, which is compiled by
+numba and takes a tenth of the time or less.
 """
 
 from __future__ import annotations
@@ -19,16 +19,16 @@ Integers = NDArray[np.signedinteger]
 RaysChoice = Literal["auto", "mujoco", "fast"]
 
 GROUPS_SEEN = np.array([group in (RAYS_AND_PICTURES, RAYS) for group in range(6)], np.uint8)
-"""For each geom group, whether rays meet its geoms."""
+"""Whether rays hit the geoms of each geom group, 1 or 0."""
 
 
 class Caster(Protocol):
     """Casts the rays of one sensor."""
 
     def cast(self, origin: Floats, rotation: Floats) -> tuple[Floats, Integers]:
-        """Return distance (m) and geom id of what each ray meets first; the distance is -1 without a hit.
+        """Return distance (m) and geom id of the first hit of each ray; the distance is -1 without a hit.
 
-        Hits beyond the sensor's range may be returned or not. The next cast overwrites both arrays.
+        Hits beyond the sensor's range may or may not be returned. The next cast overwrites both arrays.
 
         Args:
             origin: origin of all rays in the world frame, m.
@@ -37,11 +37,11 @@ class Caster(Protocol):
 
 
 class Rays(Protocol):
-    """Casts rays into a model, for all its sensors."""
+    """A ray casting method for a model, shared by all sensors."""
 
     @property
     def name(self) -> str:
-        """`mujoco` or `fast`."""
+        """Name of the method: `mujoco` or `fast`."""
 
     def caster(self, directions: Floats, far: float, tree: int) -> Caster:
         """Return a caster for the rays of a sensor.
@@ -54,7 +54,7 @@ class Rays(Protocol):
 
 
 def select_rays(choice: RaysChoice, model: mujoco.MjModel, data: mujoco.MjData) -> Rays:
-    """Return the requested method; `auto` is the fast one if numba works and supports all shapes of the model.
+    """Return the requested ray casting method; `auto` is `fast` if numba works and supports all shapes of the model.
 
     Raises:
         UsageError: `fast` was requested but cannot be used.
@@ -72,30 +72,30 @@ def select_rays(choice: RaysChoice, model: mujoco.MjModel, data: mujoco.MjData) 
 
 
 def _obstacle(model: mujoco.MjModel) -> str:
-    """Return why the fast method cannot be used with a model, and a remedy; empty if it can."""
+    """Return the reason why the fast method cannot be used with a model, with a remedy; empty if it can be used."""
     try:
         from graphengine.physics.sensors.fast.rays import trouble, why_not  # numba takes 0.4 s to import
     except Exception as error:  # numba is not there, or one of its libraries does not fit
         return f"rays 'fast' need numba: {error}\n  pip install 'graphengine[fast]'"
     if why := trouble():
-        return f"rays 'fast' cannot be cast here: {why}\n  rays 'mujoco' can"
+        return f"rays 'fast' cannot be cast here: {why}\n  use rays 'mujoco' instead"
     if unknown := why_not(model):
-        return f"rays 'fast' do not meet {unknown}\n  rays 'mujoco' do"
+        return f"rays 'fast' do not support {unknown}\n  use rays 'mujoco' instead"
     return ""
 
 
 def own_geoms(model: mujoco.MjModel, tree: int) -> Indices:
-    """Return the geoms of the bodies below a root body; none for the world's own."""
+    """Return the ids of the geoms of a topmost body and all bodies below it; none if `tree` is the world (0)."""
     return np.flatnonzero(model.body_rootid[model.geom_bodyid] == tree) if tree else np.empty(0, np.intp)
 
 
 def visible_geoms(model: mujoco.MjModel) -> Indices:
-    """Return the geoms that rays can meet."""
+    """Return the ids of the geoms that rays can hit."""
     return np.flatnonzero((GROUPS_SEEN[model.geom_group] > 0) & (geom_colours(model)[:, 3] > 0))
 
 
 def geom_colours(model: mujoco.MjModel) -> NDArray[np.float32]:
-    """Return red, green, blue and opacity of each geom, 0 to 1: its material's, else its own."""
+    """Return red, green, blue and opacity (0 to 1) of each geom: those of its material, or its own without a material."""
     of_materials = model.mat_rgba[model.geom_matid] if model.nmat else model.geom_rgba
     colours: NDArray[np.float32] = np.where((model.geom_matid < 0)[:, None], model.geom_rgba, of_materials)
     return colours

@@ -1,8 +1,8 @@
-"""Determines when a sensor has a new sample, and its random numbers.
+"""Determines when a sensor takes samples, and the random numbers for the noise of a sample.
 
-Sample n belongs to the first tick at or after n / rate seconds, computed with integers, so rates do not drift: 20 Hz at 60
-ticks per second is every third tick, 7 Hz is every eighth or ninth. Noise comes from a counter-based generator with seed, prim
-and sample as key, so it does not depend on which samples were requested before.
+Sample n belongs to the first tick at or after n / rate seconds, computed with integers, so that rates do not drift: 20 Hz at 60
+ticks per second is every third tick, 7 Hz is every eighth or ninth tick. Random numbers come from a counter-based generator,
+which starts from seed, prim path and sample number. So they do not depend on which samples were requested before.
 """
 
 from __future__ import annotations
@@ -37,20 +37,20 @@ class Sampling:
         self._prim_path = prim_path
 
     def newest(self, tick: int) -> int:
-        """Return the number of the newest sample at a tick."""
+        """Return the number of the newest sample at a tick, counted from 0."""
         return tick * self._samples // self._ticks
 
     def due(self, tick: int) -> bool:
-        """Return whether a new sample belongs to a tick; the first tick has one."""
+        """Return whether a new sample belongs to a tick; one always belongs to the first tick."""
         return tick == 1 or (tick > 1 and self.newest(tick) > self.newest(tick - 1))
 
     def random(self, seed: int, sample: int) -> np.random.Generator:
-        """Return the random generator for the noise of one sample, from the session's seed."""
+        """Return the random generator for the noise of one sample, given the session's seed."""
         return np.random.Generator(np.random.Philox(key=key_of(seed, self._prim_path), counter=sample << 128))
 
 
 class Sampled(CarriedPrim):
-    """A sensor that takes samples at the `rate` in the facts of its prim, Hz."""
+    """Base class of sensors that take samples at a fixed rate: the `rate` in the `facts` of the prim, Hz."""
 
     def __init__(self, simulation: SimulationCore, prim: Prim) -> None:
         self.rate: float = prim.facts.get("rate", 30.0)
@@ -59,12 +59,12 @@ class Sampled(CarriedPrim):
 
     @property
     def due(self) -> bool:
-        """Whether the sensor takes a new sample in this tick; it does in the first."""
+        """Whether the sensor takes a new sample in this tick; it always does in the first tick."""
         return self._sampling.due(self._simulation.tick)
 
     @property
     def index(self) -> int:
-        """Number of the newest sample since play."""
+        """Number of the newest sample, counted from 0 since play."""
         return self._sampling.newest(self._simulation.tick)
 
     def _noise_of(self, index: int) -> np.random.Generator:
@@ -73,7 +73,7 @@ class Sampled(CarriedPrim):
 
 
 class TickSampled(Sampled, Generic[S]):
-    """A sensor that measures at most once per tick, and only if a node requests it; a subclass measures in `_make_sample`."""
+    """Base class of sensors that measure at most once per tick, and only on request; a subclass measures in `_make_sample`."""
 
     kept = ("_newest",)
 
@@ -82,13 +82,13 @@ class TickSampled(Sampled, Generic[S]):
         super().__init__(simulation, prim)
 
     def reset(self) -> None:
-        """Forget the newest sample."""
+        """Discard the newest sample."""
         self._newest = None
 
     def _sample(self) -> S:
-        """Return the newest sample, measured when it is first requested in its tick, the same for all callers.
+        """Return the newest sample, which is measured when it is first requested in its tick; all callers get the same object.
 
-        If no node requested it in that tick, it is measured now with its number and this tick's time, and is not kept.
+        If no node requested the sample in its tick, it is measured now with its own number and the current time, and not kept.
         """
         index = self.index
         if self._newest is not None and self._newest[0] == index:
@@ -99,5 +99,5 @@ class TickSampled(Sampled, Generic[S]):
         return sample
 
     def _make_sample(self, index: int) -> S:
-        """Make sample `index` from the current state, with noise from `self._noise_of(index)`."""
+        """Measure sample `index` in the current state, with noise from `self._noise_of(index)`."""
         raise NotImplementedError

@@ -1,8 +1,8 @@
-"""A surface gripper, which holds bodies by welds at its points.
+"""A surface gripper, which holds bodies by welds at its grip points.
 
-A closing gripper casts a ray from each point along its forward axis, and welds the body that the ray hits to itself, at the pose
-that the body has then. A weld breaks if its force exceeds a limit of the gripper. A new weld needs ten steps to settle; its force
-is ignored until then.
+While the gripper closes, it casts a ray from each point along its forward axis. If the ray hits a body, the body is welded to the
+gripper at its current pose. A weld breaks if its force exceeds a limit of the gripper. A new weld needs ten steps to settle; its
+force is ignored during these steps.
 """
 
 from __future__ import annotations
@@ -25,12 +25,12 @@ if TYPE_CHECKING:
     from graphengine.physics.core import SimulationCore
 
 _SETTLING = 10
-"""Physics steps for which the force of a new weld is ignored, and for which a point does not grip again after a release."""
+"""Number of physics steps for which the force of a new weld is ignored; also the pause of a point after its weld breaks."""
 _AXES = {"X": (1.0, 0.0, 0.0), "Y": (0.0, 1.0, 0.0), "Z": (0.0, 0.0, 1.0)}
 
 
 class SurfaceGripperProfile(Profile):
-    """A surface gripper: suction cups or magnets."""
+    """The parameters of a surface gripper, such as suction cups or magnets."""
 
     points: Annotated[tuple[Offsets, ...], Field(strict=False, min_length=1, max_length=100)] = Field(
         default=((0.0, 0.0, 0.0),),
@@ -47,13 +47,14 @@ class SurfaceGripperProfile(Profile):
     )
     coaxial_force_limit: Positive | None = Field(
         default=None,
-        description="Pulling force along the forward axis at which a point releases its body, N; none: no limit.",
+        description="Pulling force along the forward axis above which a point releases its body, N; no limit if omitted.",
     )
     shear_force_limit: Positive | None = Field(
-        default=None, description="Force across the forward axis at which a point releases its body, N; none: no limit."
+        default=None,
+        description="Force across the forward axis above which a point releases its body, N; no limit if omitted.",
     )
     retry_interval: NotNegative = Field(
-        default=0.0, description="Time for which a closing gripper tries to grip, s; 0: a single attempt."
+        default=0.0, description="Time for which a closing gripper tries to grip, s; with 0, it tries once."
     )
 
     @model_validator(mode="after")
@@ -96,7 +97,7 @@ class SuctionGripper(CarriedPrim):
         super().__init__(simulation, prim)
 
     def bind(self) -> None:
-        """Find the body that carries the gripper."""
+        """Look up the body that carries the gripper, and create the caster of its rays."""
         super().bind()
         simulation, facts = self._simulation, self._prim.facts
         self._reach: float = facts["max_grip_distance"] - facts["clearance_offset"]
@@ -104,21 +105,21 @@ class SuctionGripper(CarriedPrim):
         self._caster = simulation.rays.caster(self._forward[None], self._reach, tree)
 
     def reset(self) -> None:
-        """Open the gripper; the simulation has released the welds."""
+        """Set the status to open; the simulation itself releases the welds."""
         self.status: GripperStatus = "Open"
         self._trying, self._tried = False, 0.0
         self._waiting = [0] * len(self._welds)
 
     @property
     def gripped(self) -> list[str]:
-        """Return the paths of the prims of held bodies."""
+        """Paths of the prims whose bodies the gripper holds."""
         held = self._simulation.welds.held
         bodies = dict.fromkeys(held[weld][0] for weld in self._welds if weld in held)
         paths = {prim.body: prim.path for prim in self._simulation.stage.prims() if prim.body in bodies}
         return [paths[body] for body in bodies if body in paths]
 
     def close(self) -> None:
-        """Start to grip, unless the gripper is closing or closed already."""
+        """Start to close, unless the gripper is closing or closed already."""
         if self.status == "Open":
             self.status, self._trying, self._tried = "Closing", True, 0.0
 
@@ -134,7 +135,7 @@ class SuctionGripper(CarriedPrim):
             simulation.refresh()
 
     def see_forces(self) -> None:
-        """Grip, measure forces and release bodies after each step."""
+        """Grip bodies while closing, and release bodies whose force exceeds a limit; called in each physics step."""
         self._waiting = [max(steps - 1, 0) for steps in self._waiting]
         if self.status == "Open":
             return
@@ -163,7 +164,7 @@ class SuctionGripper(CarriedPrim):
             self.status = "Open"
 
     def _grip(self, number: int) -> bool:
-        """Hold the body in front of a point; return False if there is none."""
+        """Weld the body in front of a point to the gripper; return whether there was one."""
         facts, (position, rotation) = self._prim.facts, self.frame()
         forward = rotation @ self._forward
         begin = position + rotation @ facts["points"][number] + facts["clearance_offset"] * forward
@@ -176,7 +177,7 @@ class SuctionGripper(CarriedPrim):
         return True
 
     def _is_pulled_off(self, number: int) -> bool:
-        """Return whether the force at a point exceeds a limit."""
+        """Return whether the force on the weld of a point exceeds a limit of the gripper."""
         facts, forward = self._prim.facts, self.frame()[1] @ self._forward
         force = self._simulation.welds.force(self._welds[number])
         pull = float(force @ forward)

@@ -183,7 +183,9 @@ def test_maximum_forces_are_told_with_what_they_come_to(project: Project) -> Non
     findings = project.robot("joints: {arm_joint: {drive: {damping: 1, max_force: 3}}}").load_with_findings()[1]
     # the arm: 0.01 kg m2 about its middle, which is at the joint
     (note,) = findings.items
-    assert note.message == "joint 'arm_joint': max_force 3 N m accelerates its 0.01 kg m2 by at most 300 rad/s2"
+    assert (
+        note.message == "joint 'arm_joint': max_force 3 N m accelerates the inertia of 0.01 kg m2 by at most 300 rad/s2"
+    )
     usd = "{usd_drive: {damping: 0.001, max_force: 3}}"
     _, findings = project.robot(f"joints: {{arm_joint: {usd}}}").try_load()
     assert findings.items[-1].message == note.message  # a force is no angle

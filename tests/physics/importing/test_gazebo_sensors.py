@@ -290,7 +290,7 @@ def test_a_sensor_that_nothing_is_like_is_lost(tmp_path: Path, kind: str) -> Non
             "imu_link",
             "lidar",
             LIDAR.replace("3.5", "0.01"),
-            "near must be less than far, and 0.12 is not less than 0.01",
+            "near must be less than far, but 0.12 is not less than 0.01",
         ),
         ("imu_link", "imu", "<update_rate>1e9</update_rate>", "rate: Input should be less than or equal to 10000"),
         ("imu_link", "imu", "<pose>1 2 x</pose>", "pose '1 2 x' is not six valid numbers in m and rad"),

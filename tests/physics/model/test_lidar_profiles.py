@@ -89,16 +89,16 @@ def test_noise_is_the_profiles_unless_the_robot_says_otherwise(project: Project,
     assert project.load().stage.find("/bot/base_link/arm/eye/Lidar").facts["noise_std"] == noise
 
 
-RINGS = "rings: give rings by first_deg, last_deg and count, or by each_deg"
+RINGS = "rings: define rings either by first_deg, last_deg and count, or by each_deg"
 AROUND = "beams: beams go counter-clockwise: last_deg must be greater than first_deg, by at most 360"
-RESOLUTION = "resolution must be at least one micrometre and less than far, or 0"
+RESOLUTION = "resolution must be 0, or at least one micrometre and less than far"
 UPWARDS = "rings: rings must be in ascending order"
 
 
 @pytest.mark.parametrize(
     ("old", "new", "error"),
     [
-        ("near: 0.1", "near: 12.0", "2:1: error G109: lidar: near must be less than far, and 12 is not less than 12"),
+        ("near: 0.1", "near: 12.0", "2:1: error G109: lidar: near must be less than far, but 12 is not less than 12"),
         ("near: 0.1", "near: -1.0", "5:9: error G109: near: expected a value ≥ 0, got -1.0"),
         ("far: 12.0", "far: .inf", "6:8: error G109: far: "),
         ("rate: 10.0", "rate: 0.0", "3:9: error G109: rate: expected a value ≥ 0.001, got 0.0"),

@@ -9,10 +9,10 @@ from graphengine.format.spec_reader import read
 from graphengine.physics.model.profiles import SensorProfile
 from tests.physics.harness import SHIPPED, Project
 
-FIELD = "fov_deg: the field of view of a pinhole camera must be 0.1 to 179 degrees"
-CLIP = "clip: write [nearest, farthest], from 0.001 to 1000000 m"
+FIELD = "fov_deg: the field of view of a pinhole camera must be from 0.1 to 179 degrees"
+CLIP = "clip: must be [nearest, farthest] in ascending order, from 0.001 to 1000000 m"
 TOO_LOW = "expected a value ≥ -1000, got -1000000000.0"
-THRESHOLD = "threshold must be less than limit, and 5 is not less than 5"
+THRESHOLD = "threshold must be less than limit, but 5 is not less than 5"
 PART = "a part is a camera or an imu"
 NAME = "letters, digits and '_', but no leading digit"
 

@@ -130,7 +130,7 @@ def test_a_map_of_large_cells_is_refused() -> None:
 
 def test_a_map_that_is_too_large_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("graphengine.physics.occupancy.localizability.MOST_PLACES", 3)
-    with pytest.raises(UsageError, match="at most 3; map a smaller area"):
+    with pytest.raises(UsageError, match="use a larger spacing or smaller bounds for at most 3 places"):
         judged(room(5.0, 5.0))
 
 

@@ -169,11 +169,11 @@ def test_an_occupied_seed_comes_with_the_nearest_free_point(project: Project) ->
 @pytest.mark.parametrize(
     ("request_", "message"),
     [
-        ({"seeds": [(5.0, 0.0)]}, "the free point (5, 0) lies outside of the map\n  which covers x -1.2 to 1.2"),
+        ({"seeds": [(5.0, 0.0)]}, "the free point (5, 0) lies outside of the map\n  the map covers x -1.2 to 1.2"),
         ({"window": (0.6, 0.2)}, "z: the lower bound 0.6 is not below the upper bound 0.2"),
         ({"window": (0.2, 0.2)}, "z: the lower bound 0.2 is not below"),
-        ({"cell": 0.0}, "cell: 0 is less than 0.0001"),
-        ({"cell": -0.05}, "cell: -0.05 is less than 0.0001"),
+        ({"cell": 0.0}, "cell: 0 m is less than 0.0001 m"),
+        ({"cell": -0.05}, "cell: -0.05 m is less than 0.0001 m"),
         ({"cell": float("nan")}, "must be finite and at most 1e+06 m"),
         ({"window": (0.2, float("inf"))}, "must be finite and at most 1e+06 m"),
         ({"bounds": ((0.0, 0.0), (0.0, 1.0))}, "bounds: the smallest x, 0, is not below the largest, 0"),

@@ -31,7 +31,7 @@ def test_without_opengl_the_packages_to_install_are_told() -> None:
     with pytest.raises(RenderError) as caught:
         camera.picture()
     told = str(caught.value).splitlines()
-    assert told[0] == "pictures need OpenGL, and none works here"
+    assert told[0] == "rendering images needs OpenGL, which does not work here"
     assert "EGL: libEGL.so.1: cannot open shared object file: No such file or directory" in told
     assert any(line.startswith("OSMesa: libOSMesa") for line in told)
     assert any("apt-get install libegl1 libgl1-mesa-dri libopengl0" in line for line in told)

@@ -137,8 +137,8 @@ def test_the_hc_sr04_has_the_figures_of_its_data_sheet(project: Project) -> None
 @pytest.mark.parametrize(
     ("entry", "error"),
     [
-        ("min_range: 5", "range: min_range must be less than max_range, and 5 is not less than 4"),
-        ("resolution: 4", "range: resolution must be at least one micrometre and less than max_range, or 0"),
+        ("min_range: 5", "range: min_range must be less than max_range, but 5 is not less than 4"),
+        ("resolution: 4", "range: resolution must be 0, or at least one micrometre and less than max_range"),
         ("field_of_view: 4", "field_of_view: expected a value ≤ 3.14159, got 4"),
         ("rings: 0", "rings: expected a value ≥ 1, got 0"),
         ("radiation_type: sonar", "radiation_type: expected 'ultrasound' or 'infrared', got 'sonar'"),

@@ -185,10 +185,10 @@ def test_rays_and_beams_pass_through_the_sensors_own_robot(project: Project, ray
     [
         ("raycast", "{min_range: 5.0, max_range: 4.0}", "min_range must be less than max_range"),
         ("raycast", "{ray_origins: [[0, 0, 0], [0, 0, 1]]}", "2 ray_origins do not fit 1 ray_directions"),
-        ("raycast", "{ray_directions: [[0, 0, 0]]}", "(0, 0, 0) is no direction"),
+        ("raycast", "{ray_directions: [[0, 0, 0]]}", "(0, 0, 0) is not a direction"),
         ("raycast", "{ray_directions: []}", "ray_directions"),
         ("light_beam", "{num_rays: 2}", "several beams need a curtain_length greater than 0"),
-        ("light_beam", "{forward_axis: [0, 0, 0]}", "forward_axis: (0, 0, 0) is no direction"),
+        ("light_beam", "{forward_axis: [0, 0, 0]}", "forward_axis: (0, 0, 0) is not a direction"),
         ("light_beam", "{num_rays: 0}", "num_rays"),
     ],
 )

@@ -340,8 +340,8 @@ def test_where_numba_fails_mujocos_are_used_and_it_is_told(
     monkeypatch.setattr(fast.FastRays, "__init__", fail)
     assert select_rays("auto", *world_of("<mujoco/>")).name == "mujoco"
     (told,) = caplog.messages
-    assert "EOFError: Ran out of input; if it is damaged, delete what numba keeps in /" in told
-    with pytest.raises(UsageError, match=r"'fast' cannot be cast here: EOFError: .*\n  rays 'mujoco' can"):
+    assert "EOFError: Ran out of input; if numba's cache is damaged, delete its files in /" in told
+    with pytest.raises(UsageError, match=r"'fast' cannot be cast here: EOFError: .*\n  use rays 'mujoco' instead"):
         select_rays("fast", *world_of("<mujoco/>"))
 
 
@@ -358,7 +358,7 @@ def test_that_compiling_takes_its_time_is_told(
     monkeypatch.setattr(fast, "PATIENCE", 0.001)
     monkeypatch.setattr(fast.FastRays, "__init__", slow)
     assert fast.trouble() == ""
-    assert caplog.messages == ["compiling the rays of lidars, which takes some seconds"]
+    assert caplog.messages == ["compiling the ray casting of lidars, which takes some seconds"]
 
 
 @needs_numba
@@ -380,7 +380,7 @@ LAND = f"""<asset><hfield name="land" nrow="{math.isqrt(500_000) + 1}" ncol="{ma
 @needs_numba
 @pytest.mark.parametrize(
     ("content", "told"),
-    [(SDF, "do not meet geoms of type sdf"), (LAND, "more than 1000000 triangles")],
+    [(SDF, "do not support geoms of type sdf"), (LAND, "more than 1000000 triangles")],
     ids=["a shape that they do not know", "too many triangles"],
 )
 def test_what_ours_cannot_meet_leaves_the_scene_to_mujocos(content: str, told: str) -> None:

@@ -1,1 +1,1 @@
-"""Ray casting through a tree of boxes, compiled by numba: the optional extra `fast`."""
+"""Ray casting with trees of bounding boxes, compiled by numba; needs the optional extra `fast`."""

@@ -1,11 +1,12 @@
-"""Casts rays with a common origin against trees of geoms: finds the nearest surface for each ray.
+"""Casts rays from a common origin against trees of geoms, and finds the nearest surface for each ray.
 
-Neighbouring rays of a lidar meet nearly the same geoms. So rays are grouped in packets: a packet walks a tree once, with the
-bounds of its rays' directions, and each ray is tested against the geoms that the packet reaches. The geom that the previous ray
-met is tested first, because nothing behind it matters then.
+Neighbouring rays of a lidar hit nearly the same geoms. So rays are grouped in packets: a packet walks a tree once, with the
+bounds of its rays' directions, and each ray is tested against the geoms that the packet reaches. The geom that the last ray of
+the previous packet hit is tested first, because geoms behind it can then be skipped.
 
-The result is the smallest distance over all geoms, and the first geom at that distance, independent of trees and packets.
-Surfaces are those of `mj_ray`. Closed ones are met from outside and inside, planes only from their front.
+The result for a ray is the smallest distance over all geoms, and the geom with the lowest id at that distance; it does not
+depend on trees and packets. Surfaces are the same as those of `mj_ray`. Rays hit closed surfaces from outside and inside, and
+planes only from their front.
 
 Tables are arrays of records, because numba counts references to each array argument.
 """
@@ -33,12 +34,12 @@ from graphengine.physics.sensors.fast.tree import Tree
 
 Vector = tuple[float, float, float]
 Spread = tuple[float, float, float, float, float, float]
-"""What bounds the directions of some rays: 1 over the greatest x, y, z, then 1 over the least."""
+"""Inverse bounds of the directions of several rays: 1 / the greatest x, y and z, then 1 / the least x, y and z."""
 
 PACKET = 32
-"""Number of rays in a packet, which walks a tree as one."""
+"""Number of rays that walk a tree together."""
 TINY = 1e-15
-"""MuJoCo's mjMINVAL: what is smaller counts as zero."""
+"""MuJoCo's mjMINVAL: numbers with a smaller magnitude count as zero."""
 SEAM = 1e-12
 """Fraction by which triangles extend beyond their edges, so that no ray passes between two neighbours."""
 
@@ -68,7 +69,7 @@ def cast(
     triangles: Tree,
     corners: Floats,
 ) -> None:
-    """Write what each ray meets to `distances` and `numbers`.
+    """Find the first hit of each ray, and write its distance and geom to `distances` and `numbers`.
 
     Args:
         distances: output, m; -1 for no hit.
@@ -77,7 +78,7 @@ def cast(
         origin: common origin in the world frame, m.
         rotation: rotation of the sensor in the world, a 3 x 3 matrix.
         far: maximum distance, m.
-        own: robot whose geoms the rays pass through; -1 for none.
+        own: root body of the robot whose geoms the rays pass through; -1 for none.
         geoms: all geoms of the model, in order.
         still: tree of the static geoms.
         moving: tree of the moving geoms.
@@ -104,7 +105,7 @@ def cast(
 
 @part
 def _aim(packet: Records, count: int, directions: Floats, first: int, rotation: Floats, beyond: float) -> None:
-    """Rotate the next rays to the world frame, and reset their results."""
+    """Fill a packet with the next rays, rotated to the world frame and without hits."""
     for index in range(count):
         beam = packet[index]
         x, y, z = directions[first + index, 0], directions[first + index, 1], directions[first + index, 2]
@@ -127,7 +128,7 @@ def _walk(
     triangles: Tree,
     corners: Floats,
 ) -> None:
-    """Test a packet against all geoms of a tree that it may reach, except for one that was tested already."""
+    """Test a packet against all geoms of a tree that it may reach, except for the geom `met`, which was tested before."""
     farthest = _farthest(packet, count)
     index = 0
     while index < len(tree):
@@ -143,7 +144,7 @@ def _walk(
 
 @part
 def _farthest(packet: Records, count: int) -> float:
-    """Return the maximum distance at which a packet still needs hits."""
+    """Return the greatest distance of a packet's hits so far; geoms beyond this distance cannot change the result."""
     farthest = 0.0
     for index in range(count):
         farthest = max(farthest, packet[index].distance)
@@ -152,7 +153,7 @@ def _farthest(packet: Records, count: int) -> float:
 
 @part
 def _spread(packet: Records, count: int, local: bool) -> Spread:
-    """Return the bounds of the directions of a packet, in the world or in the frame of a mesh."""
+    """Return the bounds of a packet's directions in the world frame or, if `local` is true, in the frame of a mesh."""
     x, y, z = -math.inf, -math.inf, -math.inf
     u, v, w = math.inf, math.inf, math.inf
     for index in range(count):
@@ -164,16 +165,16 @@ def _spread(packet: Records, count: int, local: bool) -> Spread:
 
 @part
 def _over(bound: float, outwards: float) -> float:
-    """Return 1 / bound. A bound of zero is moved outwards slightly, which enlarges the range and avoids a special case."""
+    """Return 1 / bound; for a bound of 0 a huge number with the sign of `outwards`, which widens the range of directions."""
     return 1.0 / bound if bound != 0.0 else outwards * 1e300
 
 
 @part
 def _reaches(spread: Spread, origin: Vector, low: Floats, high: Floats, farthest: float) -> bool:
-    """Return whether any ray of a range of directions may meet a box within a distance.
+    """Return whether a ray with a direction within the bounds can hit a box within the distance `farthest`.
 
-    At distance t the rays span least * t to most * t along each axis. They reach the box where most * t >= low and least * t <=
-    high. Each of the two limits t from below or from above, depending on the sign of the factor of t.
+    At distance t from the origin, the rays span the range from least * t to most * t along each axis. They reach the box where
+    most * t >= low and least * t <= high. Each condition bounds t from below or from above, depending on the sign of its factor.
     """
     nearest = 0.0
     for axis in range(3):
@@ -194,7 +195,7 @@ def _reaches(spread: Spread, origin: Vector, low: Floats, high: Floats, farthest
 def _meet(
     number: int, geoms: Records, packet: Records, count: int, start: Vector, triangles: Tree, corners: Floats
 ) -> None:
-    """Test a packet against one geom, in the geom's frame."""
+    """Test all rays of a packet against one geom, in the geom's frame."""
     geom = geoms[number]
     turn, place = geom.rotation, geom.position
     right, up, out = (turn[0], turn[3], turn[6]), (turn[1], turn[4], turn[7]), (turn[2], turn[5], turn[8])
@@ -220,7 +221,7 @@ def _meet(
 def _meet_mesh(
     number: int, root: int, packet: Records, count: int, start: Vector, triangles: Tree, corners: Floats
 ) -> None:
-    """Test a packet against the triangles of a mesh, in the frame of the mesh."""
+    """Test all rays of a packet against the triangles of a mesh, in the frame of the mesh."""
     spread = _spread(packet, count, True)
     farthest = _farthest(packet, count)
     index = root
@@ -241,7 +242,7 @@ def _meet_mesh(
 
 @part
 def _distance(kind: int, size: Vector, start: Vector, way: Vector) -> float:
-    """Return the distance along a ray to the surface of a geom, in the geom's frame; infinite without a hit."""
+    """Return the distance along a ray to the surface of a geom, in the geom's frame; infinity without a hit."""
     if kind == BOX:
         return _box(size, start, way)
     if kind == CYLINDER:
@@ -266,7 +267,7 @@ def _dot(a: Vector, b: Vector) -> float:
 
 @part
 def _roots(a: float, b: float, c: float) -> tuple[float, float]:
-    """Return the roots of a t^2 + 2 b t + c, the smaller one first; infinite if there are none."""
+    """Return the real roots of a t^2 + 2 b t + c, the smaller one first; infinities if there are none."""
     discriminant = b * b - a * c
     if discriminant < 0.0 or a < TINY:
         return math.inf, math.inf
@@ -276,7 +277,10 @@ def _roots(a: float, b: float, c: float) -> tuple[float, float]:
 
 @part
 def _first(near: float, far: float) -> float:
-    """Return the root ahead: where a ray enters, or leaves a shape in which it begins."""
+    """Return the distance of the first hit ahead, from the distances at which a line enters and leaves a shape.
+
+    A ray that begins inside the shape hits it where it leaves. The result is infinity if the whole shape is behind the ray.
+    """
     if near >= 0.0:
         return near
     return far if far >= 0.0 else math.inf
@@ -298,7 +302,10 @@ def _box(size: Vector, start: Vector, way: Vector) -> float:
 
 @part
 def _plane(size: Vector, start: Vector, way: Vector) -> float:
-    """Return the distance to a plane from its front, within its drawn rectangle; a size of 0 has no limit."""
+    """Return the distance along a ray to the front of a plane; infinity without a hit.
+
+    A plane is limited to the rectangle that its `size` gives; along an axis with size 0, it is unlimited.
+    """
     if way[2] > -TINY or start[2] < 0.0:
         return math.inf
     distance = -start[2] / way[2]
@@ -310,7 +317,7 @@ def _plane(size: Vector, start: Vector, way: Vector) -> float:
 
 @part
 def _side(size: Vector, start: Vector, way: Vector) -> float:
-    """Return the distance to the round side of a cylinder; `size` is radius and half height."""
+    """Return the distance along a ray to the round side of a cylinder whose `size` is radius and half height."""
     across = way[0] * way[0] + way[1] * way[1]
     towards = way[0] * start[0] + way[1] * start[1]
     outside = start[0] * start[0] + start[1] * start[1] - size[0] * size[0]
@@ -343,7 +350,7 @@ def _capsule(size: Vector, start: Vector, way: Vector) -> float:
 
 @part
 def _triangle(corners: Floats, row: int, start: Vector, way: Vector) -> float:
-    """Return the distance to a triangle from either side, after Moller and Trumbore."""
+    """Return the distance along a ray to either side of a triangle, by the method of Moller and Trumbore."""
     x, y, z = corners[row, 0], corners[row, 1], corners[row, 2]
     one = (corners[row, 3] - x, corners[row, 4] - y, corners[row, 5] - z)
     other = (corners[row, 6] - x, corners[row, 7] - y, corners[row, 8] - z)

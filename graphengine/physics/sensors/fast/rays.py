@@ -1,6 +1,6 @@
 """Ray casting with two trees of a model's geoms: one for static and one for moving geoms.
 
-The second is rebuilt if anything has moved since the last cast, once for all sensors; this takes 0.3 us per geom.
+The tree of moving geoms is rebuilt once for all sensors if one of them has moved since the last cast. This takes 0.3 us per geom.
 """
 
 from __future__ import annotations
@@ -22,28 +22,28 @@ from graphengine.physics.sensors.fast.triangles import count_triangles, triangle
 from graphengine.physics.sensors.rays import Integers, visible_geoms
 
 ENDLESS = 1e9
-"""Half the side of the box around an infinite plane, m."""
+"""Half the side length of the bounding box of an infinite plane, m."""
 
 MAX_TRIANGLES = 1_000_000
-"""Greatest number of triangles; they take 0.2 GB."""
+"""Greatest number of triangles in a model; this many triangles take 0.2 GB of memory."""
 
 ADDRESS_SPACE = 400_000_000
-"""Bytes of address space that numba may need; 310 MB were measured."""
+"""Size of the address space that must be available before numba is used, bytes; 310 MB were measured."""
 
 PATIENCE = 1.0
-"""Seconds of silence while kernels are made ready; to load them takes 0.3 s, to compile them 5 to 10."""
+"""Time after which a message says that kernels are being compiled, s; loading takes 0.3 s, compiling 5 to 10 s."""
 
 _log = logging.getLogger(__name__)
 
 
 @functools.cache
 def trouble() -> str:
-    """Return why these rays cannot be used in this process; empty if they can, and then all kernels are compiled."""
+    """Return the reason why fast rays cannot be used in this process; empty if they can. The first call compiles all kernels."""
     if numba.config.DISABLE_JIT:
-        return "NUMBA_DISABLE_JIT keeps numba from compiling them"
+        return "the environment variable NUMBA_DISABLE_JIT keeps numba from compiling them"
     if not has_address_space(ADDRESS_SPACE):  # LLVM aborts the process where it finds no memory
-        return f"numba takes {ADDRESS_SPACE // 10**6} MB more of memory than `ulimit -v` leaves"
-    notice = threading.Timer(PATIENCE, _log.warning, ["compiling the rays of lidars, which takes some seconds"])
+        return f"numba needs {ADDRESS_SPACE // 10**6} MB of address space, and the process cannot get that much (see `ulimit -v`)"
+    notice = threading.Timer(PATIENCE, _log.warning, ["compiling the ray casting of lidars, which takes some seconds"])
     notice.daemon = True
     notice.start()
     try:
@@ -51,7 +51,7 @@ def trouble() -> str:
         rays = FastRays(nothing, mujoco.MjData(nothing))
         rays.caster(np.zeros((1, 3)), 1.0, 0).cast(np.zeros(3), np.eye(3))
     except Exception as error:  # of numba, or of reading what it kept, which a crash may have left incomplete
-        found = f"{type(error).__name__}: {error}; if it is damaged, delete what numba keeps in {kept_in(cast)}"
+        found = f"{type(error).__name__}: {error}; if numba's cache is damaged, delete its files in {kept_in(cast)}"
         _log.warning("numba is installed but fails, so lidars use MuJoCo's slower rays: %s", found)
         return found
     finally:
@@ -60,7 +60,7 @@ def trouble() -> str:
 
 
 def why_not(model: mujoco.MjModel) -> str:
-    """Return what these rays cannot meet in a model; empty if they can meet everything."""
+    """Return a description of the geoms in a model that fast rays cannot hit; empty if they can hit all geoms."""
     visible = visible_geoms(model)
     for geom in visible[model.geom_type[visible] > MESH]:
         return f"geoms of type {mujoco.mjtGeom(model.geom_type[geom]).name.removeprefix('mjGEOM_').lower()}"
@@ -70,7 +70,7 @@ def why_not(model: mujoco.MjModel) -> str:
 
 
 class FastRays:
-    """Casts rays into a model; see `rays.Rays`."""
+    """Ray casting by compiled kernels; implements `sensors.rays.Rays`."""
 
     name = "fast"
 
@@ -100,17 +100,17 @@ class FastRays:
         return tree
 
     def refresh(self) -> None:
-        """Update the poses of all moving geoms."""
+        """Update the poses of all moving geoms and, if one has moved, their tree."""
         if follow(self.table, self._moving, self._positions, self._rotations):
             self.moving = self._tree(self._moving)
 
     def caster(self, directions: Floats, far: float, tree: int) -> FastCaster:
-        """Return a caster for the rays of a sensor; see `rays.Rays`."""
+        """Return a caster for the rays of a sensor; see `Rays.caster`."""
         return FastCaster(self, directions, far, tree)
 
 
 class FastCaster:
-    """Casts the rays of one sensor."""
+    """Casts the rays of one sensor by compiled kernels; implements `sensors.rays.Caster`."""
 
     def __init__(self, rays: FastRays, directions: Floats, far: float, tree: int) -> None:
         self._rays = rays
@@ -120,7 +120,7 @@ class FastCaster:
         self._distances, self._geoms = np.empty(len(directions)), np.empty(len(directions), np.int64)
 
     def cast(self, origin: Floats, rotation: Floats) -> tuple[Floats, Integers]:
-        """Return what each ray meets first; see `rays.Caster`."""
+        """Return distance (m) and geom id of the first hit of each ray; see `Caster.cast`."""
         rays = self._rays
         rays.refresh()
         cast(

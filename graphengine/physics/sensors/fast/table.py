@@ -1,4 +1,4 @@
-"""The geoms of a model as a table: shapes, poses and bounding boxes."""
+"""The geoms of a model as a table of records, which kernels read: shapes, poses and bounding boxes."""
 
 from __future__ import annotations
 
@@ -29,12 +29,12 @@ GEOM = np.dtype(
 )
 
 MARGIN = 1e-6
-"""Margin of boxes around their contents, m: more than rounding errors, so that no ray misses a box that it should hit."""
+"""Margin of bounding boxes, m; it exceeds rounding errors, so that no ray misses a box that it should hit."""
 
 
 @kernel
 def follow(table: Records, numbers: Indices, positions: Floats, rotations: Floats) -> bool:
-    """Update the poses of some geoms; return whether any has changed.
+    """Copy the current poses of some geoms to the table; return whether one of these poses has changed.
 
     Args:
         table: table of geoms.
@@ -56,7 +56,7 @@ def follow(table: Records, numbers: Indices, positions: Floats, rotations: Float
 
 @kernel
 def enclose(table: Records, numbers: Indices, low: Floats, high: Floats) -> None:
-    """Write lower and upper corners, shape (n, 3), of the boxes around some geoms, along the world's axes."""
+    """Write the corners of the bounding boxes of n geoms, along the world's axes, to `low` and `high`, of shape (n, 3)."""
     for row, number in enumerate(numbers):
         geom = table[number]
         for axis in range(3):

@@ -1,7 +1,7 @@
 """Trees of bounding boxes: a ray that misses a box also misses everything in it.
 
-A tree is an array of nodes in depth-first order. Walking it needs only an index: to the next node if the box is hit, past the
-node's descendants if it is missed.
+A tree is an array of nodes in depth-first order. To walk it, a ray needs only an index: if it hits a node's box, it continues
+with the next node, otherwise with the node after the last descendant.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from graphengine.physics.engine import Floats, Indices
 from graphengine.physics.sensors.fast.compiled import kernel, part
 
 Tree = NDArray[Any]
-"""Array of nodes."""
+"""Array of `NODE` records in depth-first order; the first is the root."""
 
 NODE = np.dtype(
     [
@@ -31,13 +31,15 @@ NODE = np.dtype(
 
 @kernel
 def build(tree: Tree, low: Floats, high: Floats, items: Indices) -> None:
-    """Build the tree of some boxes, one in each leaf. Nodes are split in the middle of their longest axis.
+    """Build a tree over n boxes, with one box in each leaf.
+
+    The boxes of a node are split in the middle of the axis along which their centres are spread most.
 
     Args:
         tree: output, 2 n - 1 nodes.
-        low: lower corners of the n boxes, shape (n, 3).
-        high: upper corners.
-        items: contents of the boxes.
+        low: lower corners of the boxes, shape (n, 3).
+        high: upper corners of the boxes.
+        items: number that the leaf of each box gets, such as the id of the geom in the box.
     """
     order = np.arange(len(items))
     # The larger part waits while the smaller one is built, so there are never more than log2(n).
@@ -63,7 +65,7 @@ def build(tree: Tree, low: Floats, high: Floats, items: Indices) -> None:
 
 @part
 def _enclose(lowest: Floats, highest: Floats, low: Floats, high: Floats, boxes: Indices) -> None:
-    """Write the corners of the box around some boxes."""
+    """Write the corners of the smallest box that contains some boxes to `lowest` and `highest`."""
     for axis in range(3):
         least, most = math.inf, -math.inf
         for box in boxes:
@@ -73,7 +75,7 @@ def _enclose(lowest: Floats, highest: Floats, low: Floats, high: Floats, boxes: 
 
 @part
 def _split(low: Floats, high: Floats, boxes: Indices) -> int:
-    """Reorder boxes so that those on one side of a plane come first; return their number."""
+    """Reorder boxes so that the boxes on the lower side of a dividing plane come first; return the number of these boxes."""
     widest, axis, plane = -1.0, 0, 0.0
     for candidate in range(3):
         least, most = math.inf, -math.inf

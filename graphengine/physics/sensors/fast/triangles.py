@@ -1,4 +1,4 @@
-"""Triangles of meshes and height fields, with a tree for each."""
+"""The triangles of meshes and height fields, and a tree of bounding boxes for each mesh and height field."""
 
 from __future__ import annotations
 
@@ -11,18 +11,21 @@ from graphengine.physics.sensors.fast.tree import NODE, Tree, build
 
 
 def count_triangles(model: mujoco.MjModel, geoms: Indices) -> int:
-    """Return the number of triangles of some geoms, without the few around a height field."""
+    """Return the number of triangles of the meshes and height fields of some geoms.
+
+    A mesh that several geoms share counts once. The few triangles below a height field and at its sides do not count.
+    """
     meshes, fields = (set(model.geom_dataid[geoms[model.geom_type[geoms] == kind]].tolist()) for kind in (MESH, HFIELD))
     cells = sum(int(model.hfield_nrow[field]) * int(model.hfield_ncol[field]) for field in fields)
     return sum(int(model.mesh_facenum[mesh]) for mesh in meshes) + 2 * cells
 
 
 def triangle_trees(model: mujoco.MjModel, geoms: Indices) -> tuple[Tree, Floats, Indices]:
-    """Build the trees of all triangles of some geoms.
+    """Build a tree for each mesh and height field of some geoms.
 
     Returns:
-        The trees, one after the other; the corners of all triangles in the frame of their geom, shape (triangles, 9); and the
-        index of the root for each geom of the model.
+        The trees, one after the other in one array; the corners of all triangles in the frame of their mesh, shape
+        (triangles, 9); and for each geom of the model the index of its tree's root.
     """
     trees: list[Tree] = [np.empty(0, NODE)]
     corners: list[Floats] = [np.empty((0, 9))]
@@ -45,7 +48,13 @@ def triangle_trees(model: mujoco.MjModel, geoms: Indices) -> tuple[Tree, Floats,
 
 
 def _tree(triangles: Floats, root: int, row: int) -> Tree:
-    """Return the tree of some triangles; `root` is its index among all nodes, `row` that of its first triangle."""
+    """Return the tree of the triangles of one mesh.
+
+    Args:
+        triangles: corners, shape (n, 3, 3).
+        root: index of the tree's root among the nodes of all trees.
+        row: index of the first triangle among the triangles of all meshes.
+    """
     tree = np.zeros(2 * len(triangles) - 1, NODE)
     low, high = triangles.min(axis=1) - MARGIN, triangles.max(axis=1) + MARGIN
     build(tree, low, high, np.arange(row, row + len(triangles)))
