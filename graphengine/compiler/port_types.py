@@ -47,7 +47,7 @@ def settle_types(graph: Graph, findings: Findings) -> None:
             findings.add("G213", message, wire.entry.source.span, remedy, related=wire.entry.via)
         elif takes is None or converter is None:
             legal = takes or into.type
-            hint = "put a converter node between them" if gives.is_number else ""
+            hint = f"put {_number_converter(gives, legal)} between them" if gives.is_number else ""
             if isinstance(legal, PortType) and (gives.base, legal.base) in _BETWEEN and not gives.array:
                 hint = f"put {_BETWEEN[gives.base, legal.base]} between them"
             if gives.count == 3 and not gives.array and isinstance(legal, PortType) and legal.count == 1:
@@ -59,6 +59,13 @@ def settle_types(graph: Graph, findings: Findings) -> None:
         else:
             checked.append(replace(wire, converter=converter))
     graph.data_wires = checked + _tell_untold(graph, untold, findings)
+
+
+def _number_converter(gives: PortType, legal: object) -> str:
+    """Return the node type that converts a number to the type of an input, such as `ToFloat`."""
+    if isinstance(legal, PortType) and legal.is_number and legal.count == gives.count and not legal.array:
+        return f"To{legal.base.capitalize()}"
+    return "a converter node"
 
 
 def _tell_untold(graph: Graph, untold: list[Wire], findings: Findings) -> list[Wire]:
