@@ -22,8 +22,8 @@ methods:
 | latent | `update` is called once per tick while `active` is true; it returns the ports to fire in the next pass. |
 
 A data node is computed when an executed node reads its outputs, and only if a node upstream has been computed since then or the
-data node is `volatile`. It may keep state in an output or a State field, but it misses values between two computations. A node that
-has to see the values of every tick needs an ExecIn.
+data node is `volatile`. It may keep state in an output or a State field, but it misses values between two computations. A node
+that has to see the values of every tick needs an ExecIn.
 
 A graph is executed in passes, one for each tick or one for each physics step. An event node can also define `at_stop`, which is
 called when the simulation stops, and `at_close`, which is called before the graph is closed. The ports that these methods return
