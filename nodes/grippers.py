@@ -163,7 +163,7 @@ class IsaacGripperController(Node, type="isaacsim.robot.manipulators.IsaacGrippe
                 raise BadValueError(
                     "openPosition, closePosition",
                     [],
-                    f"given, because not all of {', '.join(names)} have limits",
+                    f"positions that are not all 0 (not all of {', '.join(names)} have limits to use instead)",
                 )
         return {"open": opened, "close": closed}
 

@@ -100,7 +100,8 @@ class Playback:
     def build(self, interrupted: Callable[[], bool] = lambda: False) -> None:
         """Replay further ticks in the background, unless playback would stutter.
 
-        If the session needs long to return to the shown tick, each call replays for longer, so that fewer returns are needed.
+        The same session replays ahead and shows ticks, so it must return to the shown tick after each call. The longer a return
+        takes, the longer each call replays, so that the session returns less often.
 
         Args:
             interrupted: function called after each tick; the call ends when it returns True.

@@ -136,7 +136,10 @@ def _registry(modules: Sequence[str | ModuleType]) -> Registry:
 
 
 def unpack(packed: PackedScene, modules: Sequence[str]) -> Scene:
-    """Return the scene of a pickle. A temporary folder keeps its files until the scene and all its sessions are deleted."""
+    """Restore a pickled scene and return it.
+
+    The scene's files are written to a temporary folder, which exists until the scene and all its sessions are deleted.
+    """
     from graphengine.recording.sources import Workspace
 
     folder = tempfile.TemporaryDirectory(prefix="graphengine-")

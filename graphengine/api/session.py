@@ -293,7 +293,7 @@ class Session:
         meant = [name for name in runs if name == graph] or [name for name in runs if name.endswith(f"/{graph}")]
         if len(meant) != 1:
             near = listing(meant, "write one of") if meant else did_you_mean(graph, runs) or listing(runs, "graphs")
-            raise UsageError(f"{f'{len(meant)} graphs' if meant else 'no graph'} {graph!r}\n  {near}")
+            raise UsageError(f"{f'{len(meant)} graphs match' if meant else 'no graph matches'} {graph!r}\n  {near}")
         return {name: read_only(variable.value) for name, variable in runs[meant[0]].variables.items()}
 
     # Topics and services

@@ -302,14 +302,14 @@ def open_file(path: Path, options: Options, modules: Sequence[str] = (), *, grap
 
 
 def refuse_to_overwrite(paths: Iterable[Path], *, force: bool) -> None:
-    """Check that no file exists, unless `force` is set.
+    """Check that none of the files exists, unless `force` is set.
 
     Raises:
         UsageError: a file exists and `force` is not set.
     """
     there = [str(path) for path in paths if path.exists()]
     if there and not force:
-        raise UsageError(f"{', '.join(there)}: already exists; --force overwrites it")
+        raise UsageError(f"{', '.join(there)}: existing files are overwritten only with --force")
 
 
 def print_findings(findings: Findings | Sequence[Finding], *, stream: Any = None, notes: bool = True) -> None:

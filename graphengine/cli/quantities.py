@@ -81,7 +81,7 @@ def vector(*sizes: int, item: Callable[[str], float] = number) -> Callable[[str]
         if len(parts) not in sizes:
             wanted = " or ".join(map(str, sizes))
             raise argparse.ArgumentTypeError(
-                f"{text.strip()!r}: write {wanted} numbers with commas between, as in 1,2,0"
+                f"{text.strip()!r}: write {wanted} numbers separated by commas, as in 1,2,0"
             )
         return tuple(item(part) for part in parts)
 

@@ -264,7 +264,7 @@ def _bounded(node: Node) -> Callable[[], Iterator[int]]:
         for count, port in enumerate(compute()):
             if count >= limit:
                 raise RuntimeError(
-                    f"it did not end within {limit} iterations; a node class that needs more sets `max_pushes`"
+                    f"the node did not end within {limit} iterations; to allow more, set `max_pushes` in the node's class"
                 )
             yield port
 

@@ -148,7 +148,7 @@ class Graph:
 
     @property
     def wired_ports(self) -> set[tuple[str, str]]:
-        """Ports at which the wires in the file end, each as node id and port name; wires with errors count too."""
+        """Target ports of the wires in the file, each as node id and port name; wires with errors count too."""
         return {(wire.target.node, wire.target.port) for wire in self.flat.wires}
 
     def note_accesses(self) -> None:

@@ -21,7 +21,12 @@ _PARAMETER = {"type": "string", "pattern": r"\$\([A-Za-z_][A-Za-z0-9_]*\)"}
 
 
 def make_schema(kind: str, registry: Registry) -> dict[str, Any]:
-    """Return the JSON Schema of one kind of file: `graph`, `scene` or `robot`; `registry` has the node types for graphs."""
+    """Return the JSON Schema of one kind of file.
+
+    Args:
+        kind: `graph`, `scene` or `robot`.
+        registry: node types that the schema of graph files describes; not used for scenes and robots.
+    """
     schema = KINDS[kind].model_json_schema()
     schema["$schema"] = "https://json-schema.org/draft/2020-12/schema"
     if kind == "graph":

@@ -72,8 +72,10 @@ class Permissions:
         """Check that graphs may run Python code without a sandbox.
 
         Raises:
-            ContextError: the user does not allow it.
+            ContextError: graphs may not run Python code in this session.
         """
         if not self.scripts:
             advice = "read the code, then allow it with --allow-scripts"
-            raise ContextError("it runs Python code, which graphs may not do by default", None, advice)
+            raise ContextError(
+                "the node runs Python code, but graphs are not permitted to run code by default", None, advice
+            )

@@ -144,7 +144,7 @@ class MaterialSpec(FileSpec):
         if (self.across is None) != (self.direction is None):
             raise ValueError("friction in two directions needs both `across` and `direction`")
         if self.expressed_in and self.direction is None:
-            raise ValueError("`expressed_in` needs a `direction`, whose frame it names")
+            raise ValueError("`expressed_in` is the frame of `direction`; give a `direction` too")
         return self
 
 

@@ -115,13 +115,13 @@ class EverySpec(FileSpec):
     @classmethod
     def _short_form(cls, data: Any) -> Any:
         if isinstance(data, str) and data != "once":
-            raise ValueError(f"expected `once`, {{ticks: 3}} or {{hz: 10}}, got {data!r}")
+            raise ValueError(f"expected `once`, `{{ticks: 3}}` or `{{hz: 10}}`, got {data!r}")
         return {"once": True} if isinstance(data, str) else data
 
     @model_validator(mode="after")
     def _one_form(self) -> EverySpec:
         if self.once + (self.ticks is not None) + (self.hz is not None) != 1:
-            raise ValueError("give exactly one of once, {ticks: 3} and {hz: 10}")
+            raise ValueError("give exactly one of the keys `once`, `ticks` and `hz`, as in `{hz: 10}`")
         return self
 
 
@@ -137,7 +137,7 @@ class NodeSpec(FileSpec):
     inputs: dict[str, Any] = {}
     """Values of inputs, by port name."""
     every: EverySpec | None = None
-    """How often the node runs: once, {ticks: 3} or {hz: 10}; default: at every execution."""
+    """How often the node runs: `once`, `{ticks: 3}` or `{hz: 10}`; default: at every execution."""
     doc: str = ""
 
     @model_validator(mode="before")
@@ -152,9 +152,11 @@ class NodeSpec(FileSpec):
         if self.type and self.subgraph:
             raise ValueError("a node has a `type` or a `subgraph`, not both")
         if self.type and self.parameters:
-            raise ValueError("only a node with a `subgraph` has `parameters`; write values of ports below `inputs:`")
+            raise ValueError("only a node with a `subgraph` has `parameters`; set port values under `inputs:`")
         if self.subgraph and self.every:
-            raise ValueError("a subgraph has no `every`; write `every` at nodes in the subgraph's own file")
+            raise ValueError(
+                "`every` is not allowed beside `subgraph`; set `every` on the nodes in the subgraph's own file"
+            )
         return self
 
 

@@ -103,7 +103,7 @@ def _report(model: type[Spec], document: Document, error: dict[str, Any], findin
     if kind == "extra_forbidden":
         models = _models_at(model, location[:-1])
         legal = [key for found in models for key in found.model_fields]
-        hint = "write values of ports below `inputs:`" if NodeSpec in models else ""
+        hint = "set port values under `inputs:`" if NodeSpec in models else ""
         near = findings.guess(name, legal)
         advice = (near,) if near else (listing(legal, "keys"), hint)
         findings.add(code, message, document.key_span(*location), *advice)

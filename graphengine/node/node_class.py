@@ -232,9 +232,9 @@ class Node(metaclass=NodeMeta):
     def resolve_types(self, known: Mapping[str, PortType], variables: Mapping[str, PortType]) -> Mapping[str, PortType]:
         """Return the types of union and `any` ports that follow from the types of other ports, by Python name.
 
-        The compiler calls this method until it returns no new type. It resolves coupled ports itself. Inputs already have the
-        values of their literals. If a port does not allow a returned type, or has a different type already, the compiler reports
-        an error.
+        The compiler calls this method until it returns no new type. The compiler itself resolves ports with the keyword `couple`.
+        Inputs already have the values of their literals. If a port does not allow a returned type, or has a different type
+        already, the compiler reports an error.
 
         Args:
             known: the port types that are known so far, by Python name.

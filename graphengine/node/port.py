@@ -151,7 +151,7 @@ def Out(*, default: Any = MISSING, init: Literal[False] = False, **facts: Any) -
 
     Args:
         default: initial value; without a default, the zero of the port's type.
-        init: for type checkers: outputs are not arguments of the node's constructor.
+        init: do not pass it; it tells type checkers that an output is not an argument of the node's constructor.
         facts: the keywords of `In`.
     """
     return Field("outputs", default, facts=facts)
@@ -165,7 +165,7 @@ def State(*, default: Any = MISSING, factory: Callable[[], Any] | None = None, i
     Args:
         default: initial value, which must be immutable.
         factory: function that returns a new initial value; for mutable values such as lists.
-        init: for type checkers: state fields are not arguments of the node's constructor.
+        init: do not pass it; it tells type checkers that a state field is not an argument of the node's constructor.
 
     Raises:
         TypeError: neither `default` nor `factory` is given.
@@ -181,7 +181,7 @@ def Bound(*, init: Literal[False] = False) -> Any:
     A stop does not reset the field, and checkpoints do not contain it.
 
     Args:
-        init: for type checkers: bound fields are not arguments of the node's constructor.
+        init: do not pass it; it tells type checkers that a bound field is not an argument of the node's constructor.
     """
     return Field("state")
 
@@ -206,7 +206,7 @@ def value_port(owner: str, name: str, field: Field, hint: Any) -> Port:
     """Return the port for an In, Out, State or Bound field.
 
     Args:
-        owner: name of the node class, for messages.
+        owner: name of the node class, for error messages.
         name: Python name of the field.
         field: the field.
         hint: annotation of the field; it gives the port's type unless the field has the keyword `type`.

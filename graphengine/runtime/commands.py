@@ -403,7 +403,7 @@ class View(Command):
 
     def _apply(self, session: SessionCore) -> dict[str, str]:
         if session.open_page is None:
-            raise StateError("the run has no page; start it with --view")
+            raise StateError("the run does not serve a web page; start the run with --view")
         return {"page": session.open_page()}
 
 

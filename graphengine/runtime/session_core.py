@@ -293,7 +293,9 @@ class SessionCore:
 
     def _refuse_within_tick(self) -> None:
         if self._ticker.running:
-            raise UsageError("call this between two ticks, for example in `on_tick`")
+            raise UsageError(
+                "a session cannot be changed or saved within a tick; do it between two ticks, as in `on_tick`"
+            )
 
     def admit(self) -> None:
         """Check that the session can be changed now; return if it can.

@@ -1,6 +1,7 @@
 """Tools for tests of nodes and graphs.
 
-For tests of nodes, `RecordingContext` has a world of stubs and an in-memory transport, and `check_node` checks a node class:
+`RecordingContext` runs a single node without a session: its world consists of stubs for robots and devices, and its transport
+keeps messages in memory. `check_node` checks that a node class is documented, declared correctly and deterministic. A test:
 
     context = RecordingContext()
     robot = context.world.add_robot("/dd100", ["left", "right"])

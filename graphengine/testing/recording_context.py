@@ -43,7 +43,7 @@ class RecordingContext(Context):
         return self._memory
 
     def tick(self, ticks: int = 1) -> None:
-        """Advance time by a number of ticks; each tick delivers the messages that were sent to the node before."""
+        """Advance time by a number of ticks; each tick delivers the messages sent to the node since the previous tick."""
         for _ in range(ticks):
             shared = self.services
             frozen: list[Any] = [shared.network, shared.keys, *shared.queues.values(), *self.variables.values()]

@@ -66,5 +66,5 @@ class RecordingWorld(DryWorld):
 
     @property
     def entities(self) -> RecordingEntities:
-        """All robots and bodies of the world; each of them is one entity."""
+        """All entities of the world: one for each robot and one for each body."""
         return RecordingEntities(self)

@@ -43,7 +43,7 @@ class OnPlaybackTick(TickEvent, type="omni.graph.action.OnPlaybackTick"):
 
 
 class OnTick(TickEvent, type="omni.graph.action.OnTick", gated=True):
-    """Fires in the first tick after play, then every `framePeriod` + 1 ticks.
+    """Fires in the first tick of play, then every `framePeriod` + 1 ticks.
 
     The node needs a graph with `runs: tick` (the default).
     """

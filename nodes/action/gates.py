@@ -122,7 +122,7 @@ class Rendezvous(Node, gated=True, counts=True):
         self.wires = context.wires_into("exec_in")
 
     def arrive(self, *, anew: bool) -> Fire:
-        """Count an execution, and return `execOut` if the count has reached the number of wires.
+        """Count one execution; return `execOut` if the count has reached the number of wires into `execIn`, otherwise None.
 
         Args:
             anew: true to discard the previous count, so that this execution counts as the first.

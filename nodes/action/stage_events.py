@@ -21,7 +21,7 @@ _NAMES = ("Saved", "Selection Changed", "Hierarchy Changed", *_STARTS_AND_STOPS)
 class OnStageEvent(Node, type="omni.graph.action.OnStageEvent", gated=True):
     """Fires at the start or at the end of play, depending on `eventName`.
 
-    The three start events (such as `Simulation Start Play`) are equivalent: the node fires in the first tick after play. The
+    The three start events (such as `Simulation Start Play`) are equivalent: the node fires in the first tick of play. The
     three stop events (such as `Simulation Stop Play`) are equivalent too: the node fires before a stop, before a reset of the
     time, and before the session ends. At a stop event, the nodes behind `execOut` see the world as it is after the last tick;
     their messages are sent before anything is reset.
@@ -37,7 +37,7 @@ class OnStageEvent(Node, type="omni.graph.action.OnStageEvent", gated=True):
     started: bool = State(default=False)
 
     def compute(self) -> Fire:
-        """Fire in the first tick after play if `eventName` is a start event."""
+        """Fire in the first tick of play if `eventName` is a start event."""
         first, self.started = not self.started, True
         return self.exec_out if first and self.event_name in STARTS else None
 

@@ -64,7 +64,11 @@ class ImageBufferNode(Node):
             self.from_buffer(memoryview(buffer))
             return True
         if self.camera is None:
-            raise BadValueError("dataPtr, renderProductPath", buffer, "a buffer, or the path of a camera")
+            raise BadValueError(
+                "dataPtr, renderProductPath",
+                buffer,
+                "a buffer in dataPtr or a camera path in renderProductPath",
+            )
         if self.camera.due:
             self.camera.request()
         picture = self.camera.delivered()

@@ -13,7 +13,10 @@ from graphengine.nodes.clocked import ClockNode
 
 
 class TimeNode(ClockNode):
-    """Base of nodes that output the time of a clock; if `referenceTimeDenominator` is above 0, they output a reference time."""
+    """Base of nodes that output the time of a clock, or a reference time if `referenceTimeDenominator` is above 0.
+
+    The reference time is `referenceTimeNumerator` / `referenceTimeDenominator`, s.
+    """
 
     reference_time_numerator: int = In(
         default=0, doc="numerator of the reference time (s); used if `referenceTimeDenominator` is above 0"

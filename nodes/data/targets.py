@@ -15,7 +15,7 @@ from graphengine.nodes.data.unions import BOOLEANS
 
 
 class AppendTargets(Node, type="omni.graph.nodes.AppendTargets"):
-    """Concatenates two or more targets."""
+    """Concatenates the prim lists of two or more target inputs."""
 
     numbered: ClassVar[Numbered] = {"input": lambda: In(type="target")}
 
@@ -55,7 +55,7 @@ class GetTargets(Node, type="omni.graph.nodes.GetTargets"):
 
 
 class FindTarget(Node, type="omni.graph.nodes.FindTarget"):
-    """Finds the index of a prim in a target."""
+    """Finds the index of a prim in the prim list of a target input."""
 
     search_target: Target = In(default=(), doc="prim to search for; if there are several, the first one")
     targets: Target = In(default=(), doc="prims to search in")

@@ -331,7 +331,7 @@ def _named(literals: Mapping[str, Any], subfolder: str) -> str:
             "write messagePackage and messageName below `inputs:`; a wire takes effect only after the ports are created"
         )
         raise MissingMessageError(
-            "the ports are the fields of a message, but the inputs name no message type", None, remedy
+            "the inputs name no message type, but the node's ports are the fields of a message", None, remedy
         )
     return "/".join(map(str, names))
 

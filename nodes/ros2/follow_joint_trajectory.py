@@ -120,7 +120,8 @@ class ROS2FollowJointTrajectory(RobotActionNode, type="graphengine.ros2.ROS2Foll
         for port, given in (("pathTolerances", self.path_tolerances), ("goalTolerances", self.goal_tolerances)):
             if len(given) not in (0, 1, joints) or not (given >= 0.0).all():
                 raise ContextError(
-                    f"{port} must be one number for all joints or {joints} numbers, 0 or more", given.tolist()
+                    f"{port} must be one number for all joints or {joints} numbers, and no number may be negative",
+                    given.tolist(),
                 )
         self.defaults = Tolerances.by_default(
             joints, self.path_tolerances, self.goal_tolerances, self.stopped_velocity_tolerance, self.goal_time

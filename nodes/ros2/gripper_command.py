@@ -79,7 +79,11 @@ class ROS2GripperCommand(RobotActionNode, type="graphengine.ros2.ROS2GripperComm
         (self.index,) = joint_numbers(robot, [self.joint_name])
         self.published = context.joint_names(self.prim())[self.index]
         if leader := robot.leaders[self.index]:
-            raise ContextError(f"mimic joint {self.joint_name!r} follows {leader!r}", self.joint_name, f"name {leader}")
+            raise ContextError(
+                f"jointName is the mimic joint {self.joint_name!r}, which follows {leader!r}",
+                self.joint_name,
+                f"set jointName to {leader}",
+            )
         self.commanded = (self.joint_name,)
 
     def compute(self) -> Fire:

@@ -72,16 +72,16 @@ class ControlledJoints(Shared):
 
     @classmethod
     def of(cls, robot: Articulation, chosen: Sequence[str], published: Sequence[str]) -> ControlledJoints:
-        """Select joints of a robot.
+        """Return the joints of a robot that a controller moves.
 
         Args:
             robot: the robot.
-            chosen: names of the joints to select, as in the robot description.
-            published: names of all joints of the robot in ROS messages, in the articulation's order.
+            chosen: names of the controller's joints, in the controller's order, as in the robot description.
+            published: name in ROS messages of each joint of the robot, in the articulation's order.
 
         Raises:
-            JointError: one of the names is not that of a joint of the robot.
-            ContextError: no joint is chosen, a joint is chosen twice, or a chosen joint mimics another joint.
+            JointError: the robot has no joint with a name in `chosen`.
+            ContextError: `chosen` is empty, contains a joint twice, or contains a mimic joint.
         """
         indices = joint_numbers(robot, chosen)
         if not chosen or len(set(indices)) < len(indices):

@@ -185,7 +185,7 @@ class ROS2PublishPointCloud(SensorPublisher, type="isaacsim.ros2.bridge.ROS2Publ
         """Return the buffers of the metadata to publish, by the names in METADATA.
 
         Raises:
-            BadValueError: metadata is selected, but its buffer is missing.
+            BadValueError: an input such as `outputAzimuth` is true, but the buffer of this metadata is missing.
         """
         ports, chosen = type(self).ports, dict[str, Buffer]()
         for name in METADATA:
@@ -193,6 +193,6 @@ class ROS2PublishPointCloud(SensorPublisher, type="isaacsim.ros2.bridge.ROS2Publ
                 buffer = chosen[name] = getattr(self, ports[f"inputs:{_port(name)}"].field)
                 if isinstance(buffer, int):
                     raise BadValueError(
-                        f"output{name}, {_port(name)}", buffer, "a buffer, because the output is selected"
+                        f"output{name}, {_port(name)}", buffer, f"a buffer, because output{name} is true"
                     )
         return chosen

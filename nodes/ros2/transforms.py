@@ -93,7 +93,7 @@ class ROS2PublishTransformTree(TransformPublisher, type="isaacsim.ros2.bridge.RO
     links: Sequence[FrameLink] = Bound()
 
     def setup(self, context: Context) -> None:
-        """Create the publisher on `topicName`, and announce the pairs of parent and child frame that it will publish.
+        """Create the publisher on `topicName`, and store in its claim the parent and child frame of each transform.
 
         Raises:
             ContextError: there are neither frames nor target prims.

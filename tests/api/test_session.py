@@ -218,7 +218,7 @@ def test_robots_are_moved_pushed_spawned_and_removed(sim: ge.Session) -> None:
         (lambda sim: sim.impulse("Node"), "no OnImpulseEvent node 'Node'"),
         (lambda sim: sim.reset("speed"), "reset: scope"),
         (lambda sim: sim.step(-1), "ticks: expected 0 or more"),
-        (lambda sim: sim.variables("dd100/cmd"), "no graph 'dd100/cmd'\n  did you mean 'dd100/cmd_vel'?"),
+        (lambda sim: sim.variables("dd100/cmd"), "no graph matches 'dd100/cmd'\n  did you mean 'dd100/cmd_vel'?"),
         (lambda sim: sim.picture("topp"), "topp: there is no view or camera with this name or path"),
     ],
 )

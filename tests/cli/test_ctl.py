@@ -271,7 +271,7 @@ def test_a_terminal_shows_that_a_run_is_paused(project: Path) -> None:
         (["move", "a", "inf", "1"], "'inf' is not a number"),
         (["move", "a", "1", "2", "--yaw", "90grad"], "'90grad' is not an angle; write"),
         (["move", "a", "1", "2", "--yaw", "1", "--rpy", "0,0,1"], "not allowed with"),
-        (["spawn", "a", "b.yaml", "--at", "-1"], "'-1': write 2 or 3 numbers with commas between"),
+        (["spawn", "a", "b.yaml", "--at", "-1"], "'-1': write 2 or 3 numbers separated by commas"),
         (["push", "a"], "one of the arguments --force --impulse is required"),
         (["push", "a", "--force", "1,2"], "'1,2': write 3 numbers"),
         (["push", "a", "--force", "1,2,3", "--for", "soon"], "'soon' is not a time"),

@@ -354,7 +354,7 @@ def test_nothing_is_written_over_unless_asked_for(graphrun: Graphrun, cart: Path
     target = cart / "scenes/robots/cart.yaml"
     target.write_text("mine", encoding="utf-8")
     result = imported(graphrun, code=2)
-    assert "scenes/robots/cart.yaml: already exists; --force overwrites it" in result.err
+    assert "scenes/robots/cart.yaml: existing files are overwritten only with --force" in result.err
     assert target.read_text(encoding="utf-8") == "mine"
     target.unlink()
     (cart / "scenes/robots/cart.urdf").write_text("mine", encoding="utf-8")

@@ -84,7 +84,7 @@ def test_rviz_shows_topics_of_the_robot(graphrun: Graphrun, tmp_path: Path) -> N
 def test_existing_files_are_kept_without_force(graphrun: Graphrun, tmp_path: Path) -> None:
     (tmp_path / "map.yaml").write_text("mine\n", encoding="utf-8")
     refused = graphrun("nav2", "files", "dd100_flat", "-o", str(tmp_path), "--no-calibrate", code=2)
-    assert "map.yaml: already exists; --force overwrites it" in refused.err
+    assert "map.yaml: existing files are overwritten only with --force" in refused.err
     assert [path.name for path in tmp_path.iterdir()] == ["map.yaml"]
     graphrun("nav2", "files", "dd100_flat", "-o", str(tmp_path), "--no-calibrate", "--force", code=0)
 

@@ -276,7 +276,7 @@ def test_parameters_of_a_node_that_is_no_subgraph_are_an_error(file: MakeFile) -
     _, (found,) = resolve(file("{graph: g, nodes: {A: {type: Do, parameters: {a: 1}}}}"))
     assert (found.code, found.message) == (
         "G109",
-        "A: only a node with a `subgraph` has `parameters`; write values of ports below `inputs:`",
+        "A: only a node with a `subgraph` has `parameters`; set port values under `inputs:`",
     )
 
 

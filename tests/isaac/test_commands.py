@@ -29,7 +29,7 @@ def test_import_makes_the_folder(imports: Graphrun, tmp_path: Path) -> None:
 def test_import_writes_over_nothing_unless_it_is_told_to(imports: Graphrun, tmp_path: Path) -> None:
     (tmp_path / "scan.yaml").write_text("mine", encoding="utf-8")
     done = imports(SCAN)
-    assert (done.code, "scan.yaml: already exists; --force overwrites it" in done.err) == (2, True)
+    assert (done.code, "scan.yaml: existing files are overwritten only with --force" in done.err) == (2, True)
     assert (tmp_path / "scan.yaml").read_text(encoding="utf-8") == "mine"
     assert imports(SCAN, "--force").code == 0
     line = SCAN.read_text(encoding="utf-8").split("\n").index("og.Controller.edit(") + 1

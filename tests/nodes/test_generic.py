@@ -445,7 +445,7 @@ def test_in_a_graph_an_array_that_no_message_can_hold_is_told_at_its_place(tmp_p
         (
             {"messageName": ""},
             "G208",
-            "Say: the ports are the fields of a message, but the inputs name no message type",
+            "Say: the inputs name no message type, but the node's ports are the fields of a message",
         ),
         ({"messageName": "$(nothing)"}, "G111", "the graph has no parameter 'nothing'"),
         ({"linear:q": 1.0}, "G204", "ROS2Publisher has no input 'linear:q'"),

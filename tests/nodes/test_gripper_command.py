@@ -187,7 +187,7 @@ def test_a_finger_stops_when_the_node_is_set_up_again() -> None:
 
 
 def test_a_follower_cannot_be_the_joint() -> None:
-    with pytest.raises(ContextError, match="joint 'other' follows 'finger'"):
+    with pytest.raises(ContextError, match="jointName is the mimic joint 'other', which follows 'finger'"):
         ready(ROS2GripperCommand, surroundings(), target_prim="/hand", joint_name="other")
 
 

@@ -247,7 +247,7 @@ def test_after_a_session_stops_the_gripper_stands_still(context: RecordingContex
         ({"joint_names_in": ["left", "thumb"]}, "jointNames cannot be .* has no joint 'thumb'"),
         (
             {"joint_names_in": ["wrist"]},
-            "openPosition, closePosition must be given, because not all of wrist have limits",
+            r"openPosition, closePosition must be positions that are not all 0 \(not all of wrist have limits to use instead\)",
         ),
         ({"joint_names_in": []}, "jointNames must be the names of the fingers' joints"),
     ],

@@ -66,7 +66,10 @@ def test_the_buffer_of_one_execution_stays_as_it_is_in_the_next(context: Recordi
         ({"encoding": "rgb8"}, "encoding must be one of rgba8"),
         ({"width": 4}, "of 32 bytes for 4 x 2 pixels, it is 24"),
         ({"width": 0}, "width, height must be above 0"),
-        ({"data_ptr": 0}, "dataPtr, renderProductPath must be a buffer, or the path of a camera"),
+        (
+            {"data_ptr": 0},
+            "dataPtr, renderProductPath must be a buffer in dataPtr or a camera path in renderProductPath",
+        ),
     ],
 )
 def test_an_image_that_does_not_fit_is_refused_and_changes_no_output(
@@ -134,7 +137,7 @@ def test_depths_of_a_camera_have_its_focal_length(context: RecordingContext, cam
         ({"height": 3}, "of 36 bytes for 3 x 3 pixels, it is 24"),
         ({"focal_length": 0.0}, "focalLength, horizontalAperture must be above 0"),
         ({"horizontal_aperture": -1.0}, "focalLength, horizontalAperture must be above 0"),
-        ({"data_ptr": 0}, "must be a buffer, or the path of a camera"),
+        ({"data_ptr": 0}, "must be a buffer in dataPtr or a camera path in renderProductPath"),
     ],
 )
 def test_depths_that_do_not_fit_are_refused_and_change_no_output(

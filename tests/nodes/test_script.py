@@ -253,7 +253,8 @@ def test_a_file_alone_runs_no_code(play: Player, tmp_path: Path) -> None:
     text = GRAPH.replace(
         "def compute(db):", f"import pathlib\n        pathlib.Path({str(made)!r}).touch()\n        def compute(db):"
     )
-    with pytest.raises(CheckError, match="Double: it runs Python code, which graphs may not do by default") as refused:
+    refusal = "Double: the node runs Python code, but graphs are not permitted to run code by default"
+    with pytest.raises(CheckError, match=refusal) as refused:
         play.graph(text)
     assert "--allow-scripts" in str(refused.value)
     assert not made.exists()

@@ -1,4 +1,4 @@
-"""Draws the squares of a calibration as SVG: commanded path, true path and odometry."""
+"""Draws the square paths that a robot drove in a calibration as SVG: commanded path, true path and odometry."""
 
 from __future__ import annotations
 
@@ -22,13 +22,13 @@ _STYLE = (
 
 
 def draw(result: Calibration) -> str:
-    """Return an SVG with one panel per square, drawn to the same scale.
+    """Return an SVG with one panel for each square path that the robot drove; all panels have the same scale.
 
     Raises:
-        ValueError: the calibration has no squares.
+        ValueError: the calibration has no square paths.
     """
     if not result.squares:
-        raise ValueError("the robot drove no square")
+        raise ValueError("the robot did not drive a square path in this calibration")
     topics = [one.topic for one in result.odometry]
     colours = {topic: ODOMETRY[index % len(ODOMETRY)] for index, topic in enumerate(topics)}
     extent = max(_extent(square) for square in result.squares)

@@ -68,7 +68,7 @@ class WheelMeter:
         return any(abs(rates[name]) > SLOWEST for name in names)
 
     def take(self, motion: Motion, window: Trace) -> None:
-        """Add the joint angles and the true motion of a steady test drive."""
+        """Add a steady test drive (joint angles and true motion) to the data from which the wheel geometry is computed."""
         forward, _, turn = increments(window.base).sum(axis=0).tolist()
         moved = window.joints[-1] - window.joints[0]
         self._moved[motion.name] = (turn if motion.kind == "turn" else forward, moved)
@@ -152,7 +152,7 @@ class WheelMeter:
 
     @property
     def track(self) -> float | None:
-        """Effective distance between left and right wheels in turns of the base, m; None without wheels on both sides."""
+        """Effective distance between left and right wheels while the base turns, m; None without wheels on both sides."""
         offsets = [self._offset(index) for index in self._offsets]
         left, right = [y for y in offsets if y > 0.0], [y for y in offsets if y <= 0.0]
         return float(np.mean(left) - np.mean(right)) if left and right else None

@@ -20,5 +20,5 @@ NAV2 = "Nav2's own parameter file"
 
 
 def nav2(value: T) -> Sourced[T]:
-    """Return a value whose source is Nav2's own parameter file, or a default of Nav2's nodes."""
+    """Label a value as taken from Nav2's own parameter file, and return it; defaults of Nav2's nodes get this label too."""
     return Sourced(value, NAV2)

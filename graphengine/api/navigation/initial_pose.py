@@ -56,10 +56,11 @@ def may_belong(frame: str, namespace: str) -> bool:
 def give_initial_pose(
     transport: Transport, namespace: str, truth: TruePoses, clock: Callable[[], float], frame: str = "map"
 ) -> bool:
-    """Publish the true pose on `initialpose` until the localization accepts it; return whether it did.
+    """Publish the true pose on `initialpose` until the localization node accepts it; return whether the node accepted it.
 
-    If the localization publishes `amcl_pose`, it has accepted the pose when `amcl_pose` is near the true pose. Otherwise, it has
-    accepted the pose when it broadcasts the transform map -> odom of this robot.
+    The function gives up after `PATIENCE` s of wall time, and when `truth` has ended. If the localization node publishes
+    `amcl_pose`, it has accepted the pose when `amcl_pose` is near the true pose. Otherwise, it has accepted the pose when it
+    broadcasts the transform map -> odom of this robot.
     """
     heard = _Heard()
     writer = transport.writer(f"{namespace}/initialpose", MESSAGE, QoS())

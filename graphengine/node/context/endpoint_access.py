@@ -133,13 +133,15 @@ class OwnedEndpoints:
     ) -> Publisher:
         """Create a publisher on a topic.
 
-        In a scene with `tf: global`, frame names get a prefix. A node must therefore write the frame names of the publisher's
-        `claim` into its messages. Names from `transform_tree` and `robot_description` already have the prefix.
+        In a scene with `tf: global`, the frame names of the arguments get a namespace as prefix, as in `frame_name`. The names
+        with prefix are in the publisher's `claim`, and the node must write these into its messages. Names from `transform_tree`
+        and `robot_description` already have the prefix.
 
         Args:
             message_type: ROS 2 name of the message type, such as `nav_msgs/msg/Odometry`.
             topic: name of the topic in its namespace; leading and trailing non-alphanumerics are dropped.
-            namespace_from: path of the prim whose namespace and ancestors' namespaces are joined; empty for the node's prim.
+            namespace_from: path of the prim at which the search for namespaces starts; it continues with the prim's ancestors.
+                The namespaces found form the topic's namespace and the frame prefix. Empty: start at the node's prim.
             latched: whether to use durability transient local and history depth 1, which then override the QoS profile.
             rate: messages per second; None if a message is published at each execution of the node.
             frame_id: frame in the message headers.
@@ -175,12 +177,15 @@ class OwnedEndpoints:
         return PublishedTransform(self._services, beside, parent, children)
 
     def frame_name(self, frame: str, *, namespace_from: str = "", namespace: str = "") -> str:
-        """Return the published name of a frame: with `tf: global`, the frame with its prefix; otherwise the frame itself.
+        """Return the published name of a frame: with `tf: global`, a namespace, a slash and the frame; otherwise the frame.
+
+        The namespace is that of the outermost prim that has one, among the prim at `namespace_from` and its ancestors. Shared
+        frames such as `map` and frames that already have a prefix do not get one.
 
         Args:
             frame: name of the frame.
-            namespace_from: path of the prim whose ancestors determine the prefix; empty for the node's prim.
-            namespace: prefix to use if neither this prim nor an ancestor of it has a namespace.
+            namespace_from: path of the prim at which the search for the namespace starts; empty: start at the node's prim.
+            namespace: namespace to use if neither this prim nor an ancestor of it has one.
         """
         stage = self._services.stage
         return str(full_frame(stage, frame, frame_prefix(stage, namespace_from or self.prim_path, namespace)))

@@ -31,7 +31,7 @@ class RenderProduct(Stateful):
             self.camera.show(source)
 
     def reset(self) -> None:
-        """Show the camera at `prim` again, in case another camera took its place."""
+        """Let the camera object forward its calls to the original camera again, if nodes use this object."""
         if self.camera is not None:
             self.camera.show(self.camera.own)
 

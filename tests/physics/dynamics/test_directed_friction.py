@@ -326,7 +326,7 @@ def test_both_frictions_are_told() -> None:
     [
         ("across: 0.1", "friction in two directions needs both `across` and `direction`"),
         ("direction: [1, 0, 0]", "friction in two directions needs both `across` and `direction`"),
-        ("expressed_in: base_link", "`expressed_in` needs a `direction`, whose frame it names"),
+        ("expressed_in: base_link", "`expressed_in` is the frame of `direction`; give a `direction` too"),
         ("across: 0.1, direction: [0, 0, 0]", "a direction cannot be the zero vector; write one such as [1, 0, 0]"),
         ("across: -0.1, direction: [1, 0, 0]", "across: "),
         ("across: 0.1, direction: [1, 0]", "direction"),
