@@ -76,4 +76,4 @@ class Permissions:
         """
         if not self.scripts:
             advice = "read the code, then allow it with --allow-scripts"
-            raise ContextError("it runs Python code, which graphs may not do by default", None, advice)
+            raise ContextError("the node runs Python code, which graphs may not do by default", None, advice)

@@ -151,7 +151,7 @@ def Out(*, default: Any = MISSING, init: Literal[False] = False, **facts: Any) -
 
     Args:
         default: initial value; without a default, the zero of the port's type.
-        init: for type checkers: outputs are not arguments of the node's constructor.
+        init: always False; it shows type checkers that the constructor of the node has no argument for the output.
         facts: the keywords of `In`.
     """
     return Field("outputs", default, facts=facts)
@@ -165,7 +165,7 @@ def State(*, default: Any = MISSING, factory: Callable[[], Any] | None = None, i
     Args:
         default: initial value, which must be immutable.
         factory: function that returns a new initial value; for mutable values such as lists.
-        init: for type checkers: state fields are not arguments of the node's constructor.
+        init: always False; it shows type checkers that the constructor of the node has no argument for the field.
 
     Raises:
         TypeError: neither `default` nor `factory` is given.
@@ -181,7 +181,7 @@ def Bound(*, init: Literal[False] = False) -> Any:
     A stop does not reset the field, and checkpoints do not contain it.
 
     Args:
-        init: for type checkers: bound fields are not arguments of the node's constructor.
+        init: always False; it shows type checkers that the constructor of the node has no argument for the field.
     """
     return Field("state")
 

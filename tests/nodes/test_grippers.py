@@ -244,10 +244,13 @@ def test_after_a_session_stops_the_gripper_stands_still(context: RecordingContex
         ({"gripper_speed": [0.0]}, "gripperSpeed must be greater than 0"),
         ({"gripper_speed": [0.1, 0.1, 0.1]}, "gripperSpeed must be one finite number, or one for each of 2 joints"),
         ({"open_position": [math.nan]}, "openPosition must be one finite number"),
-        ({"joint_names_in": ["left", "thumb"]}, "jointNames cannot be .* has no joint 'thumb'"),
+        (
+            {"joint_names_in": ["left", "thumb"]},
+            "jointNames must be names of joints of the robot, .* has no joint 'thumb'",
+        ),
         (
             {"joint_names_in": ["wrist"]},
-            "openPosition, closePosition must be given, because not all of wrist have limits",
+            "openPosition, closePosition must be set, because not all of the joints wrist have limits",
         ),
         ({"joint_names_in": []}, "jointNames must be the names of the fingers' joints"),
     ],

@@ -253,7 +253,9 @@ def test_a_file_alone_runs_no_code(play: Player, tmp_path: Path) -> None:
     text = GRAPH.replace(
         "def compute(db):", f"import pathlib\n        pathlib.Path({str(made)!r}).touch()\n        def compute(db):"
     )
-    with pytest.raises(CheckError, match="Double: it runs Python code, which graphs may not do by default") as refused:
+    with pytest.raises(
+        CheckError, match="Double: the node runs Python code, which graphs may not do by default"
+    ) as refused:
         play.graph(text)
     assert "--allow-scripts" in str(refused.value)
     assert not made.exists()

@@ -133,8 +133,9 @@ class OwnedEndpoints:
     ) -> Publisher:
         """Create a publisher on a topic.
 
-        In a scene with `tf: global`, frame names get a prefix. A node must therefore write the frame names of the publisher's
-        `claim` into its messages. Names from `transform_tree` and `robot_description` already have the prefix.
+        In a scene with `tf: global`, frame names get a prefix. A node must therefore fill its messages with the frame names in
+        the attribute `claim` of the returned publisher, which have the prefix. Names from `transform_tree` and
+        `robot_description` already have the prefix.
 
         Args:
             message_type: ROS 2 name of the message type, such as `nav_msgs/msg/Odometry`.
@@ -165,10 +166,10 @@ class OwnedEndpoints:
     def published_transform(self, beside: EndpointClaim, parent: str, children: Collection[str]) -> PublishedTransform:
         """Return an object that reads a transform which another node of this session publishes.
 
-        Only publishers on the same topic as the node's own publisher are considered.
+        Only publishers on the topic and domain of the node's own publisher are considered.
 
         Args:
-            beside: claim of the node's own publisher.
+            beside: attribute `claim` of the node's own publisher, which describes its topic and domain.
             parent: published name of the parent frame.
             children: published names of the child frames; a transform to any one of them will do.
         """
