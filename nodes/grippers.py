@@ -142,7 +142,7 @@ class IsaacGripperController(Node, type="isaacsim.robot.manipulators.IsaacGrippe
         try:
             selection, chosen = robot.select(names), joint_numbers(robot, names)
         except JointError as error:
-            raise BadValueError("jointNames", names) from error
+            raise BadValueError("jointNames", names, "names of joints of the robot") from error
         if np.isnan(robot.set_points()[0][chosen]).any():
             raise BadValueError("jointNames", names, "joints with a position drive (stiffness in the robot file)")
         return selection, robot.positions()[chosen]

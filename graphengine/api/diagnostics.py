@@ -64,7 +64,7 @@ class Diagnostics:
         self._counts[claim.node, claim.topic] += 1
 
     def deliver(self, claim: EndpointClaim, arrived: Sequence[bytes]) -> None:
-        """Do nothing: received messages are not measured."""
+        """Ignore received messages; only published messages are counted."""
 
     def after_tick(self) -> None:
         """Publish a DiagnosticArray if `PERIOD` has passed. Call this after each tick, also while the session is paused."""

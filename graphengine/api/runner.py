@@ -1,4 +1,4 @@
-"""Runs a session together with its network, recorder and control channel, for one thread at a time."""
+"""Runs a session together with its network, recorder and control channel; only one thread at a time may use them."""
 
 from __future__ import annotations
 

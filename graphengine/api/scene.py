@@ -298,7 +298,7 @@ class Scene:
         return calibrate(self._loaded, robot, command_topic, speed, turn_speed, seed=seed, modules=self._modules)
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """Return the pickled form: the content of the scene's files, the arguments of `load` and the names of modules."""
+        """Return the data to pickle: the scene's files, the load options and the names of the modules with node classes."""
         from graphengine.api.scene_loading import unpack
         from graphengine.recording.packing import PackedScene
 

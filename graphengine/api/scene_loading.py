@@ -87,7 +87,7 @@ def load(
         for path in entries:
             legal = "folder or file" if name == "message_paths" else "folder"
             if not path.is_dir() and not (path.is_file() and "file" in legal):
-                raise UsageError(f"{name}: no such {legal}: {path}")
+                raise UsageError(f"{name}: there is no {legal} {path}")
     options = Options(
         overrides=plain(set),
         allowed=paths["allow"],

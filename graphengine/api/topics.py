@@ -98,7 +98,7 @@ class Subscription(Generic[M]):
 
 @acting
 def open_subscription(user: HasRunner, topic: str, type: MessageType, keep: int) -> Subscription[Any]:
-    """Return a new subscription in the session of the object `user`. The other arguments are those of `Session.subscribe`."""
+    """Return a new subscription in the session that `user` belongs to. The other arguments are those of `Session.subscribe`."""
     return Subscription(user._runner, topic, type, keep)
 
 

@@ -153,7 +153,7 @@ def check_source(arguments: argparse.Namespace) -> None:
         raise UsageError("give exactly one of a file, --topic and --node")
     if remote and arguments.arguments:
         raise UsageError(
-            f"{arguments.arguments[0]}: only a xacro file takes arguments, not a description from the network"
+            f"{arguments.arguments[0]}: only a xacro file takes arguments; a description from --topic or --node has none"
         )
     if remote and (arguments.macro or arguments.without):
         raise UsageError("--macro and --without need a file; they do not apply to a description from the network")
@@ -247,7 +247,7 @@ def _list_arguments(arguments: argparse.Namespace) -> int:
     from graphengine.physics.importing.robot_source import arguments_of
 
     if not arguments.file:
-        raise UsageError("--args: give a xacro file")
+        raise UsageError("--args: give a file; only a xacro file has arguments to list")
     path, findings = Path(near(arguments.file)), Findings()
     require_file(path)
     element = read(path, findings, "S103")

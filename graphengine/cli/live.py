@@ -173,7 +173,7 @@ class Live:
         """Return the error for a topic that has no publisher or subscriber, with a suggestion or the known topics."""
         known = [name for name in graph.types() if not is_hidden(name)]
         hint = near_topic(topic, graph.types()) or listing(known, "topics")
-        return TransportError(f"unknown topic {topic!r}\n{hint}\nseen over {self.transport.description}")
+        return TransportError(f"unknown topic {topic!r}\n{hint}\nsearched over {self.transport.description}")
 
     def listen(
         self, topic: str, message_type: str, qos: QoS, clock: Clock = time.time_ns, waiting: int = 100

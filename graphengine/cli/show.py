@@ -86,7 +86,8 @@ def draw(scene: LoadedScene, arguments: argparse.Namespace) -> int:
     path: Path = arguments.svg or arguments.html
     if path.suffix.lower() not in ((".svg",) if arguments.svg else (".html", ".htm")):
         raise UsageError(
-            f"{path}: the name of a drawing must end in {'.svg' if arguments.svg else '.html'}; no other file is overwritten"
+            f"{path}: a drawing's name must end in {'.svg' if arguments.svg else '.html'}; "
+            "files with other endings are not overwritten"
         )
     text = svg.draw(views) if arguments.svg else page.draw(views)
     write_together({path: text.encode()})

@@ -78,7 +78,7 @@ def only_topic(graph: NetworkGraph) -> str:
     topics = sorted({end.topic for end in _readers(graph)})
     if len(topics) > 1:
         raise UsageError(
-            f"several topics have subscribers of type Twist or TwistStamped\n  {listing(topics, 'write one of')}"
+            f"several topics have subscribers of type Twist or TwistStamped\n  {listing(topics, 'give one as TOPIC')}"
         )
     return topics[0] if topics else TOPIC
 

@@ -133,7 +133,7 @@ def _only_namespace(graph: NetworkGraph) -> str:
     if len(there) < 2 or "" in there:
         return "" if "" in there else "".join(there)
     raise TransportError(
-        f"transforms are published in several namespaces\n{listing(there, 'choose with --namespace one of')}"
+        f"transforms are published in several namespaces\n{listing(there, 'choose one with --namespace')}"
     )
 
 

@@ -83,7 +83,9 @@ def _with_value(data: Any, location: Location, value: Any) -> Any:
         return [_with_value(one, tuple(rest), value) if i == key else one for i, one in enumerate(data)]
     if isinstance(data, dict) and isinstance(key, str):
         return data | {key: _with_value(data.get(key, {}), tuple(rest), value)}
-    raise PatchError(f"{_name(location)} cannot be set: {key!r} needs a mapping or a longer list around it")
+    raise PatchError(
+        f"{_name(location)} cannot be set: {key!r} must be a key in a mapping or the index of an existing list element"
+    )
 
 
 def _with_new_key(text: str, found: document.Document, location: Location, value: Any) -> tuple[list[str], int]:

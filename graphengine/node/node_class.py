@@ -204,7 +204,7 @@ class Node(metaclass=NodeMeta):
         """Read the inputs and write the outputs. The return value depends on the kind of node; see the module's docstring."""
 
     def reset(self) -> None:
-        """Reset state outside Out and State fields, which the engine resets itself; called when the simulation stops."""
+        """Reset state that is not in Out or State fields; the engine resets those. Called when the simulation stops."""
 
     def save(self) -> Any:
         """Return the node's state for a checkpoint: inputs, outputs and State fields, without Bound fields.
@@ -260,7 +260,7 @@ class Node(metaclass=NodeMeta):
 
     @classmethod
     def grows(cls) -> bool:
-        """Return whether nodes of this type can have additional ports: by `numbered` or because it overrides `dynamic_ports`."""
+        """Return whether nodes of this type can have additional ports: the class sets `numbered` or overrides `dynamic_ports`."""
         return bool(cls.numbered) or cls.dynamic_ports.__func__ is not Node.dynamic_ports.__func__  # type: ignore[attr-defined]
 
     def clear(self) -> None:
@@ -402,4 +402,4 @@ Pushes = Generator[int, None, None]
 
 
 class NodeClassError(GraphError):
-    """A node class that cannot be registered."""
+    """A node class cannot be registered."""

@@ -108,7 +108,7 @@ _SCALAR_ZERO |= dict.fromkeys(_TEXTS, "") | {"bool": False, "any": None, "bundle
 
 @dataclass(frozen=True, slots=True)
 class UnionType:
-    """A union of port types. Wires, or a type in the graph file, resolve it to one of its types."""
+    """A union of port types. It is resolved to one of these types by the port's wires, or by a type given in the graph file."""
 
     alternatives: tuple[PortType, ...]
 
@@ -117,7 +117,7 @@ class UnionType:
 
 
 def brief(port_type: PortType | UnionType) -> str:
-    """Return the name of a type for messages. For a union of more than 24 types, list eight and say how many follow."""
+    """Return the name of a type for error messages. Of a union of more than 24 types, it lists eight and counts the others."""
     if isinstance(port_type, UnionType) and len(port_type.alternatives) > 24:
         first = port_type.alternatives[:8]
         return (
@@ -213,7 +213,7 @@ def _buffer(value: Any) -> Any:
     try:
         memoryview(value)
     except TypeError:
-        raise TypeError("expected 0: only a wire can provide a buffer") from None
+        raise TypeError("expected a wire or the literal 0, because only a wire can provide a buffer") from None
     return value
 
 

@@ -182,7 +182,10 @@ class SessionCore:
         if self.state == "playing":
             raise StateError("the session is playing; pause it before running single ticks")
         if self.advancing:
-            raise StateError(f"{self.advancing} single ticks have not run yet")
+            raise StateError(
+                f"{self.advancing} ticks of an earlier `step` have not run yet; "
+                "wait until they have run, or cancel them with `pause`"
+            )
         self._set("paused")
         self._until = self.ticks + ticks
 
@@ -365,7 +368,7 @@ class SessionCore:
             raise UsageError("a new seed takes effect when the time is reset: add the scope `time`")
         if self.state == "failed":
             if "time" not in wanted:
-                raise StateError("the session failed; reset its time to continue")
+                raise StateError("the session failed; reset it with the scope `time` to continue")
             self._set("paused")
         if "spawned" in wanted:
             for name in reversed(list(self.roster.spawned)):

@@ -130,7 +130,7 @@ def _two_plays(node: Any, context: RecordingContext) -> list[list[object]]:
             if node.kind() == "pusher":
                 fired = list(itertools.islice(fired, 1000))
             elif fired is not None and not node.gated:
-                raise TypeError("compute returns ports to fire, but the class is not gated=True")
+                raise TypeError("compute returns ports to fire, but the class was not declared with gated=True")
             record += [fired, node.update() if node.kind() == "latent" and node.active else None]
             outputs = [getattr(node, p.field) for p in node.fields.values() if p.side == "outputs" and not p.is_exec]
             record += [(v.dtype.str, v.shape, v.tobytes()) if isinstance(v, np.ndarray) else repr(v) for v in outputs]

@@ -135,7 +135,7 @@ class IsaacArticulationController(SelectedJointsNode, type="isaacsim.core.nodes.
                 raise BadValueError(
                     f"{name}, jointNames, jointIndices",
                     command,
-                    f"one number per joint, for {joints} joints of {self.articulation.prim_path}",
+                    f"such that {name} has one number for each of {joints} joints of {self.articulation.prim_path}",
                 )
         position, velocity, effort = commands
         selection.command(position or None, velocity or None, effort or None)

@@ -44,7 +44,8 @@ class ConstructedNode(Node):
             if all(fits(other, element) for other in given):
                 return element
         raise ValueError(
-            f"elements of {', '.join(map(str, dict.fromkeys(given)))} do not form an array; convert them to one type first"
+            f"elements of the types {', '.join(map(str, dict.fromkeys(given)))} cannot form one array; "
+            "convert them to one type first"
         )
 
     def elements(self) -> Sequence[str]:

@@ -63,8 +63,8 @@ class Elementwise(TypedNode):
     """Base class of nodes with one output that apply the same operation to all numbers of their operands.
 
     `operation` takes one numpy array per operand, in the order of the ports; the arrays broadcast against each other. A subclass
-    can add faster functions that replace `operation`. `on_numbers` takes Python numbers, and computes scalars and the components
-    of tuples. `on_tuples` takes scalars and whole tuples; it is used if no operand is an array.
+    can define faster versions of `operation`: `on_numbers` is called with Python numbers, for scalars and for each component of
+    tuples; `on_tuples` is called with scalars and whole tuples if no operand is an array.
     """
 
     operation: ClassVar[Operation]

@@ -181,7 +181,8 @@ class PursuingNode(ActionNode):
         try:
             server = self._find()
         except ContextError as error:
-            raise BadValueError("serverHandle", self.server_handle) from error
+            legal = "the output serverHandle of a ROS2ActionServerGoal with the same action type"
+            raise BadValueError("serverHandle", self.server_handle, legal) from error
         goal = server.current
         return server, goal if goal is not None and (goal.pending or goal.active) else None
 

@@ -166,7 +166,8 @@ class Layout:
     Args:
         message_class: class of the message.
         definitions: definitions of all known message types.
-        part: part of a service or action, as for `Leaf`; it is the prefix of the port names.
+        part: `Request`, `Response`, `Goal`, `Result` or `Feedback` if the message is that part of a service or action;
+            prefix of the port names. Empty for the message of a topic.
     """
 
     message_class: type[Any]

@@ -28,7 +28,7 @@ def image(header: messages.Header, encoding: str, size: tuple[int, int], pixels:
     width, height = size
     data, step = bytes_in(pixels), width * PIXEL_BYTES[one_of("encoding", encoding, PIXEL_BYTES)]
     if len(data) != step * height:
-        legal = f"of {step * height} bytes for {width} x {height} pixels of {encoding}"
+        legal = f"consistent, with a buffer of {step * height} bytes for {width} x {height} pixels of {encoding}"
         raise BadValueError("data, width, height, encoding, dataPtr", len(data), legal)
     return messages.Image(header, height, width, encoding, 0, step, data)
 

@@ -86,7 +86,7 @@ class ControlledJoints(Shared):
         indices = joint_numbers(robot, chosen)
         if not chosen or len(set(indices)) < len(indices):
             raise ContextError(
-                "a controller needs one or more joints, each only once",
+                "a controller needs at least one joint, and no joint twice",
                 list(chosen),
                 "name joints with a position drive",
             )

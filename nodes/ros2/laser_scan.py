@@ -48,7 +48,9 @@ class ROS2PublishLaserScan(SensorPublisher, type="isaacsim.ros2.bridge.ROS2Publi
             raise BadValueError("numRows", self.num_rows, "1, because a LaserScan is one row of beams")
         beams = len(self.linear_depth_data)
         if not beams or beams != self.num_cols:
-            raise BadValueError("linearDepthData, numCols", [beams, self.num_cols], "the same number of beams, above 0")
+            raise BadValueError(
+                "linearDepthData, numCols", [beams, self.num_cols], "a non-empty array of ranges and its length"
+            )
         turn = 1.0 / self.rotation_rate if self.rotation_rate else 0.0
         near, far = self.depth_range
         first, last = self.azimuth_range

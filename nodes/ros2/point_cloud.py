@@ -88,7 +88,7 @@ def point_cloud(
 def _fill(points: NDArray[Any], name: str, buffer: Buffer) -> None:
     kind, data = np.dtype(FIELDS[name]), bytes_in(buffer)
     if len(data) != kind.itemsize * len(points):
-        legal = f"of {kind.itemsize} bytes for each of {len(points)} points"
+        legal = f"consistent, with a buffer of {kind.itemsize} bytes for each of {len(points)} points"
         raise BadValueError(f"{_port(name)}, data, dataPtr", len(data), legal)
     records = data.view(kind)
     for field in records.dtype.names or ():

@@ -86,7 +86,7 @@ class PublisherNode(TopicNode):
 
 
 class SensorPublisher(PublisherNode):
-    """Base of nodes that publish a measurement, given by inputs, with a header; a subclass also defines `frame_id`."""
+    """Base of nodes that publish the measurement in their inputs as a message with a header. Subclasses add `frame_id`."""
 
     frame_id: str
     time_stamp: float = In(default=0.0, unit="s")

@@ -149,7 +149,8 @@ class OgnROS2ServiceServerResponse(ServiceNode, type="isaacsim.ros2.bridge.OgnRO
         try:
             server = self.find()
         except ContextError as error:
-            raise BadValueError("serverHandle", self.server_handle) from error
+            legal = "the output serverHandle of a ROS2ServiceServerRequest with the same service type"
+            raise BadValueError("serverHandle", self.server_handle, legal) from error
         if server.current is None:
             self.door.log("warning", f"{server.service}: there is no request to answer")
             return None

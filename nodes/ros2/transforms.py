@@ -52,7 +52,7 @@ class TransformPublisher(PublisherNode):
 
 
 class ROS2PublishRawTransformTree(TransformPublisher, type="isaacsim.ros2.bridge.ROS2PublishRawTransformTree"):
-    """Publishes the single transform that the inputs give as tf2_msgs/TFMessage."""
+    """Publishes one transform, taken from the inputs, as tf2_msgs/TFMessage."""
 
     parent_frame_id: String = In(default="odom", setup=True)
     child_frame_id: String = In(default="base_link", setup=True)

@@ -21,7 +21,7 @@ The argument of each function is the input's value divided by the true value.
 
 
 class WheelGeometry(Protocol):
-    """A node with inputs for the radius and the distance (m) of wheels on one axle; an unknown value is 0."""
+    """A node with inputs for the radius of the wheels on an axle and for the distance between them, both in m; 0: unknown."""
 
     wheel_radius: float
     wheel_distance: float

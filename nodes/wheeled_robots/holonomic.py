@@ -143,7 +143,9 @@ class HolonomicController(Node, type="isaacsim.robot.wheeled_robots.HolonomicCon
         orientations = self.wheel_orientations.tolist()
         if len(orientations) != len(angles):
             lengths = [len(orientations), len(angles)]
-            raise BadValueError("wheelOrientations, wheelPositions", lengths, "one orientation per wheel")
+            raise BadValueError(
+                "wheelOrientations, wheelPositions", lengths, "of equal length, one orientation for each position"
+            )
         up = _unit("upAxis", self.up_axis)
         for angle, orientation in zip(angles, orientations, strict=True):
             w, x, y, z = _unit("wheelOrientations", orientation)
@@ -165,7 +167,8 @@ class HolonomicController(Node, type="isaacsim.robot.wheeled_robots.HolonomicCon
         """
         wheels = len(self.wheel_positions)
         if len(values) not in (1, wheels):
-            raise BadValueError(f"{name}, wheelPositions", [len(values), wheels], "one per wheel, or one for all")
+            legal = f"of equal length, or {name} of length 1 for all wheels"
+            raise BadValueError(f"{name}, wheelPositions", [len(values), wheels], legal)
         return np.broadcast_to(values, wheels)
 
 

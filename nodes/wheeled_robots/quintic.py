@@ -139,7 +139,7 @@ class QuinticPathPlanner(PlanarNode, type="isaacsim.robot.wheeled_robots.Quintic
             "currentPosition, currentOrientation, targetPosition, targetOrientation, initialVelocity, initialAccel, "
             "goalVelocity, goalAccel",
             (start, target),
-            f"such that a path of {duration} s or less respects maxAccel {self.max_accel:g} m/s2 and "
+            f"the start and the end of a path of {duration} s or less that respects maxAccel {self.max_accel:g} m/s2 and "
             f"maxJerk {self.max_jerk:g} m/s3; the path of {duration} s needs {acceleration:.3g} m/s2 and {jerk:.3g} m/s3",
         )
 

@@ -59,8 +59,8 @@ def test_errors_come_together_with_what_else_was_found() -> None:
         ("dd100_flat", {"set": {"DifController.maxLinearSpeed": 1.0}}, "no node 'DifController'"),
         ("dd100_flat", {"rays": "fats"}, "rays: unknown value 'fats'; legal: auto, mujoco, fast"),
         ("dd100_flat", {"allow": "/tmp"}, "allow: expected a list, got '/tmp'"),
-        ("dd100_flat", {"allow": ["/nowhere"]}, "allow: no such folder: /nowhere"),
-        ("dd100_flat", {"message_paths": ["/nowhere"]}, "message_paths: no such folder or file: /nowhere"),
+        ("dd100_flat", {"allow": ["/nowhere"]}, "allow: there is no folder /nowhere"),
+        ("dd100_flat", {"message_paths": ["/nowhere"]}, "message_paths: there is no folder or file /nowhere"),
         ("dd100_flat", {"modules": ["no_such_module"]}, "modules: No module named 'no_such_module'"),
     ],
 )

@@ -404,7 +404,10 @@ def test_names_of_a_stranger_stay_names(graphrun: Graphrun, cart: Path) -> None:
         (("ws/cart/urdf/car.urdf",), "no file 'ws/cart/urdf/car.urdf'"),
         ((CART, "a:=1"), "a:=1: ws/cart/urdf/cart.urdf does not use xacro"),
         (("ws/cart/urdf/cart.urdf.xacro", "prefix=1"), "prefix=1: write an argument as NAME:=VALUE, as for xacro"),
-        (("a:=1", "--topic", "/x"), "a:=1: only a xacro file takes arguments, not a description from the network"),
+        (
+            ("a:=1", "--topic", "/x"),
+            "a:=1: only a xacro file takes arguments; a description from --topic or --node has none",
+        ),
         ((CART, "--allow", "nowhere"), "no folder 'nowhere'"),
         (
             ("--topic", "/x", "--timeout", "nan"),

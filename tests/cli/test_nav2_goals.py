@@ -258,13 +258,13 @@ def test_a_server_is_waited_for_before_the_first_goal(
 
 def test_without_nav2_the_error_says_where_it_was_looked_for(goals: Graphrun, domain_id: int) -> None:
     done = goals("1 2", "--wait", "0s", code=1, out="")
-    assert done.err.startswith("error: no action navigate_to_pose\nis Nav2 running in this domain?\nseen over dds")
+    assert done.err.startswith("error: no action navigate_to_pose\nis Nav2 running in this domain?\nsearched over dds")
 
 
 def test_of_several_robots_one_is_chosen_by_its_namespace(goals: Graphrun, nav2: Nav2) -> None:
     first, second = nav2(nav2_peer.reach, namespace="/a"), nav2(nav2_peer.reach, namespace="/b")
     done = goals("1 2", code=1, out="")
-    assert "there are 2 robots with Nav2\nchoose with --namespace one of: /a, /b" in done.err
+    assert "there are 2 robots with Nav2\nchoose one with --namespace: /a, /b" in done.err
     goals("1 2", "--namespace", "b", code=0)
     assert (len(first.messages), len(second.messages)) == (0, 1)
     assert "namespaces with Nav2: /a, /b" in goals("1 2", "--namespace", "c", "--wait", "0s", code=1).err

@@ -75,7 +75,7 @@ def test_of_several_namespaces_one_must_be_given(tree: Graphrun, peer: DdsTransp
     tree(
         code=1,
         out="",
-        err="error: transforms are published in several namespaces\nchoose with --namespace one of: /a, /b\n",
+        err="error: transforms are published in several namespaces\nchoose one with --namespace: /a, /b\n",
     )
     assert "camera" in tree("--namespace", "/b").out
 

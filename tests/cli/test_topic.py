@@ -157,7 +157,7 @@ def test_a_topic_that_is_not_there_is_told_with_what_is_near(
     topic: Graphrun, crowd: DdsTransport, name: str, hint: str
 ) -> None:
     result = topic("info", name, code=1, out="")
-    assert result.err.startswith(f"error: unknown topic {name!r}\n{hint}\nseen over dds")
+    assert result.err.startswith(f"error: unknown topic {name!r}\n{hint}\nsearched over dds")
 
 
 # echo

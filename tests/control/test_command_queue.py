@@ -140,7 +140,7 @@ def test_single_ticks_are_cut_short_by_what_ends_them(ticking: MakeTicking, othe
     queue.serve(session)
     again = queue.submit("step")
     queue.serve(session)
-    with pytest.raises(StateError, match="1000000 single ticks have not run yet"):
+    with pytest.raises(StateError, match="1000000 ticks of an earlier `step` have not run yet"):
         again.result(0)
     assert not steps.done()
     queue.submit(other)

@@ -244,7 +244,10 @@ def test_after_a_session_stops_the_gripper_stands_still(context: RecordingContex
         ({"gripper_speed": [0.0]}, "gripperSpeed must be greater than 0"),
         ({"gripper_speed": [0.1, 0.1, 0.1]}, "gripperSpeed must be one finite number, or one for each of 2 joints"),
         ({"open_position": [math.nan]}, "openPosition must be one finite number"),
-        ({"joint_names_in": ["left", "thumb"]}, "jointNames cannot be .* has no joint 'thumb'"),
+        (
+            {"joint_names_in": ["left", "thumb"]},
+            "jointNames must be names of joints of the robot, .* has no joint 'thumb'",
+        ),
         (
             {"joint_names_in": ["wrist"]},
             r"openPosition, closePosition must be positions that are not all 0 \(not all of wrist have limits to use instead\)",

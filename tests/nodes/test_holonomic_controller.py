@@ -159,13 +159,13 @@ def test_after_a_stop_there_is_no_command_until_the_next_compute() -> None:
     [
         (
             {"wheel_radius": [0.1, 0.1]},
-            r"wheelRadius, wheelPositions must be one per wheel, or one for all, it is \[2, 3\]",
+            r"wheelRadius, wheelPositions must be of equal length, or wheelRadius of length 1 for all wheels, it is \[2, 3\]",
         ),
         ({"wheel_radius": [0.1, 0.0, 0.1]}, "wheelRadius must be above 0"),
-        ({"mecanum_angles": []}, r"mecanumAngles, .* must be one per wheel.*\[0, 3\]"),
+        ({"mecanum_angles": []}, r"mecanumAngles, .* must be of equal length, or mecanumAngles of length 1.*\[0, 3\]"),
         (
             {"wheel_orientations": [[1.0, 0.0, 0.0, 0.0]]},
-            r"wheelOrientations, .* must be one orientation per wheel.*\[1, 3\]",
+            r"wheelOrientations, .* must be of equal length, one orientation for each position.*\[1, 3\]",
         ),
         ({"wheel_orientations": [[0.0] * 4] * 3}, "wheelOrientations must be of a finite length above 0"),
         (

@@ -155,7 +155,7 @@ def test_a_command_of_the_wrong_width_is_an_error_and_none_of_the_compute_is_app
     robot = arm(context)
     commands = {f"{other}_command": [1.0] * (width if other == kind else 4) for other in KINDS}
     node = ready(IsaacArticulationController, context, target_prim="/arm", **commands)
-    with pytest.raises(ValueError, match=f"{kind}Command, .* must be one number per joint, for 4 joints"):
+    with pytest.raises(ValueError, match=f"{kind}Command, .* has one number for each of 4 joints"):
         node.compute()
     assert all(same(targets, [NAN] * 4) for targets in robot.targets.values())
 
@@ -198,9 +198,7 @@ def test_in_a_graph_a_wrong_width_stops_the_run_and_names_the_node(play: Player)
         """,
         world,
     )
-    with pytest.raises(
-        NodeError, match=r"node Controller .*effortCommand, .* must be one number per joint, for 4 joints"
-    ):
+    with pytest.raises(NodeError, match=r"node Controller .*effortCommand, .* has one number for each of 4 joints"):
         playing.tick()
 
 

@@ -58,7 +58,9 @@ def test_more_or_fewer_rows_than_one_are_an_error(rows: int) -> None:
 
 @pytest.mark.parametrize(("ranges", "columns"), [([], 0), ([1.0, 2.0], 3)])
 def test_another_number_of_ranges_than_columns_is_an_error(ranges: list[float], columns: int) -> None:
-    with pytest.raises(ValueError, match=rf"the same number of beams, above 0, it is \[{len(ranges)}, {columns}\]"):
+    with pytest.raises(
+        ValueError, match=rf"a non-empty array of ranges and its length, it is \[{len(ranges)}, {columns}\]"
+    ):
         row(ranges, num_cols=columns).message()
 
 

@@ -201,7 +201,7 @@ def test_a_prim_can_be_the_target_and_its_yaw_has_a_sign(turn: float, context: R
     [
         (
             {"max_jerk": 0.0},
-            "a path of 95 s or less respects maxAccel 1.5 m/s2 and maxJerk 0 m/s3; the path of 95 s needs",
+            "a path of 95 s or less that respects maxAccel 1.5 m/s2 and maxJerk 0 m/s3; the path of 95 s needs",
         ),
         ({"max_accel": math.inf, "target_position": (1e6, 0.0, 0.0)}, "the path of 95 s needs"),
         ({"target_position": (math.nan, 0.0, 0.0)}, "targetPosition must be finite"),

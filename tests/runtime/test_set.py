@@ -123,7 +123,7 @@ def test_a_session_that_failed_takes_no_commands_until_its_time_is_reset(play: M
     for name, arguments in (("set", {"address": "Raise.at", "value": 9.0}), ("play", {}), ("step", {})):
         with pytest.raises(StateError, match="the session failed; reset it first"):
             parse(name, arguments).apply(run.session)
-    with pytest.raises(StateError, match="reset its time to continue"):
+    with pytest.raises(StateError, match="reset it with the scope `time` to continue"):
         run.session.reset("state")
     run.session.reset()
     assert run.session.state == "paused"

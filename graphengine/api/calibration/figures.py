@@ -54,7 +54,10 @@ class Motion:
     slip: float | None = None
 
     def is_within(self, bound: float) -> bool:
-        """Return whether `share` differs from 1 by at most `bound`, or by `TURN_MARGIN * bound` for a turn or sideways motion."""
+        """Return whether the reached velocity is close to the commanded one: `share` differs from 1 by at most `bound`.
+
+        For a turn or a sideways motion, the largest difference is `TURN_MARGIN * bound`.
+        """
         return abs(self.share - 1.0) <= (bound if self.kind == "straight" else TURN_MARGIN * bound)
 
 
@@ -118,7 +121,7 @@ class Alphas:
 
 @dataclass(frozen=True, slots=True)
 class Covariances:
-    """Variances per distance or angle, computed from the measured errors of an odometry topic: inputs of ComputeWheelOdometry.
+    """Variances per distance or angle, computed from the measured errors of an odometry topic, for ComputeWheelOdometry.
 
     Each value is the mean of error^2 / motion over steps of 0.25 m or 0.2 rad.
 

@@ -75,7 +75,7 @@ class OdometryMeter:
             self._errors["turn_position"].append(math.hypot(error[0], error[1]) * math.tau / angle)
 
     def take_square(self, trace: Trace) -> None:
-        """Add the errors of a square: at its end, and in each step in which the robot drives straight or turns on the spot."""
+        """Add the errors at the end of a square, and those of each `STEP` driven straight and each `ANGLE` turned on the spot."""
         truth, odometry = map(in_first_frame, self._published(trace))
         if len(odometry):
             for true, error in pieces(truth, odometry, STEP, ANGLE):

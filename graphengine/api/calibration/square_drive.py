@@ -25,8 +25,8 @@ def drive_square(
     """Drive a square with timed commands; return its commanded, true and odometry paths and the errors at its end.
 
     Args:
-        drives: recorder that drives the robot; the robot has to be at rest.
-        meters: odometry meters to which the recorded motion is added.
+        drives: recorder that drives the robot and records its motion; the robot must be at rest.
+        meters: collectors of odometry errors, to which the errors of this drive are added.
         command: forward speed along the sides, and turn rate in the corners; a negative turn rate gives a clockwise square.
         centre: point whose path is measured, x and y in the base link's frame, m.
         steered: if True, the corners are arcs driven at the speed of the sides; if False, they are turns on the spot.

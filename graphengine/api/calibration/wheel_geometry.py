@@ -25,8 +25,9 @@ STEERED = 0.02
 class WheelMeter:
     """Collects the rotations of driven wheels over several motions.
 
-    A wheel that turns by a (rad) while the base drives straight by d (m) has the rolling radius r = d / a. In a turn of the base
-    by w (rad), the wheel is at y = (d - r a) / w (m) from the turning centre, positive to the left.
+    Straight drive: a wheel that turns by a (rad) while the base link moves forward by d (m) has the rolling radius r = d / a.
+    Turn: if the base link turns by w (rad) and moves forward by d (m) while the wheel turns by a (rad), then the wheel lies at
+    y = (d - r a) / w (m), measured from the base link, positive to the left.
     """
 
     def __init__(self, robot: RobotInstance, joints: Sequence[str]) -> None:
@@ -159,7 +160,7 @@ class WheelMeter:
 
     @property
     def wheel_base(self) -> float | None:
-        """Distance between the axles, m, computed from the steering angles and turns in arcs; None without test arcs."""
+        """Distance between the axles, m, computed from the steering angles in test drives along arcs; None without arcs."""
         return mean(self._bases)
 
     def slip(self, motion: Motion, *, omni: bool) -> float | None:

@@ -44,8 +44,8 @@ class Change:
     Attributes:
         path: file to change.
         location: keys and indices that lead to the value in the file.
-        node: address of the input that has the value, such as `cmd_vel/DiffController.wheelRadius`.
-        input: name of the input.
+        node: address of the input, with graph and node, such as `cmd_vel/DiffController.wheelRadius`.
+        input: name of the input without graph and node.
         old: value before the change.
         new: measured value, rounded to 5 digits.
     """
@@ -98,7 +98,7 @@ def write_figures(scene: LoadedScene, calibration: Calibration) -> tuple[list[Ch
 
 
 def find_changes(scene: LoadedScene, calibration: Calibration) -> tuple[list[Change], list[str]]:
-    """Return a change for each value that differs from the measured one, and notes on inputs that cannot be written."""
+    """Return a change for each input whose value differs from the measured one, and notes on inputs that cannot be written."""
     assert scene.world is not None
     file = scene.world.robots[calibration.robot].file
     changes: dict[tuple[Path, Location], Change] = {}

@@ -74,7 +74,7 @@ def _local_costmap(robot: RobotFacts) -> Parameters:
 
 
 def local_size(robot: RobotFacts) -> int:
-    """Return the side of the local costmap, m."""
+    """Return the side length of the square local costmap, m."""
     _, outer = robot.radii
     return max(3, math.ceil(2.0 * (SIMULATED * robot.limits.speed.value + outer + 0.3)))
 

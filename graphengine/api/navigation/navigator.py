@@ -96,7 +96,7 @@ class FailedError(Exception):
 
 
 class GivenUpError(FailedError):
-    """No goal can be reached any more, neither the present one nor a further one; for example, because the run has ended."""
+    """Neither the current goal nor a later one can be reached, for example because the run has ended."""
 
 
 class Navigator:

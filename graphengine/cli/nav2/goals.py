@@ -155,7 +155,7 @@ def _action(live: Live, arguments: argparse.Namespace) -> str:
     names = [name.removesuffix(f"/{ACTION}") or "/" for name in there or _servers(live)]
     if there:
         raise TransportError(
-            f"there are {len(there)} robots with Nav2\n{listing(names, 'choose with --namespace one of')}"
+            f"there are {len(there)} robots with Nav2\n{listing(names, 'choose one with --namespace')}"
         )
     foreign = [text for name, text in live.transport.foreign_services.items() if f"/{ACTION}/" in f"{name}/"]
     hint = (
@@ -165,7 +165,7 @@ def _action(live: Live, arguments: argparse.Namespace) -> str:
         if names
         else "is Nav2 running in this domain?"
     )
-    raise TransportError(f"no action {wanted or ACTION}\n{hint}\nseen over {live.transport.description}")
+    raise TransportError(f"no action {wanted or ACTION}\n{hint}\nsearched over {live.transport.description}")
 
 
 def _servers(live: Live) -> list[str]:
@@ -191,9 +191,9 @@ def _truth(run: str, namespace: str, clock: Callable[[], float] | None) -> Itera
     try:
         truth = TruePoses(run, namespace)
         if clock is not None and abs(clock() - truth.time) > SAME_TIME:
-            name, seconds = truth.entry, f"{truth.time:.1f} s there, {clock():.1f} s on /clock"
+            name, seconds = truth.entry, f"{truth.time:.1f} s in the run, {clock():.1f} s on /clock"
             raise ControlError(
-                f"{name} is not the run on this network: its time differs ({seconds}); choose one with --run"
+                f"{name} does not publish the /clock of this network: the times differ ({seconds}); choose a run with --run"
             )
     except ControlError as error:
         if truth is not None:

@@ -295,7 +295,9 @@ class WorldHandles:
         return self._services.world.device(interface, self._find(path, found.kind), **options)
 
     def exchange_camera(self, render_product: str, prim: str) -> Callable[[], None]:
-        """Return a function that makes a render product show another camera; all nodes that use the product get its images.
+        """Return a function that switches a render product to the camera `prim`.
+
+        After a call of this function, all nodes that use the render product get the images of this camera.
 
         Args:
             render_product: path of the render product.

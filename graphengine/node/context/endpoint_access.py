@@ -167,10 +167,10 @@ class OwnedEndpoints:
     def published_transform(self, beside: EndpointClaim, parent: str, children: Collection[str]) -> PublishedTransform:
         """Return an object that reads a transform which another node of this session publishes.
 
-        Only publishers on the same topic as the node's own publisher are considered.
+        Only publishers on the topic and domain of the node's own publisher are considered.
 
         Args:
-            beside: claim of the node's own publisher.
+            beside: attribute `claim` of the node's own publisher, which describes its topic and domain.
             parent: published name of the parent frame.
             children: published names of the child frames; a transform to any one of them will do.
         """

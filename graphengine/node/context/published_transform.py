@@ -16,7 +16,7 @@ class PublishedTransform:
 
     Args:
         services: services of the session.
-        beside: claim with the topic and domain of the transform; publishers on other topics or domains are ignored.
+        beside: description of an endpoint; only publishers on the topic and domain of this endpoint are considered.
         parent: published name of the parent frame.
         children: published names of the child frames; a transform to any one of them will do.
     """
@@ -30,7 +30,7 @@ class PublishedTransform:
         self._seen: Any = None
 
     def newest(self) -> Any | None:
-        """Return the geometry_msgs/TransformStamped from the newest message; None if no message is new since the last call."""
+        """Return the newest geometry_msgs/TransformStamped; None if no message was published since the last call."""
         message = self._source.latest if self._source is not None else None
         if message is self._seen:  # no new message: the publisher may have been replaced
             self._source = next(filter(self._has_it, self._services.network.publishers), None)
@@ -50,5 +50,5 @@ class PublishedTransform:
 
 
 def has_transform(claims: Iterable[EndpointClaim], parent: str, children: Collection[str]) -> bool:
-    """Return whether one of the claims declares a transform from the parent frame to one of the child frames."""
+    """Return whether an endpoint described in `claims` publishes a transform from the parent frame to one of the child frames."""
     return any(above == parent and child in children for claim in claims for above, child in claim.transforms)

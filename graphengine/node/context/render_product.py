@@ -21,7 +21,7 @@ class RenderProduct(Stateful):
     """The camera object that all nodes share; None until a node requests it."""
 
     def save(self) -> tuple[str, ProductCamera | None, Camera | None]:
-        """Return the state of the render product: the prim path, the shared camera object, and the camera that it shows."""
+        """Return the prim path, the camera object that all nodes share, and the camera whose images this object shows now."""
         return self.prim, self.camera, self.camera.source if self.camera is not None else None
 
     def restore(self, saved: tuple[str, ProductCamera | None, Camera | None]) -> None:

@@ -48,7 +48,7 @@ def numbers(value: Any, count: int) -> list[float]:
     what = "a finite number" if count == 1 else f"an array of {count} finite numbers"
     several = isinstance(value, list) and len(value) == count
     given = f"[{', '.join(map(shown, value))}]" if several and count > 1 else shown(value[0] if several else value)
-    raise ContextError(f"must be {what}, not {given}", value)
+    raise ContextError(f"the value must be {what}, not {given}", value)
 
 
 def of_pose(world: World, prim: Prim) -> dict[str, Attribute]:
@@ -186,12 +186,12 @@ def of_light(world: World, prim: Prim) -> dict[str, Attribute]:
 def _bright(found: list[float]) -> list[float]:
     for number in found:
         if not 0 <= number <= BRIGHTEST:
-            raise ContextError(f"must be a value from 0 to {BRIGHTEST:g}, not {shown(number)}", number)
+            raise ContextError(f"the value must be a value from 0 to {BRIGHTEST:g}, not {shown(number)}", number)
     return found
 
 
 def _not_negative(value: Any) -> float:
     (number,) = numbers([value], 1)
     if number < 0:
-        raise ContextError(f"must be 0 or more, not {shown(value)}", value)
+        raise ContextError(f"the value must be 0 or more, not {shown(value)}", value)
     return number

@@ -42,7 +42,7 @@ def test_inputs_are_taken_by_their_numbers() -> None:
 def test_elements_take_the_type_of_the_one_that_holds_all() -> None:
     assert constructed(arraySize=2, input0=1, input1=2.5) == [1.0, 2.5]
     assert constructed(arraySize=2, arrayType="int64[]", input0=1, input1=2) == [1, 2]
-    with pytest.raises(ValueError, match="elements of double, token do not form an array"):
+    with pytest.raises(ValueError, match="elements of the types double, token cannot form one array"):
         constructed(arraySize=2, input0=1.5, input1="a")
 
 

@@ -51,7 +51,7 @@ def test_what_is_written_is_read(name: str, value: Any, read: Any) -> None:
     [
         ((1.0, 2.0), r"is a double\[3\]: expected 3 values, got 2"),
         ("up", r"is a double\[3\]: expected a list of 3 values, got 'up'"),
-        ((1.0, 2.0, math.nan), r"xformOp:translate of /World/box: must be .*, not \[1.0, 2.0, nan\]"),
+        ((1.0, 2.0, math.nan), r"xformOp:translate of /World/box: the value must be .*, not \[1.0, 2.0, nan\]"),
     ],
 )
 def test_a_value_that_does_not_fit_says_what_would(value: Any, told: str) -> None:
