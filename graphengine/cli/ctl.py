@@ -95,7 +95,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     put.add_argument("input", metavar="NODE.PORT=VALUE", help=values)
     assign = add("assign", "set a variable of a graph", make=_assign)
     assign.add_argument(
-        "variable", metavar="GRAPH.VARIABLE=VALUE", help="variable, [ROBOT/]GRAPH.VARIABLE, and its new value"
+        "variable", metavar="GRAPH.VARIABLE=VALUE", help="variable to set, [ROBOT/]GRAPH.VARIABLE, and its new value"
     )
     impulse = add("impulse", "trigger an OnImpulseEvent node", "node")
     impulse.add_argument("node", metavar="NODE", help="prim path of the node, or a unique suffix of it")

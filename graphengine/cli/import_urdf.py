@@ -220,7 +220,7 @@ def _from_file(arguments: argparse.Namespace, target: Path, findings: Findings) 
         return None
     packages = Packages(path.parent, arguments.package_path, _files(path, arguments))
     if arguments.model and not is_sdf(element):
-        raise UsageError(f"--model {arguments.model}: {path} is not SDF")
+        raise UsageError(f"--model {arguments.model}: only SDF files contain several models, and {path} is not SDF")
     if element.tag == "mujoco":
         if given := [*arguments.arguments, *filter(None, [arguments.macro]), *arguments.without]:
             raise UsageError(f"{given[0]}: {path} is a MuJoCo model, which has no arguments, macros or packages")

@@ -62,7 +62,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="also write NAME_localizability.png and .csv: how well AMCL could localize the robot at each place",
     )
     local.add_argument("--robot", metavar="NAME", help="robot whose lidar is used (default: the first one)")
-    local.add_argument("--lidar", metavar="PRIM", help="lidar to use (default: the only one of the robot)")
+    local.add_argument("--lidar", metavar="PRIM", help="lidar to use; required if the robot has several")
     scans = "number of scans, 0.25 m apart, whose likelihoods are multiplied to find ambiguous poses (default 8)"
     local.add_argument("--scans", metavar="N", type=whole, default=8, help=scans)
     noise = "AMCL's parameter alpha3: a larger value widens the spread of the estimated position (default 0.01)"

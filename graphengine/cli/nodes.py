@@ -35,7 +35,7 @@ LONG = 4
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the command-line arguments of `graphrun nodes` to its parser."""
-    parser.add_argument("name", metavar="NAME", nargs="?", help="node type to describe, a registered or short name")
+    parser.add_argument("name", metavar="NAME", nargs="?", help="node type to describe: its full or short name")
     add_import_argument(parser)
     message = (
         "message or service type, such as geometry_msgs/msg/Twist; also print the ports that the node type gets from it"

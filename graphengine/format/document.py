@@ -347,7 +347,7 @@ class _ValueBuilder:
             frame.drop = True
         elif plain and not isinstance(self._resolve(text, span), str):
             quoted = f'"{text[:80]}"' if text else '""'
-            self.findings.add("G104", f"a key must be a string, but {text[:80]!r} is not", span, f"write {quoted}")
+            self.findings.add("G104", f"a key must be a string, but {text[:80]} is not", span, f"write {quoted}")
             frame.drop = True
         if event.anchor is not None:
             self.anchors[event.anchor] = (Value(span, text, plain=plain), 1, 0)

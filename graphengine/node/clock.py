@@ -8,8 +8,8 @@ from graphengine.format.stateful import Stateful
 class Clock(Stateful):
     """The simulation time that the nodes of a graph read. It changes only between two executions of the graph.
 
-    A graph is executed once per tick or once per physics step; this interval is the period of its clock. The time is computed as
-    `frame * numerator / denominator` from the period's fraction, so rounding errors do not accumulate.
+    The period of the clock is the time between two executions: a tick or a physics step. It is a fraction in seconds, and the
+    time is `frame * numerator / denominator`, so rounding errors do not accumulate.
 
     Attributes:
         time: simulation time since the start of play, s; one period at the first execution.

@@ -87,7 +87,10 @@ def test_models_elsewhere_need_a_package_path(graphrun: Graphrun, models: Path) 
 def test_an_option_for_sdf_is_refused_for_other_descriptions(graphrun: Graphrun, models: Path) -> None:
     (models / "a.urdf").write_text('<robot name="a"><link name="base_link"/></robot>', encoding="utf-8")
     refused = graphrun("import-urdf", "a.urdf", "--model", "x", "-o", "a.yaml")
-    assert (refused.code, "--model x: a.urdf is not SDF" in refused.err) == (2, True)
+    assert (refused.code, "--model x: only SDF files contain several models, and a.urdf is not SDF" in refused.err) == (
+        2,
+        True,
+    )
     assert "does not use xacro" in graphrun("import-urdf", CART, "a:=1", "-o", "a.yaml").err
 
 

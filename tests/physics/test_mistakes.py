@@ -190,7 +190,7 @@ def test_a_description_that_cannot_be_loaded(project: Project, old: str, new: st
         ("wheel_colliders: {amr: ellipsoid}", "bot.yaml:3:19: error S104: the robot has no link 'amr'"),
         (
             "wheel_colliders: {arm: ellipsoid}",
-            "link 'arm' is not a wheel: an ellipsoid can only replace a single cylinder",
+            "link 'arm' cannot become an ellipsoid, because its collision geometry is not a single cylinder",
         ),
         ("materials: {M: {bind: [arm, wheel]}}", "bot.yaml:3:29: error S104: the robot has no link 'wheel'"),
         ("materials: {M: {bind: [plate]}}", "link 'plate' has no collider to bind a material to"),

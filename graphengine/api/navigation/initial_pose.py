@@ -58,9 +58,9 @@ def give_initial_pose(
 ) -> bool:
     """Publish the true pose on `initialpose` until the localization node accepts it; return whether the node accepted it.
 
-    The function gives up after `PATIENCE` s of wall time, and when `truth` has ended. If the localization node publishes
-    `amcl_pose`, it has accepted the pose when `amcl_pose` is near the true pose. Otherwise, it has accepted the pose when it
-    broadcasts the transform map -> odom of this robot.
+    The function returns False after `PATIENCE` s of wall time, or when the run that provides `truth` has ended. The pose counts
+    as accepted when `amcl_pose` is near the true pose or, if no node publishes `amcl_pose`, when a node broadcasts the transform
+    map -> odom of this robot.
     """
     heard = _Heard()
     writer = transport.writer(f"{namespace}/initialpose", MESSAGE, QoS())

@@ -41,7 +41,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--raw", action="store_true", help="print the serialized bytes of each message")
     parser.add_argument("--flow-style", action="store_true", help="print lists in brackets on one line")
     parser.add_argument("--no-arr", action="store_true", help="print only the type and length of arrays")
-    parser.add_argument("--no-str", action="store_true", help="print only the length of strings")
+    parser.add_argument("--no-str", action="store_true", help="print the length of each string instead of its text")
     parser.add_argument(
         "-f", "--full-length", action="store_true", help="print all elements of arrays and all of each string"
     )

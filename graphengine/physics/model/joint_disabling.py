@@ -112,7 +112,11 @@ def _weld(
     if followers:
         held = listing(followers, "joints")
         findings.add(
-            "S106", f"joint {joint.name!r} cannot be welded: others mimic it", span, held, "disable these joints, too"
+            "S106",
+            f"joint {joint.name!r} cannot be welded, because other joints mimic it",
+            span,
+            held,
+            "disable these joints, too",
         )
     place = ", where it is with the joint at zero" if joint.moves else ""
     findings.add("N103", f"joint {joint.name!r} is disabled and welded: {_described(below)} stays{place}", span)

@@ -293,7 +293,7 @@ def _check_colliders(file: RobotFile, urdf: Urdf, findings: Findings) -> None:
             size = "for another collider write {radius: …, width: …}, in m"
             findings.add(
                 "S106",
-                f"link {link!r} is not a wheel: an ellipsoid can only replace a single cylinder",
+                f"link {link!r} cannot become an ellipsoid, because its collision geometry is not a single cylinder",
                 span,
                 what,
                 size,

@@ -165,7 +165,7 @@ def test_a_joint_that_others_mimic_cannot_be_welded_without_them(project: Projec
         '<child link="finger"/><axis xyz="0 1 0"/><mimic joint="arm_joint"/></joint></robot>',
     )
     project.write("bot.urdf", finger).robot("joints: {arm_joint: {enabled: false, weld: true}}")
-    assert "joint 'arm_joint' cannot be welded: others mimic it" in project.error()
+    assert "joint 'arm_joint' cannot be welded, because other joints mimic it" in project.error()
     both = "arm_joint: {enabled: false, weld: true}, finger_joint: {enabled: false, weld: true}"
     project.robot(f"joints: {{{both}}}")
     assert project.load().simulation.model.neq == 0
