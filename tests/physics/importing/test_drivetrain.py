@@ -358,6 +358,27 @@ def test_virtual_wheels_of_a_bicycle_stand_for_the_real_ones(tmp_path: Path) -> 
     assert "commands joints without wheels" in remarks(found)
 
 
+@pytest.mark.parametrize(
+    ("key", "told"),
+    [
+        ("wheelbase", "the wheelbase is 0.4 m"),
+        ("rear_wheel_track", "the track is 0.3 m"),
+        ("rear_wheels_radius", "the radius of the wheels is 0.05 m"),
+    ],
+)
+def test_the_measures_of_a_car_that_differ_from_the_description_are_told(tmp_path: Path, key: str, told: str) -> None:
+    yaml = f"""car:
+  ros__parameters:
+    type: ackermann_steering_controller/AckermannSteeringController
+    rear_wheels_names: [rear_left_joint, rear_right_joint]
+    front_wheels_names: [front_left_steer, front_right_steer]
+    {key}: 0.7
+"""
+    said = remarks(imported(tmp_path, description(CAR), yaml))
+    (line,) = (line for line in said.splitlines() if "as in the description" in line)
+    assert line.startswith(f"noticed: {told} as in the description; AckermannSteeringController car has 0.7 m")
+
+
 def test_ranges_of_wheels_are_told_and_do_not_slow_a_base_down(tmp_path: Path) -> None:
     """Vendors write 1 rad/s for wheels that turn faster, as no controller manager enforces it by default."""
     control = interfaces(left_joint="velocity", right_joint="velocity")
