@@ -21,6 +21,7 @@ from graphengine.physics.occupancy.localizability_report import summary, write_r
 from graphengine.physics.occupancy.occupancy_map import FREE, OCCUPIED, UNKNOWN, OccupancyMap
 from graphengine.physics.occupancy.robot_lidar import robot_lidar
 from graphengine.physics.occupancy.scan_casting import PlanarLidar, cast
+from graphengine.physics.occupancy.scan_matching import FARTHEST, ScanMatcher
 from tests.physics.conftest import Ship
 
 CELL = 0.05
@@ -165,6 +166,18 @@ def test_rays_have_no_return_beyond_the_range_and_outside_of_the_map() -> None:
     assert np.isnan(cast(field, *middle, 32, PlanarLidar(0.0, math.tau, 0.05, 2.0))).all()
     empty = OccupancyMap(chart.grid, (0.2, 0.6), np.full_like(chart.cells, UNKNOWN))
     assert np.isnan(cast(likelihood_field(empty, 30.0), *middle, 32, ROUND)).all()
+
+
+def test_a_wall_just_as_far_as_scans_are_compared_counts_as_one_beyond() -> None:
+    chart = room(12.0, 1.0, (4.65, -0.5, 4.85, 0.5))
+    field = likelihood_field(chart, 30.0)
+    rows, columns = np.full(3, chart.grid.rows // 2), np.array([15, 60, 100])
+    ranges, window = cast(field, rows, columns, 64, ROUND), ROUND.window(64, 16)
+    assert ranges[0, 0] == FARTHEST
+    beyond = np.where(ranges == FARTHEST, FARTHEST + 1e-9, ranges)
+    at, past = (ScanMatcher(field, rows, columns, found, window) for found in (ranges, beyond))
+    for number in range(len(rows)):
+        assert at.best_other(number)[0] == pytest.approx(past.best_other(number)[0])
 
 
 def test_the_window_follows_the_heading_and_the_mount() -> None:
