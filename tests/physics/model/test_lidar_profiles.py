@@ -119,6 +119,11 @@ UPWARDS = "rings: rings must be in ascending order"
         ("near:", "rings: {each_deg: [1.0, -1.0]}\n  near:", f"5:3: error G109: {UPWARDS}"),
         ("near:", "rings: {first_deg: 5, last_deg: 5, count: 2}\n  near:", f"5:3: error G109: {UPWARDS}"),
         ("near:", "rings: {each_deg: [1.0, 91.0]}\n  near:", "5:27: error G109: each_deg[1]: expected a value ≤ 90"),
+        (
+            "near:",
+            "rings: {first_deg: -9, last_deg: 9, count: 1025}\n  near:",
+            "5:46: error G109: count: expected a value ≤ 1024, got 1025",
+        ),
         ("near:", "ring: 4\n  near:", "5:3: error G106: unknown key 'ring'"),
         (
             "181}",
