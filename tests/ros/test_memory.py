@@ -63,6 +63,20 @@ def test_late_joiners_get_all_that_a_writer_keeps_and_in_the_order_of_writing() 
     assert [decode(data, STRING).data for data in heard] == [str(number) for number in range(20)]
 
 
+def test_late_joiners_get_what_a_writer_kept_in_the_state_that_was_restored() -> None:
+    transport = MemoryTransport()
+    latched = QoS(depth=1, durability="transientLocal")
+    writer = transport.writer("/map", STRING, latched)
+    writer.write(encode(String("a")))
+    saved = transport.save()
+    writer.write(encode(String("b")))
+    transport.restore(saved)
+    heard: list[bytes] = []
+    transport.reader("/map", STRING, latched, heard.append)
+    assert [decode(data, STRING).data for data in heard] == ["a"]
+    assert transport.messages("/map") == [String("a"), String("b")]
+
+
 def test_a_transport_that_keeps_nothing_delivers_all_the_same() -> None:
     transport = MemoryTransport(keeps=False)
     heard: list[bytes] = []
