@@ -174,6 +174,14 @@ def test_a_long_value_that_repeats_is_counted(graphrun: Graphrun) -> None:
     assert shown["pose:covariance"] == "double[] 36 times 0.0 float64[36]"
 
 
+def test_a_value_of_up_to_four_numbers_is_shown_in_full(graphrun: Graphrun, project: Path) -> None:
+    (project / "my_msgs" / "msg").mkdir(parents=True)
+    (project / "my_msgs" / "msg" / "Gains.msg").write_text("float64[4] four\nfloat64[5] five\n", encoding="utf-8")
+    result = graphrun("nodes", "Publisher", "--message", "my_msgs/msg/Gains", "--msg-path", "my_msgs")
+    assert rows(result.lines)["four"] == "double[] [0.0, 0.0, 0.0, 0.0] float64[4]"
+    assert rows(result.lines)["five"] == "double[] 5 times 0.0 float64[5]"
+
+
 def test_a_message_within_an_array_is_shown_as_the_text_that_it_is(graphrun: Graphrun, project: Path) -> None:
     (project / "my_msgs" / "msg").mkdir(parents=True)
     (project / "my_msgs" / "msg" / "Edge.msg").write_text("geometry_msgs/Point32[2] ends\n", encoding="utf-8")
