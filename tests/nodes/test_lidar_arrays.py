@@ -16,7 +16,7 @@ from graphengine.nodes.lidar import (
     IsaacReadLidarPointCloud,
     LidarNode,
 )
-from graphengine.testing import RecordingContext
+from graphengine.testing import RecordingContext, RecordingWorld
 from tests.nodes.harness import Player, dd100, read_points, ready
 
 LIDAR = "/robot/Geometry/base_link/Lidar"
@@ -188,6 +188,24 @@ def test_in_a_graph_of_physics_steps_it_is_refused_because_samples_belong_to_tic
     context.runs = "physics_step"
     with pytest.raises(ContextError, match="runs: tick"):
         ready(cls, context, **{INPUTS[cls]: "/Lidar"})
+
+
+@every_node
+def test_a_node_reads_the_lidar_that_is_set_while_the_graph_runs(cls: type[LidarNode], play: Player) -> None:
+    world = RecordingWorld()
+    for path, beams in (("/Left", [1.0]), ("/Right", [2.0])):
+        world.add_device(LidarStub, path).see(beams)
+    port, pulse = cls.fields[INPUTS[cls]].name, cls.fields["exec_in"].name
+    playing = play.graph(
+        f"""
+        nodes: {{Tick: OnPlaybackTick, Read: {{type: {cls.type_name}, inputs: {{{port}: /Left}}}}}}
+        connections: [Tick.tick -> Read.{pulse}]
+        """,
+        world,
+    ).tick()
+    before = playing.node("Read").lidar.scan().ranges.tolist()
+    playing.command("set", address=f"Read.{port}", value="/Right")
+    assert (before, playing.node("Read").lidar.scan().ranges.tolist()) == ([1.0], [2.0])
 
 
 # With the publishers
