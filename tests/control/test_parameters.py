@@ -11,6 +11,7 @@ from typing import Any
 
 import pytest
 
+from graphengine.control.parameter_messages import descriptor
 from graphengine.control.parameter_services import MAX_REQUEST, ParameterServices
 from graphengine.control.parameters import ParameterNodes, node_name
 from graphengine.messages import messages
@@ -159,6 +160,22 @@ def test_types_values_and_descriptors_are_those_of_the_ports(sim: Parameters) ->
     assert (limit.name, limit.type) == (LIMIT, ParameterType.DOUBLE)
     assert limit.description == "largest speed of the base; 0 means no limit [m/s]"
     assert (speed.read_only, stamps.read_only, unknown.type) == (False, True, 0)
+
+
+@pytest.mark.parametrize(
+    ("kind", "limits", "real", "whole"),
+    [
+        (PortType("double"), (0.0, 2.5), [(0.0, 2.5)], []),
+        (PortType("int"), (-3, 7), [], [(-3, 7)]),
+        (PortType("double"), None, [], []),
+    ],
+)
+def test_a_descriptor_has_the_range_of_a_number_with_limits(
+    kind: PortType, limits: tuple[float, float] | None, real: list[Any], whole: list[Any]
+) -> None:
+    found = descriptor("a", Parameter("a", kind, lambda: 0, None, limits=limits))
+    assert [(one.from_value, one.to_value) for one in found.floating_point_range] == real
+    assert [(one.from_value, one.to_value) for one in found.integer_range] == whole
 
 
 @pytest.mark.parametrize("value", [0.5, 2, "1e-5", math.inf])
