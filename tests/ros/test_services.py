@@ -10,6 +10,7 @@ import pytest
 from graphengine.format.errors import TopicError, TransportError
 from graphengine.messages.endpoints import QoS
 from graphengine.messages.interfaces import MessageTypeError
+from graphengine.ros.network_graph import NetworkGraph, NetworkNode
 from graphengine.ros.transport import TransportServer
 from tests.ros.contract import ALL, MIXED, NETWORKED, RCLPY, SEEN, AnyTransport, Join
 from tests.ros.service_contract import NAME, TYPE, Client, Server, foreign, question, reply, rmw
@@ -341,6 +342,17 @@ def test_the_graph_has_the_services_of_each_node(alice: AnyTransport, bob: AnyTr
     assert eventually(lambda: services(alice) == [(False, False)])
     bob.close()
     assert eventually(lambda: services(alice) == [])
+
+
+def test_services_that_other_nodes_offer_or_call_too_stay_without_a_node() -> None:
+    own, offered, called = ("/own", TYPE), ("/offered", TYPE), ("/called", TYPE)
+    nodes = [
+        NetworkNode("/alice", servers=[own, offered], clients=[called]),
+        NetworkNode("/bob", servers=[offered]),
+        NetworkNode("/carol", clients=[called]),
+    ]
+    others = NetworkGraph((), services=[own, offered, called], nodes=nodes).without("/alice")
+    assert set(others.services) == {offered, called}
 
 
 @pytest.mark.parametrize("kind", NETWORKED, indirect=True)
