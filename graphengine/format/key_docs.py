@@ -19,9 +19,9 @@ def key_docs(model: type[BaseModel]) -> Mapping[str, str]:
     """Return the description of each key that has one: its docstring, or else the `description` of its `Field`."""
     docs = {name: field.description for name, field in model.model_fields.items() if field.description}
     for base in reversed(model.__mro__):
-        if issubclass(base, BaseModel):
+        if issubclass(base, BaseModel) and base is not BaseModel:
             docs |= _docs_in(base.__module__).get(base.__name__, {})
-    return docs
+    return {name: docs[name] for name in model.model_fields if name in docs}
 
 
 @functools.cache
@@ -29,7 +29,7 @@ def _docs_in(module: str) -> Mapping[str, Mapping[str, str]]:
     """Return the attribute docstrings of each class of a module; empty if the module has no source file."""
     try:
         tree = ast.parse(inspect.getsource(sys.modules[module]))
-    except OSError:
+    except (OSError, TypeError):  # no source, or a module that was not made from a file
         return {}
     return {node.name: _docs_of(node) for node in tree.body if isinstance(node, ast.ClassDef)}
 
