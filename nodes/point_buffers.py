@@ -233,7 +233,7 @@ class OgnIsaacExtractRTXSensorPointCloud(
     wired: frozenset[str] = Bound()
 
     def setup(self, context: Context) -> None:
-        """Look up the sensor that `renderProductPath` selects, and the metadata whose outputs are wired."""
+        """Look up the sensor that `renderProductPath` selects, and find out which metadata outputs are wired."""
         self.bind(context, self.render_product_path)
         self.wired = frozenset(name for name, fields in _METADATA.items() if any(map(context.wired, fields)))
 

@@ -285,6 +285,7 @@ class Runner:
 
         with self._ticking():
             if first is not None and not first(self.session):
+                self.session.interrupted = False
                 return False
             self.session.run(ends, None if math.isinf(factor) else factor, after_tick, paused=paused)
         return self.session.ticks >= self.session.last

@@ -14,6 +14,10 @@ from graphengine.node import PortType, UnionType, types
 from graphengine.node.node_class import Node
 from graphengine.node.port import Port
 
+_TUPLES = ("double", "float", "half", "int")
+"""Base types for which a node such as ToFloat converts tuples too."""
+_SCALARS = (*_TUPLES, "bool", "int64", "uchar", "uint", "uint64")
+"""Base types for which a node such as ToBool converts numbers."""
 _BETWEEN = {("token", "string"): "ToString", ("string", "token"): "ToToken"}
 """Node type that converts between two string types, by source type and target type."""
 
@@ -47,7 +51,7 @@ def settle_types(graph: Graph, findings: Findings) -> None:
             findings.add("G213", message, wire.entry.source.span, remedy, related=wire.entry.via)
         elif takes is None or converter is None:
             legal = takes or into.type
-            hint = f"put {_number_converter(gives, legal)} between them" if gives.is_number else ""
+            hint = _number_hint(gives, legal) if gives.is_number else ""
             if isinstance(legal, PortType) and (gives.base, legal.base) in _BETWEEN and not gives.array:
                 hint = f"put {_BETWEEN[gives.base, legal.base]} between them"
             if gives.count == 3 and not gives.array and isinstance(legal, PortType) and legal.count == 1:
@@ -61,11 +65,15 @@ def settle_types(graph: Graph, findings: Findings) -> None:
     graph.data_wires = checked + _tell_untold(graph, untold, findings)
 
 
-def _number_converter(gives: PortType, legal: object) -> str:
-    """Return the node type that converts a number to the type of an input, such as `ToFloat`."""
-    if isinstance(legal, PortType) and legal.is_number and legal.count == gives.count and not legal.array:
-        return f"To{legal.base.capitalize()}"
-    return "a converter node"
+def _number_hint(gives: PortType, legal: object) -> str:
+    """Return the remedy for a wire from a number or an array of numbers to an input that takes another type."""
+    if isinstance(legal, PortType) and gives.array and legal.is_number and not legal.array:
+        return "take an element of the array with ArrayIndex"
+    if isinstance(legal, PortType) and (gives.count, gives.array) == (legal.count, legal.array):
+        convertible = _SCALARS if legal.count == 1 else _TUPLES
+        if gives.base in convertible and legal.base in convertible and gives != types.POINTER:
+            return f"put To{legal.base.capitalize()} between them"
+    return "put a converter node between them"
 
 
 def _tell_untold(graph: Graph, untold: list[Wire], findings: Findings) -> list[Wire]:

@@ -256,7 +256,7 @@ class ArticulationStub(Shared):
         return np.nan_to_num(self.targets["position"]), np.nan_to_num(self.targets["velocity"])
 
     def wrenches(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Return forces and torques of zero for each joint, each of shape (joints, 3)."""
+        """Return zero forces (N) and zero torques (N m) at the joints, as two arrays of shape (joints, 3)."""
         return np.zeros((len(self.joint_names), 3)), np.zeros((len(self.joint_names), 3))
 
 

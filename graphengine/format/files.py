@@ -139,9 +139,7 @@ class Files:
                 yield from (path for name in (*folders, *names) if (path := Path(folder, name)).is_symlink())
 
     def find(self, reference: str, folder: Path) -> Path:
-        """Return the path of the file that another file in `folder` refers to as `reference`.
-
-        The path has the form that messages show.
+        """Return the path of the file that another file in `folder` refers to as `reference`; the path is as `shown` returns it.
 
         Raises:
             NotFoundError: the file does not exist, or lies outside the folders that may be read.

@@ -16,20 +16,22 @@ from pydantic import BaseModel
 
 
 def key_docs(model: type[BaseModel]) -> Mapping[str, str]:
-    """Return the description of each key that has one: its docstring, or else the `description` of its `Field`."""
-    docs = {name: field.description for name, field in model.model_fields.items() if field.description}
+    """Return the description of each key that has one: the `description` of its `Field`, or else its docstring."""
+    docs: dict[str, str] = {}
     for base in reversed(model.__mro__):
         if issubclass(base, BaseModel) and base is not BaseModel:
+            docs = {name: text for name, text in docs.items() if name not in inspect.get_annotations(base)}
             docs |= _docs_in(base.__module__).get(base.__name__, {})
+    docs |= {name: field.description for name, field in model.model_fields.items() if field.description}
     return {name: docs[name] for name in model.model_fields if name in docs}
 
 
 @functools.cache
 def _docs_in(module: str) -> Mapping[str, Mapping[str, str]]:
-    """Return the attribute docstrings of each class of a module; empty if the module has no source file."""
+    """Return the attribute docstrings of each class of a module; empty if its source file is missing or no longer parses."""
     try:
         tree = ast.parse(inspect.getsource(sys.modules[module]))
-    except (OSError, TypeError):  # no source, or a module that was not made from a file
+    except (KeyError, OSError, SyntaxError, TypeError, ValueError):
         return {}
     return {node.name: _docs_of(node) for node in tree.body if isinstance(node, ast.ClassDef)}
 

@@ -37,8 +37,9 @@ class Tick:
 
     Attributes:
         number: number of the tick, from 1.
-        readers: receiving nodes of each received message. In the file, a tick has its received messages before the sent ones.
-        delivered: received messages, each with its stream and the receiving nodes.
+        readers: names of the nodes that received each message, in the order of `delivered`; known when the tick begins.
+        delivered: received messages, each with its stream and the names of the receiving nodes. In the file, the received
+            messages of a tick precede the sent ones.
         sent: published messages in order.
         commands: name and arguments of the commands executed before the tick.
         wall_time: wall clock time (s since 1970) that nodes read; None if no node read it.

@@ -1,4 +1,4 @@
-"""Reads the data of the 3D part's layers from a session: frames, lidars, cameras, contacts and the occupancy map."""
+"""Reads the data for the layers of the 3D view from a session: frames, lidars, cameras, contacts and the occupancy map."""
 
 from __future__ import annotations
 

@@ -55,6 +55,9 @@ def test_a_run_tells_whether_its_condition_held(start: Start) -> None:
     assert sim.run(0.5)
     sim.interrupt()
     assert not sim.run(0.5)
+    sim.interrupt()
+    assert sim.run(0.5, until=lambda s: True)
+    assert sim.run(0.5)
 
 
 def test_a_condition_that_raises_leaves_the_session_usable(start: Start) -> None:

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import sys
+from importlib import import_module
+from pathlib import Path
 from types import ModuleType
 
 import pytest
@@ -33,6 +35,14 @@ class Tyre(Wheel):
     """Pressure of the tyre, Pa."""
 
 
+class Roller(Wheel):
+    """A wheel of which two keys mean something else."""
+
+    radius: float = Field(default=0.0, description="Radius of the roller, m.")
+    """Docstring that the description replaces."""
+    width: float = 0.0
+
+
 def test_keys_have_the_docstrings_below_their_fields_and_the_descriptions_of_fields() -> None:
     assert key_docs(Wheel) == {
         "radius": "Radius of the wheel, m.\n\nThe default is no radius.",
@@ -46,6 +56,7 @@ def test_a_derived_spec_keeps_inherited_docs_and_replaces_them_by_its_own() -> N
         "width": "Width of the wheel, m.",
         "pressure": "Pressure of the tyre, Pa.",
     }
+    assert key_docs(Roller) == {"radius": "Radius of the roller, m."}
 
 
 def test_the_schema_shows_the_docs() -> None:
@@ -63,3 +74,16 @@ def test_a_spec_without_a_source_file_has_no_docs(monkeypatch: pytest.MonkeyPatc
     monkeypatch.setitem(sys.modules, "typed_in", module)
     exec("from graphengine.format.spec import FileSpec\nclass Typed(FileSpec):\n    size: int = 0\n", vars(module))
     assert key_docs(module.Typed) == {}
+    monkeypatch.delitem(sys.modules, "typed_in")
+    assert key_docs(type("Typed", (module.Typed,), {"__module__": "typed_in_too"})) == {}
+
+
+def test_a_module_that_no_longer_parses_has_no_docs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    source = tmp_path / "half_saved.py"
+    source.write_text(
+        'from graphengine.format.spec import FileSpec\nclass Saved(FileSpec):\n    size: int = 0\n    """m"""\n'
+    )
+    monkeypatch.syspath_prepend(str(tmp_path))
+    saved = import_module("half_saved")
+    source.write_text("class Saved(\n")
+    assert key_docs(saved.Saved) == {}

@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 import socket
 import sys
+import threading
 import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack
@@ -367,3 +368,20 @@ def test_beside_a_network_a_reader_hears_peers_and_clients_and_a_client_sees_bot
     heard = [messages.encode(message) for message in subscription.take()]
     assert {encoded(1.0), encoded(2.0)} == {*heard}
     network.close()
+
+
+def test_closing_a_reader_waits_for_the_message_of_a_client(foxglove: FoxgloveServer, client: FoxgloveClient) -> None:
+    taken: list[bytes] = []
+    reached, go_on = threading.Event(), threading.Event()
+
+    def take(data: bytes) -> None:
+        reached.set()
+        go_on.wait()
+        taken.append(data)
+
+    reader = FoxgloveTransport(MemoryTransport(), foxglove).reader("/cmd_vel", TWIST, QoS(), take)
+    publish = client.advertise("/cmd_vel", TWIST)
+    assert eventually(reached.is_set, lambda: publish(encoded(1.0)))
+    threading.Timer(0.1, go_on.set).start()
+    reader.close()
+    assert taken == [encoded(1.0)]

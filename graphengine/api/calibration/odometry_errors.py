@@ -75,7 +75,11 @@ class OdometryMeter:
             self._errors["turn_position"].append(math.hypot(error[0], error[1]) * math.tau / angle)
 
     def take_square(self, trace: Trace) -> None:
-        """Add the errors at the end of a square, and those of each `STEP` driven straight and each `ANGLE` turned on the spot."""
+        """Append the errors of the odometry while the robot drove a square.
+
+        These are the errors at the end of the square, after each `STEP` m of straight motion, and after each `ANGLE` rad of
+        rotation on the spot.
+        """
         truth, odometry = map(in_first_frame, self._published(trace))
         if len(odometry):
             for true, error in pieces(truth, odometry, STEP, ANGLE):

@@ -70,7 +70,11 @@ class Frames:
         return self._asked[call] <= TURNS
 
     def tire(self) -> bool:
-        """Count a query in a loop; return whether the loop has repeated it over `TURNS` times, so that it must become false."""
+        """Count a call of the script that a loop uses as its condition.
+
+        Returns:
+            Whether the loop has made this call more than `TURNS` times. The call must then return False, so that the loop ends.
+        """
         call, loops = self.stack()
         self._asked[call] += bool(loops)
         return self._asked[call] > TURNS

@@ -90,12 +90,12 @@ class _Exposure:
 
 @implements(Camera, CameraProfile)
 class PinholeCamera(Sampled):
-    """The camera at a prim; the prim's `facts` are the values of the camera's profile.
+    """A camera without lens distortion; its profile is read from the `facts` of its prim.
 
     Args:
         simulation: simulation that the camera sees.
         prim: camera prim.
-        size: width and height of the images, pixels; None for those of the profile. The horizontal field of view is the same
+        size: width and height of the images, pixels; None uses the size in the profile. The horizontal field of view is the same
             for all sizes.
     """
 

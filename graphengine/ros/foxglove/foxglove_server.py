@@ -87,6 +87,11 @@ class ServedReader(ServedEnd):
                 self._deliver(data)
                 self.show(data)
 
+    def wait(self) -> None:
+        """Wait until the message that another thread is delivering has been delivered."""
+        with self._delivering:
+            pass
+
 
 class ServedTopic:
     """A topic name with a message type. Clients see it as one channel, which exists while the run has endpoints on it."""

@@ -179,3 +179,4 @@ class _Reader:
         """Close the reader; safe to call twice."""
         self._transport.leave(self._end)
         self._inner.close()
+        self._end.wait()
