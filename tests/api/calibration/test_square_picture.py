@@ -46,5 +46,5 @@ def test_the_same_calibration_gives_the_same_drawing() -> None:
 
 
 def test_without_a_square_there_is_nothing_to_draw() -> None:
-    with pytest.raises(ValueError, match="no square"):
+    with pytest.raises(ValueError, match="did not drive a square path"):
         draw(Calibration("bot", "", "", 0.3, 0.6, moves=False))
