@@ -186,7 +186,9 @@ def test_the_only_topic_that_takes_velocities_is_meant() -> None:
     assert only_topic(NetworkGraph([reader("/a/cmd_vel", TWIST), *others])) == "/a/cmd_vel"
     assert only_topic(NetworkGraph(others)) == "/cmd_vel"
     two = [reader("/a/cmd_vel", TWIST), reader("/b/cmd_vel", STAMPED)]
-    with pytest.raises(UsageError, match=r"several topics have subscribers .*\n  give one as TOPIC: /a/cmd_vel, /b/cmd_vel"):
+    with pytest.raises(
+        UsageError, match=r"several topics have subscribers .*\n  give one as TOPIC: /a/cmd_vel, /b/cmd_vel"
+    ):
         only_topic(NetworkGraph(two))
 
 
