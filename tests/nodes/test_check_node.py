@@ -251,7 +251,7 @@ def test_a_node_that_fires_by_hand_is_gated() -> None:
         def compute(self) -> Fire:
             return self.exec_out
 
-    assert "not gated=True" in complaint(Firing)
+    assert "was not declared with gated=True" in complaint(Firing)
 
 
 def test_a_pusher_and_a_latent_node_are_run() -> None:

@@ -61,7 +61,7 @@ def a_wrong_width_applies_nothing(case: Case, play: Player) -> None:
     robot = context.world.add_robot("/Robot", ["a", "b", "c"])
     node = made(IsaacArticulationController, case, target_prim="/Robot")
     node.setup(context)
-    with pytest.raises(ValueError, match="must be one number per joint") as caught:
+    with pytest.raises(ValueError, match="has one number for each of 2 joints") as caught:
         node.compute()
     assert all(word in str(caught.value) for word in case["expect"]["one error mentioning"])
     assert all(math.isnan(target) for targets in robot.targets.values() for target in targets)
