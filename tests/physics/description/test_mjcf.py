@@ -349,4 +349,4 @@ def test_the_springs_of_a_model_and_of_a_robot_file_act_together(project: Projec
 def test_a_robot_file_may_name_links_that_stand_for_sites(project: Project) -> None:
     loaded(project, ARM, "links: {flange: {gravity: false}}\n", "base")
     error = model(project, ARM, "wheel_colliders: {flange: ellipsoid}\n", "base").error()
-    assert "link 'flange' is not a wheel" in error
+    assert "link 'flange' cannot become an ellipsoid" in error

@@ -186,7 +186,7 @@ def test_a_body_that_a_joint_moves_cannot_be_a_belt(project: Project) -> None:
 def test_a_speed_without_bounds_is_refused_and_changes_nothing(project: Project, speed: float) -> None:
     simulation = conveyor(project)
     move(simulation, (0.1, 0.0, 0.0))
-    with pytest.raises(PhysicsError, match="at most 1000 m/s or rad/s"):
+    with pytest.raises(PhysicsError, match="may exceed 1000 m/s or rad/s"):
         move(simulation, (speed, 0.0, 0.0))
     assert simulation.surfaces.velocities["belt"] == ((0.1, 0.0, 0.0), STILL)
 
