@@ -1,4 +1,4 @@
-"""`graphrun` runs a command in this process, `project` is a folder to stand in with a graph and a scene of one's own."""
+"""`graphrun` runs a command in this process, `project` makes a folder with the graph file mine.yaml the working directory."""
 
 from __future__ import annotations
 

@@ -64,7 +64,7 @@ class Sampled(CarriedPrim):
 
     @property
     def index(self) -> int:
-        """Number of the newest sample, counted from 0 since play."""
+        """Number n of the newest sample since the start of play: the largest n with n / rate at or before the present time."""
         return self._sampling.newest(self._simulation.tick)
 
     def _noise_of(self, index: int) -> np.random.Generator:
