@@ -9,6 +9,7 @@ import os
 import sys
 import traceback
 from collections.abc import Iterable, Iterator, Sequence
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -57,16 +58,17 @@ class _Transports:
     def __init__(self, reaching_others: bool) -> None:
         self._reaching_others = reaching_others
 
+    @cached_property
     def _helps(self) -> dict[str, str]:
         from graphengine.ros.transports.select import transport_helps
 
         return transport_helps(reaching_others=self._reaching_others)
 
     def __iter__(self) -> Iterator[str]:
-        return (f"{name} ({line})" for name, line in self._helps().items())
+        return (f"{name} ({line})" for name, line in self._helps.items())
 
     def __contains__(self, name: object) -> bool:
-        return name in self._helps()
+        return name in self._helps
 
 
 def add_transport_argument(parser: argparse.ArgumentParser, what: str = "", *, reaching_others: bool = True) -> None:

@@ -70,7 +70,9 @@ def execute(arguments: argparse.Namespace) -> int:
 
 
 def only_topic(graph: NetworkGraph) -> str:
-    """Return the only topic to which a peer subscribes with Twist or TwistStamped; without such a topic, `/cmd_vel`.
+    """Return the topic to which a peer subscribes with the type Twist or TwistStamped.
+
+    If there is no such topic, return `/cmd_vel`.
 
     Raises:
         UsageError: there are several such topics.

@@ -44,7 +44,7 @@ def _spelled(text: str) -> Any:
 
 
 def descriptor(name: str, parameter: Parameter | None) -> Any:
-    """Return the ParameterDescriptor of a parameter; if `parameter` is None (unknown name), its type is `NOT_SET`."""
+    """Return the ParameterDescriptor of a parameter. None stands for an unknown parameter; its type is `NOT_SET`."""
     described = DEFINITIONS.initial("rcl_interfaces/msg/ParameterDescriptor")
     described.name = name
     if parameter is None:

@@ -71,7 +71,8 @@ class Device:
     Attributes:
         kind: name of the kind. Robot files use it as `type`, prims as their kind, and profiles as the name of a section.
         stub: function that returns a stub, given a prim and options.
-        usd: USD type of the device's prims.
+        usd: USD type of the device's prims, which the service GetPrims returns. For a kind that Isaac Sim does not have, choose
+            a name, such as `RangeSensor`.
         title: the kind with an article, for messages, such as `a lidar`.
         child: name of the device's prim, which is a child of the mount's prim; empty if the mount's prim is the device.
         orientation: orientation of the device's prim in the mount's frame.

@@ -191,7 +191,7 @@ class Stage:
         raise self._missing(path, wanted)
 
     def _meant(self, wanted: str) -> list[Prim]:
-        """Return the prim at exactly this path; if there is none, the prims whose paths equal it after omitting `Geometry`."""
+        """Return the prims to which a path refers: the one at exactly this path, or those that it denotes without `Geometry`."""
         if wanted in self._by_path:
             return [self._by_path[wanted]]
         return [p for p in self._by_short_path.get(_without_geometry(wanted), []) if _is_short_for(wanted, p.path)]

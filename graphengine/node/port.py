@@ -78,7 +78,9 @@ class Port:
             low_enough = (self.le is None or value <= self.le) and (self.lt is None or value < self.lt)
             high_enough = (self.ge is None or value >= self.ge) and (self.gt is None or value > self.gt)
             if math.isnan(value) or not (low_enough and high_enough):
-                raise ValueError(f"expected a value {self.constraint}" if self.constraint else "expected a number")
+                raise ValueError(
+                    f"expected a value {self.constraint}" if self.constraint else "expected a number other than NaN"
+                )
         return value
 
 
@@ -130,7 +132,8 @@ def In(*, default: Any = MISSING, **facts: Any) -> Any:
 
             - `doc`: description of the port for users.
             - `unit`: unit of the value, such as `m/s`.
-            - `ge`, `gt`, `le`, `lt`: bounds of a number.
+            - `ge`, `gt`, `le`, `lt`: bounds of a literal number, which must not be NaN even without bounds. Values from wires are
+              not checked.
             - `tokens`: legal strings.
             - `name`: OmniGraph name of the port; by default, the field's name in camel case.
             - `type`: OmniGraph type of the port; by default, the annotation gives the type.

@@ -16,7 +16,7 @@ from tests.api.conftest import Start
 from tests.service_graph import SERVER, SET_BOOL
 
 ODOM, CMD_VEL = "/dd100_0000/odom", "/dd100_0000/cmd_vel"
-TRANSPORTS = ["memory", pytest.param("dds", marks=pytest.mark.xdist_group("network"))]
+TRANSPORTS = ["memory", "dds"]
 
 
 @pytest.fixture(params=TRANSPORTS)

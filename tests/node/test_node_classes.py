@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from typing import Any, ClassVar
 
@@ -133,6 +134,11 @@ def test_clear_puts_outputs_and_state_back_but_not_inputs_or_what_setup_binds() 
 def test_the_constructor_takes_inputs_in_their_representation() -> None:
     one = Controller(wheel_radius=1, gains=np.array([3, 4]), offset=(1, 2, 3))
     assert (one.wheel_radius, one.gains.tolist(), one.offset) == (1.0, [3.0, 4.0], (1.0, 2.0, 3.0))
+
+
+def test_a_literal_nan_is_refused_without_bounds_too() -> None:
+    with pytest.raises(ValueError, match=r"Add.a: expected a number other than NaN, got nan"):
+        data.Add(a=math.nan)
 
 
 @pytest.mark.parametrize(

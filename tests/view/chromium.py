@@ -6,7 +6,7 @@ import shutil
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
-from typing import Any, Literal
+from typing import Any
 
 import pytest
 
@@ -21,19 +21,24 @@ FLAGS += ["--disable-quic", "--disable-sync"]
 # WebGL without a GPU. A flag that names a GL backend would also paint the rest of the page with it, which takes twice as long.
 FLAGS += ["--enable-unsafe-swiftshader"]
 
+FEW_FRAMES = """
+  window.requestAnimationFrame = (draw) => setTimeout(() => draw(performance.now()), 200);
+  window.cancelAnimationFrame = clearTimeout;
+"""
+"""Script that limits the page to 5 frames per second, because without a GPU each frame of the 3D part takes the processors."""
+
 needs_chromium = pytest.mark.skipif(CHROMIUM is None, reason="no Chromium: apt-get install chromium")
 
 
 @contextmanager
-def browser(
-    url: str, *, size: tuple[int, int] = (1280, 800), scheme: Literal["light", "dark"] = "light"
-) -> Iterator[Any]:
+def browser(url: str) -> Iterator[Any]:
     """The page in Chromium; what its scripts raise fails the test."""
     raised: list[str] = []
     with sync_api.sync_playwright() as playwright:
         chromium = playwright.chromium.launch(executable_path=CHROMIUM, args=FLAGS)
-        page = chromium.new_page(viewport={"width": size[0], "height": size[1]}, color_scheme=scheme)
+        page = chromium.new_page(viewport={"width": 1280, "height": 800})
         page.set_default_timeout(60_000)
+        page.add_init_script(FEW_FRAMES)
         page.on("pageerror", lambda error: raised.append(str(error)))
         page.goto(url)
         yield page
@@ -41,12 +46,12 @@ def browser(
     assert raised == []
 
 
-def seen(sim: ge.Session, look: Callable[[Any], Any], **options: Any) -> Any:
-    """Run a session in real time while a browser looks at it; what the look found. Options are those of `browser`."""
+def seen(sim: ge.Session, look: Callable[[Any], Any]) -> Any:
+    """Run a session in real time while a browser looks at it; what the look found."""
     url = sim.view()
 
     def open_and_look() -> Any:
-        with browser(url, **options) as page:
+        with browser(url) as page:
             return look(page)
 
     with ThreadPoolExecutor(1) as pool:

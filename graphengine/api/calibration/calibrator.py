@@ -105,7 +105,7 @@ def calibrate(
 
 
 def choose_robot(scene: LoadedScene, name: str | None) -> RobotInstance:
-    """Return the robot with this name; if `name` is None, the only robot, or the first one if all have the same robot file.
+    """Return the robot with this name. If `name` is None, return the first robot; all robots must then have the same robot file.
 
     Raises:
         UsageError: the scene has no robot, no robot has the name, or no name is given and the robot files differ.

@@ -52,7 +52,7 @@ class Trace:
     frames: Mapping[str, Floats]
 
     def part(self, begin: int, end: int | None = None) -> Trace:
-        """Return the trace of the rows from `begin` to `end - 1`; if `end` is None, of all rows from `begin` on."""
+        """Return the trace of the rows from `begin` to before `end`. None stands for the end of the trace."""
         odometry = {topic: rows[begin:end] for topic, rows in self.odometry.items()}
         frames = {topic: rows[begin:end] for topic, rows in self.frames.items()}
         return Trace(self.dt, self.base[begin:end], self.joints[begin:end], odometry, frames)

@@ -115,7 +115,7 @@ def _alphas(
     progress: Progress,
     notes: list[str],
 ) -> Sourced[Alphas]:
-    """Return AMCL's alphas, measured by a calibration; if there is none or it fails, small alphas for good odometry."""
+    """Return the alphas of AMCL from a calibration run. If none is wanted or it fails, return small alphas for good odometry."""
     if not calibrated:
         return Sourced((UNCALIBRATED,) * 5, "assumes good odometry; not measured (--no-calibrate)")
     result = calibrate(scene, robot.name, modules=modules, progress=lambda share: progress(robot.name, share))

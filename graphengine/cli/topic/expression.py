@@ -25,7 +25,7 @@ class _MessageGuard(Guard):
 
 
 def make_filter(text: str | None) -> Filter:
-    """Return a function that is true for messages that pass the filter; if `text` is None, it is true for all messages.
+    """Return a function that tells whether a message passes the filter `text`. If `text` is None, all messages pass.
 
     The returned function raises UsageError if the expression fails for a message.
 

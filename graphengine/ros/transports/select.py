@@ -34,20 +34,7 @@ def find_transport(name: str) -> TransportKind:
     if name not in known:
         hint = did_you_mean(name, known) or listing(known, "transports")
         raise TransportError(f"no transport {name!r}\n{hint}")
-    entry, *others = known[name]
-    package = entry.dist.name if entry.dist else entry.value
-    if others:
-        values = ", ".join(sorted(entry.value for entry in known[name]))
-        raise TransportError(f"several packages provide a transport {name!r}: {values}\nuninstall all but one")
-    try:
-        kind = entry.load()
-    except (Exception, SystemExit) as error:  # a package may fail in any way
-        why = _line(error)
-        remedy = f"install the dependencies of {package}, or uninstall it, or use another --transport"
-        raise TransportError(f"transport {name!r} of {package} cannot be imported: {why}\n{remedy}") from error
-    if not isinstance(kind, TransportKind) or kind.name != name:
-        raise TransportError(f"{entry.value} of {package} is not a TransportKind with the name {name!r}")
-    return kind
+    return _load(name, known[name])
 
 
 def open_transport(name: str, options: JoinOptions) -> Transport:
@@ -101,12 +88,30 @@ def _line(error: BaseException) -> str:
     return f"{type(error).__name__}: {error}".splitlines()[0]
 
 
+def _load(name: str, entries: list[EntryPoint]) -> TransportKind:
+    """Return the transport with this name from its only entry point; `find_transport` lists the errors."""
+    entry, *others = entries
+    package = entry.dist.name if entry.dist else entry.value
+    if others:
+        values = ", ".join(sorted(entry.value for entry in entries))
+        raise TransportError(f"several packages provide a transport {name!r}: {values}\nuninstall all but one")
+    try:
+        kind = entry.load()
+    except (Exception, SystemExit) as error:  # a package may fail in any way
+        why = _line(error)
+        remedy = f"install the dependencies of {package}, or uninstall it, or use another --transport"
+        raise TransportError(f"transport {name!r} of {package} cannot be imported: {why}\n{remedy}") from error
+    if not isinstance(kind, TransportKind) or kind.name != name:
+        raise TransportError(f"{entry.value} of {package} is not a TransportKind with the name {name!r}")
+    return kind
+
+
 def _load_all() -> tuple[list[TransportKind], dict[str, str]]:
     """Return all transports, sorted by rank for `auto`, and the error texts of transports that fail to load, by name."""
     kinds, broken = [], {}
-    for name in _entries():
+    for name, entries in _entries().items():
         try:
-            kinds.append(find_transport(name))
+            kinds.append(_load(name, entries))
         except TransportError as error:
             broken[name] = str(error).splitlines()[0]
     return sorted(kinds, key=lambda kind: (kind.auto is None, kind.auto, kind.name)), broken
