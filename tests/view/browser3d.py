@@ -26,6 +26,7 @@ class Browser3D:
             additional_headers={"Cookie": f"graphrun_{port}={token}"},
             subprotocols=["viser-v1.1.1"],  # type: ignore[list-item]
             max_size=None,
+            close_timeout=0.5,  # s; what was not read holds the closing up
         )
         self.look((0.0, -5.0, 3.0), ORIGIN)
 

@@ -60,7 +60,12 @@ class Viewer:
         base, _, token = url.partition("/?token=")
         port = base.rpartition(":")[2]
         cookie = {"Cookie": f"graphrun_{port}={token}"}
-        self.socket: ClientConnection = connect(f"ws://127.0.0.1:{port}/feed", additional_headers=cookie, max_size=None)
+        self.socket: ClientConnection = connect(
+            f"ws://127.0.0.1:{port}/feed",
+            additional_headers=cookie,
+            max_size=None,
+            close_timeout=0.5,  # s; what was not read holds the closing up
+        )
         self.url = url
         self.stage: Any = None
         self.frame: Any = None

@@ -67,6 +67,7 @@ class Served:
             additional_headers={name: value for name, value in given.items() if value},
             subprotocols=protocols,
             max_size=None,
+            close_timeout=0.5,  # s; what was not read holds the closing up
         )
 
 
