@@ -9,13 +9,14 @@ venv=.venv-$("$python" -c 'import sys; print("%d.%d" % sys.version_info[:2])')
 "$venv/bin/pip" install --quiet --disable-pip-version-check --editable '.[test]'
 PATH="$PWD/$venv/bin:$PATH"
 export PATH
+processors=$(python -c 'import os; print(len(getattr(os, "sched_getaffinity", lambda _: range(os.cpu_count()))(0)))')
 if [ -z "${TESTS_ONLY:-}" ]; then
     ruff check .
     ruff format --check --quiet .
-    mypy
+    mypy --num-workers "$processors"
     lint-imports --no-cache
 fi
 # Compiled once, and kept: no test waits for it, or hears that it takes some seconds.
 python -c 'from graphengine.physics.sensors.fast import rays; rays.trouble()'
 # One process more than there are processors, as many tests wait for another process.
-python -m pytest -n "$(python -c 'import os; print(len(getattr(os, "sched_getaffinity", lambda _: range(os.cpu_count()))(0)) + 1)')" --dist loadgroup "$@"
+python -m pytest -n "$((processors + 1))" --dist loadgroup "$@"

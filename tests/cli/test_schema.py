@@ -24,6 +24,7 @@ def schema(kind: str) -> dict[str, Any]:
     return made
 
 
+@functools.cache
 def shipped(kind: str) -> list[Path]:
     """Files of a kind: the one whose naming key they have first."""
     found = []

@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib
 import pkgutil
 from dataclasses import replace
+from functools import cache
 from importlib.metadata import EntryPoint, entry_points
 
 from graphengine.format.errors import GraphError, TransportError
@@ -91,7 +92,6 @@ def _line(error: BaseException) -> str:
 def _load(name: str, entries: list[EntryPoint]) -> TransportKind:
     """Return the transport with this name from its only entry point; `find_transport` lists the errors."""
     entry, *others = entries
-    package = entry.dist.name if entry.dist else entry.value
     if others:
         values = ", ".join(sorted(entry.value for entry in entries))
         raise TransportError(f"several packages provide a transport {name!r}: {values}\nuninstall all but one")
@@ -99,11 +99,17 @@ def _load(name: str, entries: list[EntryPoint]) -> TransportKind:
         kind = entry.load()
     except (Exception, SystemExit) as error:  # a package may fail in any way
         why = _line(error)
+        package = _package(entry)
         remedy = f"install the dependencies of {package}, or uninstall it, or use another --transport"
         raise TransportError(f"transport {name!r} of {package} cannot be imported: {why}\n{remedy}") from error
     if not isinstance(kind, TransportKind) or kind.name != name:
-        raise TransportError(f"{entry.value} of {package} is not a TransportKind with the name {name!r}")
+        raise TransportError(f"{entry.value} of {_package(entry)} is not a TransportKind with the name {name!r}")
     return kind
+
+
+def _package(entry: EntryPoint) -> str:
+    """Return the name of the package that has an entry point."""
+    return entry.dist.name if entry.dist else entry.value
 
 
 def _load_all() -> tuple[list[TransportKind], dict[str, str]]:
@@ -117,8 +123,12 @@ def _load_all() -> tuple[list[TransportKind], dict[str, str]]:
     return sorted(kinds, key=lambda kind: (kind.auto is None, kind.auto, kind.name)), broken
 
 
+@cache
 def _entries() -> dict[str, list[EntryPoint]]:
-    """Return entry points by transport name; built-in transports are found even if graphengine is not installed."""
+    """Return entry points by transport name; built-in transports are found even if graphengine is not installed.
+
+    They are looked up once per process, because this reads a file of each installed package.
+    """
     modules = pkgutil.iter_modules(transports.__path__, "graphengine.ros.transports.")
     folders = [module.name for module in modules if module.ispkg]
     own = [EntryPoint(importlib.import_module(name).TRANSPORT.name, f"{name}:TRANSPORT", GROUP) for name in folders]
