@@ -47,7 +47,8 @@ class Prim(Shared):
     position: Vector3 = ORIGIN
     orientation: Quaternion = IDENTITY
     body: str | None = None
-    """Name of the prim's own body in the MuJoCo model; None if the prim is not a link or body."""
+    """Name of the prim's own body in the MuJoCo model. Only links and bodies have one; a link without mass that is fixed to
+    another link has none."""
     namespace: str = ""
     """Value of the attribute `isaac:namespace`."""
     name_override: str = ""

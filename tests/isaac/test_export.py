@@ -334,5 +334,5 @@ def test_a_random_graph_comes_back_as_it_was(text: str) -> None:
         there_and_back(text, Path(folder))
         graph, _ = resolved(Path(folder) / "graph.yaml")
     assert len(graph.instances) == text.count("\n  N")
-    names_of_nothing = {"variable_name", "name"}  # there is no variable and no attribute of a random name
+    names_of_nothing = {"variable_name", "prim_path", "name"}  # no variable, prim or attribute has a random name
     assert not any(instance.refused - names_of_nothing for instance in graph.instances)

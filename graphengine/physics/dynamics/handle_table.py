@@ -34,7 +34,11 @@ class Handle(Stateful):
         raise NotImplementedError
 
     def reset(self) -> None:
-        """Discard all measurements; called when the simulation is reset or the handle is released."""
+        """Discard all measurements; called when the simulation or only its time is reset, and when the handle is released.
+
+        At a reset of the simulation, all bodies are already at their start. A handle is created when a node first asks for it,
+        usually before the first step.
+        """
 
     def see_forces(self) -> None:
         """Observe the contact forces of a physics step; body poses are still those before the step."""

@@ -43,8 +43,6 @@ _NO_EFFECT = (
     "serviceName",
 )
 """Tags without effect, which are not reported as lost; a plugin's rate is used only if the sensor has none."""
-_PREFIX = {"lidar": "lidar", "camera": "camera", "imu": "imu"}
-"""Name of the graph parameter for the path of the sensor's prim, by sensor type; `sensor` for other types."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -189,10 +187,11 @@ def _publish(draft: Draft, sensor: _Found, *, alone: bool) -> None:
         names = customary if alone else {name: f"{owner}/{topic}" for name, topic in customary.items()}
         below = "" if alone else ", below its name"
         sensor.subject.guessed(f"no topic: published on {', '.join(customary.values())}{below}")
-    parameters: dict[str, Any] = {_PREFIX.get(kind, "sensor"): path, **names}
-    if kind != "contact":
+    declared = gazebo_topics.parameters_of(figures.graph)
+    parameters: dict[str, Any] = {kind if kind in declared else "sensor": path, **names}
+    if "frame" in declared:
         parameters["frame"] = _frame(draft, sensor)
-    if kind == "camera":
+    if "width" in declared:
         parameters |= dict(zip(("width", "height"), figures.profile["size"], strict=True))
     _use(draft, sensor.name, f"graphs/publishers/{figures.graph}.yaml", parameters)
     rate = f" at {figures.profile['rate']:g} Hz" if "rate" in figures.profile else ""

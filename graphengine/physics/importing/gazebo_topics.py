@@ -8,25 +8,14 @@ applies to them.
 from __future__ import annotations
 
 import re
+from functools import cache
+from typing import Any
 
+from graphengine.format.diagnostics import Findings
+from graphengine.format.document import load
+from graphengine.format.files import shipped
 from graphengine.physics.importing.gazebo_values import Values
 
-_DEFAULT = {
-    "scan": {"topic": "scan"},
-    "points": {"topic": "points"},
-    "imu": {"topic": "imu"},
-    "range": {"topic": "range"},
-    "contact": {"topic": "contact"},
-    "camera": {"image": "camera/image_raw", "info": "camera/camera_info"},
-    "depth_camera": {"depth": "depth/image_raw", "points": "depth/points", "info": "depth/camera_info"},
-    "rgbd_camera": {
-        "image": "camera/image_raw",
-        "depth": "camera/depth/image_raw",
-        "points": "camera/depth/points",
-        "info": "camera/camera_info",
-    },
-}
-"""Default topics of each graph in `graphs/publishers`, by graph and parameter."""
 _NEW = {
     "points": {"topic": "{topic}/points"},
     "camera": {"image": "{topic}", "info": "{above}camera_info"},
@@ -46,14 +35,14 @@ _CLASSIC = {
     "info": ("camera_info", "cameraInfoTopicName|camera_info_topic_name"),
     "topic": ("out", "topicName|topic_name|bumperTopicName|bumper_topic_name"),
 }
-"""For plugins of Gazebo classic, by graph parameter: topic name below the camera's name, as in remappings, and tags."""
+"""For plugins of Gazebo classic, by parameter of a graph: topic name below the camera's name, as in remappings, and tags."""
 _FRAMES = ("gz_frame_id", "ignition_frame_id", "ign_frame_id", "frame_id")
 _PLUGIN_FRAMES = ("frameName", "frame_name", "frameId", "frame_id")
 
 
 def topics(graph: str, values: Values) -> dict[str, str]:
     """Return the topics of a sensor in the description, by parameter of its graph; empty if the description names none."""
-    defaults = _DEFAULT[graph]
+    defaults = customary(graph)
     if topic := legal(values.text("topic") or values.text("contact", "topic") or values.text("camera", "topic")):
         above = topic.rpartition("/")[0]
         values.skip("plugin")  # for Gazebo classic; Gazebo Sim reads the topic
@@ -67,9 +56,17 @@ def topics(graph: str, values: Values) -> dict[str, str]:
     return _of_plugin(defaults, values) if values.find("plugin") is not None else {}
 
 
+@cache
+def parameters_of(graph: str) -> dict[str, Any]:
+    """Return the default values of the parameters of a graph in `graphs/publishers`."""
+    document = load(shipped() / "graphs" / "publishers" / f"{graph}.yaml", Findings())
+    assert document is not None
+    return {name: declared["default"] for name, declared in document.data["parameters"].items()}
+
+
 def customary(graph: str) -> dict[str, str]:
     """Return the default topics of a graph in `graphs/publishers`, by parameter."""
-    return dict(_DEFAULT[graph])
+    return {name: default for name, default in parameters_of(graph).items() if name in _CLASSIC}
 
 
 def frame(values: Values) -> str:

@@ -8,7 +8,7 @@ which starts from seed, prim path and sample number. So they do not depend on wh
 from __future__ import annotations
 
 from fractions import Fraction
-from typing import TYPE_CHECKING, Generic, TypeVar
+from typing import TYPE_CHECKING, ClassVar, Generic, TypeVar
 
 import numpy as np
 
@@ -75,7 +75,7 @@ class Sampled(CarriedPrim):
 class TickSampled(Sampled, Generic[S]):
     """Base class of sensors that measure at most once per tick, and only on request; a subclass measures in `_make_sample`."""
 
-    kept = ("_newest",)
+    kept: ClassVar[tuple[str, ...]] = ("_newest",)
 
     def __init__(self, simulation: SimulationCore, prim: Prim) -> None:
         self._newest: tuple[int, S] | None = None
