@@ -20,4 +20,4 @@ fi
 # Compiled once, and kept: no test waits for it, or hears that it takes some seconds.
 python -c 'from graphengine.physics.sensors.fast import rays; rays.trouble()'
 # One process more than there are processors, as many tests wait for another process.
-python -m pytest -n "$((processors + 1))" --dist loadgroup "$@"
+python -m pytest -n "$((processors + 1))" --dist loadfile "$@"

@@ -166,6 +166,11 @@ class Finding:
         }
 
 
+def _start(span: Span | None) -> tuple[str, int, int] | None:
+    """Return path, line and column of a span, by which findings are compared."""
+    return None if span is None else (span.source.path, span.line, span.column)
+
+
 def _place(span: Span | None) -> dict[str, Any]:
     if span is None:
         return {"path": None, "line": None, "column": None, "length": None}
@@ -232,9 +237,10 @@ class Findings:
         """
         if self.full:
             return
-        key: object = (finding.code, finding.message, str(finding.span), finding.help, tuple(map(str, finding.related)))
+        related = tuple((_start(span), label) for span, label in finding.related)
+        key: object = (finding.code, finding.message, _start(finding.span), finding.help, related)
         if finding.span is not None and finding.span.through:
-            key = (finding.code, str(finding.span), finding.message.partition(": ")[2] or finding.message)
+            key = (finding.code, _start(finding.span), finding.message.partition(": ")[2] or finding.message)
             finding = replace(finding, related=(*finding.span.through, *finding.related))
         if key in self._known:
             return

@@ -21,7 +21,7 @@ pytest.importorskip("viser", reason="the extra view is not installed")
 
 from tests.view.chromium import browser, needs_chromium, seconds, seen, until
 
-pytestmark = [pytest.mark.xdist_group("view"), needs_chromium]
+pytestmark = needs_chromium
 
 
 def play(player: RecordingPlayer, look: Callable[[Any], Any]) -> Any:

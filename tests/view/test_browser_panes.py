@@ -17,7 +17,7 @@ pytest.importorskip("viser", reason="the extra view is not installed")
 from tests.view.chromium import needs_chromium, seen, until
 from tests.view.harness import HOSTILE, write_lab
 
-pytestmark = [pytest.mark.xdist_group("view"), needs_chromium]
+pytestmark = needs_chromium
 
 FLEET = """scene: fleet
 world: worlds/flat_grid.xml

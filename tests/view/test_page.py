@@ -26,8 +26,6 @@ from graphengine.view.page_process import _text
 from tests.view.browser3d import Browser3D
 from tests.view.harness import Viewer, viewed
 
-pytestmark = pytest.mark.xdist_group("view")
-
 CMD_VEL = "/dd100_0000/cmd_vel"
 LIMIT = "DiffController.inputs:maxLinearSpeed"
 

@@ -33,8 +33,6 @@ connection.sendall(b"GET / HTTP/1.1\r\nHost: 127.0.0.1:%d\r\n\r\n" % port)
 print(connection.recv(100).partition(b"\r\n")[0].decode())
 """
 
-pytestmark = pytest.mark.xdist_group("view")
-
 
 class Served:
     """A server, and what its viewers asked."""

@@ -21,8 +21,6 @@ from graphengine.view.node_problems import NodeProblems
 from tests.api import nodes_for_api
 from tests.view.harness import HOSTILE, Viewer, viewed, write_lab
 
-pytestmark = pytest.mark.xdist_group("view")
-
 ODOM, TEXT = "/dd100_0000/odom", "/text"
 RATIO = "/World/lab/Ratio"
 

@@ -21,8 +21,6 @@ from graphengine.view.feed import Feed
 from tests.recording.harness import DRIVE, at, playing, record
 from tests.view.harness import Viewer
 
-pytestmark = pytest.mark.xdist_group("view")
-
 TICKS = 200
 LIMIT = "DiffController.inputs:maxLinearSpeed"
 

@@ -16,7 +16,7 @@ pytest.importorskip("viser", reason="the extra view is not installed")
 from tests.view import chromium
 
 ROOT = Path(__file__).parents[2]
-pytestmark = [pytest.mark.xdist_group("view"), chromium.needs_chromium]
+pytestmark = chromium.needs_chromium
 
 
 def test_the_page_shows_changed_graphs_and_another_world(tmp_path: Path) -> None:

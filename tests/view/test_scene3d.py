@@ -33,8 +33,6 @@ from graphengine.view.wire import LiveScene, LiveState
 from tests.view.browser3d import Browser3D
 from tests.waiting import eventually
 
-pytestmark = pytest.mark.xdist_group("view")
-
 SHAPES = [VisibleShape("box", (0.5, 0.5, 0.1), row, NOWHERE, (0.5, 0.5, 0.5, 1.0)) for row in range(3)]
 BODIES = Bodies(["world", "bot/base", "crate"], [False, True, True], SHAPES)
 BOT = SeenEntity(Mount("bot", 1, NOWHERE), True, [1], 10.0)
