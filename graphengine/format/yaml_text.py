@@ -43,7 +43,8 @@ def scalar(value: Any) -> str:
     if isinstance(value, float) and not math.isfinite(value):
         return ".nan" if math.isnan(value) else ".inf" if value > 0 else "-.inf"
     if isinstance(value, int | float):
-        return repr(value)
+        text = repr(value)
+        return text if "." in text else text.replace("e", ".0e")  # YAML 1.1 reads 1e-07 as a string
     text = str(value)
     return text if _PLAIN.match(text) and text.lower() not in _SPECIAL else f'"{"".join(map(_escaped, text))}"'
 

@@ -146,7 +146,7 @@ def test_covariances_are_added_to_an_odometry_of_the_user(tmp_path: Path) -> Non
     result = Calibration("bot", "", "", 0.3, 0.6, moves=True, odometry=(odometry,))
     write_figures(loaded_of(ge.load(base.scene)), result)
     text = (tmp_path / "odom.yaml").read_text(encoding="utf-8")
-    assert "wheelDistance: 0.3, distanceVariance: 0.0001, headingVarianceByDistance: 1e-05}" in text
+    assert "wheelDistance: 0.3, distanceVariance: 0.0001, headingVarianceByDistance: 1.0e-05}" in text
     ge.load(base.scene)
 
 
