@@ -3,7 +3,8 @@
 By default, viser opens a port on all interfaces without access control, accepts messages of up to 50 MB, and lets each client
 request a public tunnel. So this module replaces the function of the package websockets with which viser opens its port. The
 replacement binds to one address, lets a `PageGuard` check each request, and limits the size of messages and the number of
-viewers. Requests for tunnels are disabled too.
+viewers. Requests for tunnels are disabled too. It also replaces the event by which viser's queues wake the server's thread: viser
+sets it in the thread that draws, but an event of asyncio is not thread-safe and can raise RuntimeError there.
 """
 
 from __future__ import annotations
@@ -23,6 +24,8 @@ from typing import Any
 import viser
 import websockets.asyncio.server as websocket_server
 from viser import _client_autobuild, _messages
+from viser.infra import _infra
+from viser.infra._async_message_buffer import AsyncMessageBuffer
 from websockets.asyncio.server import ServerConnection
 from websockets.datastructures import Headers
 from websockets.exceptions import ConnectionClosed
@@ -49,6 +52,29 @@ _STATIC = resources.files(__package__).joinpath("static")
 _FILES = {"/": "page.html", **{f"/{file.name}": file.name for file in _STATIC.iterdir()}}
 
 Handler = Callable[[ServerConnection], Awaitable[None]]
+
+
+class _News(asyncio.Event):
+    """An event that other threads may set; they wake no waiter, because viser sets it again in the thread of the event loop."""
+
+    def set(self) -> None:
+        """Set the event. In the thread of the event loop, also wake all waiters."""
+        self._value = True
+        with contextlib.suppress(RuntimeError):  # this thread has no event loop
+            asyncio.get_running_loop()
+            for waiter in self._waiters:
+                if not waiter.done():
+                    waiter.set_result(True)
+
+
+class _Queue(AsyncMessageBuffer):
+    """A queue of viser with an event that other threads may set."""
+
+    def __init__(self, event_loop: asyncio.AbstractEventLoop, persistent_messages: bool) -> None:
+        super().__init__(event_loop, persistent_messages, message_event=_News())
+
+
+_infra.AsyncMessageBuffer = _Queue  # type: ignore[attr-defined, assignment]
 
 
 class Viewer:

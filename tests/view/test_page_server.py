@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import http.client
 import json
 import os
@@ -170,6 +171,39 @@ def test_a_viewer_that_does_not_read_its_answers_is_disconnected(served: Served)
             served.server.answer(number, "x" * 100_000)
         assert eventually(lambda: {"ask": "gone"} in served.asked)
         assert not served.server.viewers
+
+
+def test_the_thread_that_draws_wakes_the_server_s_thread_while_that_begins_and_ends_to_wait(served: Served) -> None:
+    queue = served.server.viser._websock_server._broadcast_buffer
+
+    async def wait_anew() -> None:
+        queue.message_event.clear()
+        await queue.message_event.wait()
+
+    async def wait_again_and_again() -> None:
+        for _ in range(300):
+            waiting = [asyncio.ensure_future(wait_anew()) for _ in range(100)]
+            await asyncio.sleep(0)
+            for one in waiting:
+                one.cancel()
+            await asyncio.gather(*waiting, return_exceptions=True)
+
+    async def wait() -> bool:
+        return await queue.message_event.wait()
+
+    interval = sys.getswitchinterval()
+    sys.setswitchinterval(1e-6)  # s
+    try:
+        waited = asyncio.run_coroutine_threadsafe(wait_again_and_again(), queue.event_loop)
+        while not waited.done():
+            queue.message_event.set()
+        waited.result()
+    finally:
+        sys.setswitchinterval(interval)
+    queue.event_loop.call_soon_threadsafe(queue.message_event.clear)
+    woken = asyncio.run_coroutine_threadsafe(wait(), queue.event_loop)
+    served.server.viser.scene.add_frame("/new")
+    assert woken.result(timeout=10)
 
 
 def test_nobody_can_ask_for_a_public_tunnel(served: Served) -> None:
