@@ -105,7 +105,9 @@ def calibrate(
 
 
 def choose_robot(scene: LoadedScene, name: str | None) -> RobotInstance:
-    """Return the robot with this name. If `name` is None, return the first robot; all robots must then have the same robot file.
+    """Return the robot to calibrate: the robot `name`, or by default the first robot of the scene.
+
+    Without a name, all robots must have the same robot file.
 
     Raises:
         UsageError: the scene has no robot, no robot has the name, or no name is given and the robot files differ.

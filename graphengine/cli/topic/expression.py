@@ -25,7 +25,7 @@ class _MessageGuard(Guard):
 
 
 def make_filter(text: str | None) -> Filter:
-    """Return a function that tells whether a message passes the filter `text`. If `text` is None, all messages pass.
+    """Return the function that applies the filter `text` to a message; without a text, every message passes.
 
     The returned function raises UsageError if the expression fails for a message.
 
