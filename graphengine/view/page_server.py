@@ -60,11 +60,13 @@ class _News(asyncio.Event):
     def set(self) -> None:
         """Set the event. In the thread of the event loop, also wake all waiters."""
         self._value = True
-        with contextlib.suppress(RuntimeError):  # this thread has no event loop
+        try:
             asyncio.get_running_loop()
-            for waiter in self._waiters:
-                if not waiter.done():
-                    waiter.set_result(True)
+        except RuntimeError:  # another thread
+            return
+        for waiter in self._waiters:
+            if not waiter.done():
+                waiter.set_result(True)
 
 
 class _Queue(AsyncMessageBuffer):
