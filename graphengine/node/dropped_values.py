@@ -1,4 +1,4 @@
-"""Counts the values from wires that nodes could not use and therefore dropped."""
+"""Counts the values that nodes could not use and therefore dropped: from wires, or set while the session ran."""
 
 from __future__ import annotations
 
@@ -8,7 +8,10 @@ from typing import Literal
 from graphengine.format.stateful import Stateful
 
 BadValues = Literal["drop", "stop"]
-"""What happens when a wire carries a value that a node cannot use: `drop` ignores the value, `stop` ends the run."""
+"""Reaction to a value that a node cannot use, if the value comes from a wire or was set while the session ran.
+
+`drop` ignores the value, `stop` ends the run. A value in the files from which the session started always ends the run.
+"""
 
 
 @dataclass(slots=True)
@@ -17,11 +20,14 @@ class DroppedValues(Stateful):
 
     Attributes:
         ticks: number of ticks with a dropped value, by prim path of the node.
+        drops_set_values: whether values that were set while the session ran are dropped too, not only values from wires; false in
+            replays of older recordings.
     """
 
     kept = ("ticks", "_latest")
 
     ticks: dict[str, int] = field(default_factory=dict)
+    drops_set_values: bool = True
     _latest: dict[str, int] = field(default_factory=dict)
 
     def add(self, node: str, tick: int) -> bool:

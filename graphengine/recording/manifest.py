@@ -42,6 +42,8 @@ class Manifest(BaseModel):
     keep_going: bool = False
     bad_values: BadValues = "stop"
     """Reaction to a value that a node cannot use: drop the value or stop the run. Without this entry, the run stopped."""
+    drops_set_values: bool = False
+    """Whether `drop` includes values that were set while the session ran. Without this entry, only values from wires."""
     modules: tuple[Annotated[str, Field(pattern=r"^\w+(\.\w+)*$")], ...] = ()
     """Additional Python modules with node types. A replay must be given the same modules."""
     domain_id: DomainId = 0
@@ -99,6 +101,7 @@ def describe_run(
         rays=cast(RaysName, services.world.rays_in_use or options.rays),
         keep_going=keep_going,
         bad_values="drop" if services.dropped is not None else "stop",
+        drops_set_values=services.dropped is not None,
         modules=tuple(modules),
         domain_id=services.domain_id,
         domain_from_environment=services.domain_from_environment,

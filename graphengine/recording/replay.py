@@ -116,6 +116,8 @@ class Replay(ExternalInputs):
     def __post_init__(self) -> None:
         self.idle_patterns = set(self.ignored)
         self.session.inbox = self
+        if (dropped := self.session.services.dropped) is not None:
+            dropped.drops_set_values = self.recording.manifest.drops_set_values
         self.network.sinks.append(self)
 
     def begin_tick(self) -> float:

@@ -44,7 +44,10 @@ class Executor:
         context_of: function that returns a new context for a node.
         now: function that returns the number and time (s) of the current tick, for error messages.
         fault: receives each exception that a node raises; None: an exception ends the run.
-        dropped: receives the index of a node and its BadValueError about a value from a wire; None: `fault` receives these too.
+        dropped: receives the index of a node, its BadValueError, and whether the error is about a value from a wire; returns
+            whether the value is dropped. It is called for values that came over wires or that were set while the session ran.
+            None: `fault` receives these errors too.
+        started: whether the session runs already, so that the values in the files of the graph count as set while it runs.
     """
 
     def __init__(
@@ -53,7 +56,9 @@ class Executor:
         context_of: ContextFactory,
         now: Callable[[], tuple[int, float]],
         fault: Callable[[NodeError], None] | None = None,
-        dropped: Callable[[int, BadValueError], None] | None = None,
+        dropped: Callable[[int, BadValueError, bool], bool] | None = None,
+        *,
+        started: bool = False,
     ) -> None:
         self.graph = graph
         self.plan = graph.plan
@@ -63,6 +68,8 @@ class Executor:
         self._fault = fault
         self._dropped = dropped
         self._wired = {(wire.target, wire.target_field) for wire in graph.data_wires}
+        self.set_later: set[int] = set(range(len(self.nodes))) if started else set()
+        """Indices of the nodes of which an input was set, in whatever way, after the session started."""
         self._failed: set[int] = set()
         self._active: dict[int, None] = {}
         """Indices of the active latent nodes, in order of execution; a node that starts again keeps its position."""
@@ -85,7 +92,7 @@ class Executor:
         flags = {name: self._functions[name] for name in self._flags}
         outputs = {index: dict(values) for index, values in self._outputs_of_setup.items()}
         nodes = [self._call(index, node.save) for index, node in enumerate(self.nodes)]
-        return nodes, flags, list(self._active), set(self._failed), outputs
+        return nodes, flags, list(self._active), set(self._failed), outputs, set(self.set_later)
 
     def restore(self, saved: Any, again: Collection[int] = ()) -> None:
         """Restore the state that `save` returned.
@@ -97,7 +104,7 @@ class Executor:
         Raises:
             GraphError: a node can no longer be set up.
         """
-        nodes, flags, active, failed, outputs = saved
+        nodes, flags, active, failed, outputs, set_later = saved
         for index in [index for index in self.plan.order if index in again and index not in failed]:
             self.nodes[index].restore(nodes[index])
             self._call(index, self._setup_node, index)
@@ -110,6 +117,7 @@ class Executor:
         self._active.update(dict.fromkeys(active))
         self._failed.clear()
         self._failed.update(failed)
+        self.set_later = set(set_later)
 
     def _set_pins(self) -> None:
         """Set the numbers of firings in the wired execution inputs: 0 if the generated code writes them, otherwise constantly 1.
@@ -251,6 +259,7 @@ class Executor:
         except BaseException:
             self._put(index, field, before)
             raise
+        self.set_later.add(index)
 
     def _put(self, index: int, field: str, value: Any) -> None:
         """Set an input; then, in the plan's order, compute all constant nodes and set up nodes whose setup inputs changed."""
@@ -398,17 +407,16 @@ class Executor:
             self._report(index, error)
 
     def _drop(self, index: int, error: Exception) -> bool:
-        """Report a bad value that came from a wire to `dropped`; return whether the exception was such a value.
+        """Report a bad value that is not from the files at the start to `dropped`; return whether it is dropped.
 
-        False if there is no `dropped`, if the exception is no BadValueError, or if all inputs that it names are unwired.
+        False if there is no `dropped`, if the exception is no BadValueError, or if all inputs that it names are unwired and no
+        input of the node was set while the session ran.
         """
         if self._dropped is None or not isinstance(error, BadValueError):
             return False
         ports = [type(self.nodes[index]).ports.get(f"inputs:{name}") for name in error.port.split(", ")]
-        if all(port is not None and (index, port.field) not in self._wired for port in ports):
-            return False
-        self._dropped(index, error)
-        return True
+        wired = any(port is None or (index, port.field) in self._wired for port in ports)
+        return (wired or index in self.set_later) and self._dropped(index, error, wired)
 
     def _report(self, index: int, error: Exception) -> None:
         explained = self.explain(index, error)

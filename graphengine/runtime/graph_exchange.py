@@ -113,6 +113,7 @@ class Succession:
             same = old is not None and before.variable_types.get(name) == graph.variable_types.get(name)
             if old is not None and same and types.equal(before.variables[name], graph.variables[name]):
                 variable.restore(old.save())
+        executor.set_later -= {index for index in self._heirs if self._is_as_at_start(index)}
         executor.setup(predecessors=self)
         for index, old_index in self._heirs.items():
             context, other = self._new.contexts.of(index), self._old.contexts.of(old_index)
@@ -161,6 +162,13 @@ class Succession:
         read = [port.field for port in inputs if port.setup]
         if not all(types.equal(getattr(node, field), getattr(other, field)) for field in read):
             self._set_up_otherwise.add(index)
+
+    def _is_as_at_start(self, index: int) -> bool:
+        """Return whether all inputs of a node, by its index in the new graph, still are as when the session started."""
+        before, fields = self._heirs[index], self._new.executor.nodes[index].fields
+        inputs = [port.field for port in fields.values() if port.side == "inputs"]
+        changed = before in self._old.executor.set_later
+        return not changed and all(self._is_fed_alike(index, before, field) for field in inputs)
 
     def _is_fed_alike(self, index: int, before: int, field: str) -> bool:
         """Return whether an input has the same wires as in the old graph or, if it is unwired, the same value in the file.

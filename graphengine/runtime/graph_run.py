@@ -173,19 +173,22 @@ def make_graph_run(
     """
     dropped = services.dropped
 
-    def drop(index: int, error: BadValueError) -> None:
+    def drop(index: int, error: BadValueError, wired: bool) -> bool:
+        if dropped is None or not (wired or dropped.drops_set_values):
+            return False
         graph = executor.graph
         instance = graph.instances[index]
         node = f"{graph.prim_path}/{instance.id}"
-        if dropped is not None and dropped.add(node, clock.frame):
+        if dropped.add(node, clock.frame):
             before = dropped.ticks[node] - 1
             others = f", as in {before} of the ticks before" if before else ""
             what, *more = str(error).split("\n")
             where = f"{instance.span}: {instance.cls.type_name} in graph {graph.name}"
             services.warn(node, "\n  ".join([f"{what}; dropped at tick {clock.frame}{others}", where, *more]))
+        return True
 
     variables = {name: Variable(default) for name, default in graph.variables.items()}
     contexts = GraphContexts(graph, services, clock, variables)
     dropping = drop if dropped is not None else None
-    executor = Executor(graph, contexts, lambda: (clock.frame, clock.time), fault, dropping)
+    executor = Executor(graph, contexts, lambda: (clock.frame, clock.time), fault, dropping, started=services.started)
     return GraphRun(executor, variables, contexts)

@@ -59,6 +59,7 @@ class SessionCore:
     def __init__(self, ticker: Ticker, roster: Roster) -> None:
         self._ticker = ticker
         self.services = ticker.services
+        self.services.started = True
         self.clock = ticker.clock
         self.step_clock = ticker.step_clock
         self.roster = roster

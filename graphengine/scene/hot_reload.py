@@ -162,6 +162,7 @@ class SceneReloader(Reloader):
         world.clamps_commands = before.world.clamps_commands
         services = Services(world, before.network, before.seed, before.domain_id, before.domain_from_environment)
         services.log, services.permissions, services.dropped = before.log, before.permissions, before.dropped
+        services.started = True
         try:
             with before.network.handing_over():
                 return begin(scene, loaded, self._files, services, self._fault)

@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from graphengine.format.errors import CheckError, GraphError, UsageError
+from graphengine.format.errors import CheckError, GraphError, NodeError, UsageError
 from graphengine.messages import messages
 from graphengine.ros.network import LiveNetwork
 from graphengine.ros.transports.memory.memory import MemoryTransport
@@ -132,6 +132,40 @@ def test_an_input_keeps_what_was_set_until_its_value_in_the_file_changes(begin: 
     run.session.step()
     assert (run.node("Countdown").duration, run.session.graphs[0].variables["speed"].value) == (200, 4.0)
     assert run.node("Countdown").tick_value == 3
+
+
+RAMPS = """graph: g
+nodes:
+  Go: OnImpulseEvent
+  Other: ConstantDouble
+  Controller:
+    type: DifferentialController
+    inputs: {wheelRadius: 0.1, wheelDistance: 0.5, maxAngularAcceleration: 0.0}
+connections: [Go.execOut -> Controller.execIn]
+"""
+RAMP = ("maxAngularAcceleration: 0.0", "maxAngularAcceleration: 1.0")
+"""Inputs within their bounds that do not go together: a ramp needs `dt`."""
+
+
+def test_a_value_that_a_reload_brings_is_dropped_if_its_node_cannot_use_it(begin: Any) -> None:
+    run = begin(RAMPS)
+    run.reload(RAMP)
+    run.ask("impulse", node="Go")
+    run.session.step()
+    assert run.session.services.dropped.ticks == {"/World/g/Controller": 1}
+    run.session.reset()
+    run.session.step()
+    run.ask("impulse", node="Go")
+    run.session.step()
+    assert run.session.services.dropped.ticks == {"/World/g/Controller": 2}
+
+
+def test_a_value_from_the_start_still_ends_the_run_after_a_reload_of_other_nodes(begin: Any) -> None:
+    run = begin(RAMPS.replace(*RAMP))
+    run.reload(("Other: ConstantDouble", "Other: ConstantInt"))
+    run.ask("impulse", node="Go")
+    with pytest.raises(NodeError, match="for acceleration limits"):
+        run.session.step()
 
 
 def test_a_variable_keeps_its_value_until_its_default_changes(begin: Any) -> None:
