@@ -79,6 +79,7 @@ class IsaacGripperController(Node, type="isaacsim.robot.manipulators.IsaacGrippe
         "are empty or all 0, the lower limits of the joints are used",
     )
     gripper_speed: Doubles = In(
+        gt=0.0,
         required=True,
         unit="rad, m",
         doc="motion of the joints per execution: one number per joint, or one for all joints; greater than 0",

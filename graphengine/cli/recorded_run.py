@@ -97,6 +97,9 @@ def _start(
             if finding.severity == "error":
                 print(plain(finding.render()), file=sys.stderr)
         return 1
+    for finding in scene.findings:
+        if finding.code == "W109":
+            print(plain(finding.render()), file=sys.stderr)
     if arguments.against and any(finding.code == "N102" for finding in scene.findings):
         raise UsageError(f"--against {arguments.against}: the graph uses prims of a scene; give a scene instead")
 

@@ -11,7 +11,7 @@ from typing import Any
 from graphengine.compiler.graph import Graph, Instance, find_port, with_article
 from graphengine.compiler.substitution import UNKNOWN
 from graphengine.format.diagnostics import Findings, Span
-from graphengine.format.wording import did_you_mean, listing, shown, unknown
+from graphengine.format.wording import did_you_mean, got_value, listing, shown, unknown
 from graphengine.node import types
 from graphengine.node.node_class import Node
 from graphengine.node.port import Port, Side
@@ -66,8 +66,13 @@ def no_port(classes: Iterable[type[Node]], name: str, sides: Sequence[Side] = ("
     return f"{who} no {what} {name!r}\n  {did_you_mean(name.rpartition(':')[2], names) or listing(names, many)}"
 
 
-def set_literals(graph: Graph, known: dict[str, Instance | None], findings: Findings) -> None:
-    """Set the inputs of all instances to the values in the graph file; wrong names and values are added to `findings`."""
+def set_literals(
+    graph: Graph, known: dict[str, Instance | None], findings: Findings, *, recorded: bool = False
+) -> None:
+    """Set the inputs of all instances to the values in the graph file; wrong names and values are added to `findings`.
+
+    With `recorded`, for the files of a recording, values out of range are set too, with a warning.
+    """
     for instance in graph.instances:
         entry, cls = instance.entry, instance.cls
         for name, value in entry.spec.inputs.items():
@@ -87,11 +92,18 @@ def set_literals(graph: Graph, known: dict[str, Instance | None], findings: Find
                 remedy = "remove the value, and connect a wire"
                 findings.add("G211", message, entry.key_span("inputs", name), remedy, related=entry.via)
             else:
-                _set_literal(instance, port, value, partial(entry.span, "inputs", name), findings)
+                _set_literal(instance, port, value, partial(entry.span, "inputs", name), findings, recorded=recorded)
 
 
 def _set_literal(
-    instance: Instance, port: Port, value: Any, at: Callable[..., Span], findings: Findings, given_by: str = ""
+    instance: Instance,
+    port: Port,
+    value: Any,
+    at: Callable[..., Span],
+    findings: Findings,
+    given_by: str = "",
+    *,
+    recorded: bool = False,
 ) -> None:
     """Set an input to a value from the graph file or from the command line; errors are added to `findings`.
 
@@ -102,6 +114,7 @@ def _set_literal(
         at: function that returns the position of the value; with keys or indices as arguments, of the element there.
         findings: receives the errors.
         given_by: help line that says where the value comes from; empty if it comes from the file.
+        recorded: whether the value comes from a recording; then a value out of range is set too, with a warning.
     """
     instance.refused.add(port.field)
     if value is UNKNOWN:
@@ -119,7 +132,11 @@ def _set_literal(
     try:
         if _is_open(port.type):
             instance.settled[port.field], value = _typed(value, wanted)
-        checked = port.check(value)
+        checked = port.check(value, recorded=recorded)
+        if recorded and (illegal := port.refusal(checked)):
+            message = f"{instance.id}.{port.name}: {illegal}{got_value(illegal, value)}{_unit(port)}"
+            remedy = "the replay uses the value, as the run did; change it in your own files"
+            findings.add("W109", message, at(), remedy, given_by, related=instance.entry.via)
     except TypeError as error:
         wrong, _, remedy = str(error).partition("; ")
         if isinstance(wanted, PortType) and wanted.array and isinstance(value, str | int | float):
@@ -130,8 +147,7 @@ def _set_literal(
         message = f"{instance.id}.{port.name}{which} {with_article(wanted)}: {wrong}, got {shown(got)}"
         findings.add("G211", message, place, remedy, given_by, related=instance.entry.via)
     except ValueError as error:
-        unit = f" (unit: {port.unit})" if port.unit else ""
-        message = f"{instance.id}.{port.name}: {error}{_got(error, value)}{unit}"
+        message = f"{instance.id}.{port.name}: {error}{got_value(error, value)}{_unit(port)}"
         near = findings.guess(str(value), port.tokens) if port.tokens else ""
         findings.add("G212", message, at(), near, given_by, related=instance.entry.via)
     else:
@@ -139,16 +155,15 @@ def _set_literal(
         instance.refused.discard(port.field)
 
 
+def _unit(port: Port) -> str:
+    return f" (unit: {port.unit})" if port.unit else ""
+
+
 def _wrong_element(port_type: PortType | UnionType, value: Any) -> int | None:
     """Return the index of the first list element that an array type does not accept; None if all fit or it is no array type."""
     if not (isinstance(port_type, PortType) and port_type.array and isinstance(value, list)):
         return None
     return next((number for number, element in enumerate(value) if not _takes(port_type, [element])), None)
-
-
-def _got(error: Exception, value: Any) -> str:
-    """Return the text `, got VALUE` to append to a message; empty if the message of the error already has it."""
-    return "" if ", got " in str(error) else f", got {shown(value)}"
 
 
 def _is_open(port_type: PortType | UnionType) -> bool:
@@ -240,7 +255,14 @@ def _one_type(named: PortType | UnionType, what: str) -> PortType:
     return named
 
 
-def set_overrides(name: str, instances: Sequence[Instance], overrides: Sequence[Override], findings: Findings) -> None:
+def set_overrides(
+    name: str,
+    instances: Sequence[Instance],
+    overrides: Sequence[Override],
+    findings: Findings,
+    *,
+    recorded: bool = False,
+) -> None:
     """Set inputs of a graph's instances to values from the command line; set `used` of each override that matches an input.
 
     Args:
@@ -248,6 +270,7 @@ def set_overrides(name: str, instances: Sequence[Instance], overrides: Sequence[
         instances: instances of the graph whose inputs may be set.
         overrides: values from the command line.
         findings: receives errors in the values.
+        recorded: whether the values come from a recording; then values out of range are set too, with a warning.
     """
     for override in overrides:
         for instance in instances:
@@ -257,7 +280,8 @@ def set_overrides(name: str, instances: Sequence[Instance], overrides: Sequence[
             if port is not None and not port.is_exec:
                 override.used = True
                 given_by = f"given by --set {override.text}"
-                _set_literal(instance, port, override.value, partial(_only, instance.span), findings, given_by)
+                at = partial(_only, instance.span)
+                _set_literal(instance, port, override.value, at, findings, given_by, recorded=recorded)
 
 
 def _only(span: Span, *_: str) -> Span:
@@ -310,5 +334,5 @@ def set_variables(graph: Graph, findings: Findings) -> None:
             graph.variables[name] = types.coerce(spec.default, port_type)
         except (TypeError, ValueError) as error:
             wrong, _, remedy = str(error).partition("; ")
-            message = f"variable {name!r} is {with_article(port_type)}: {wrong}{_got(error, spec.default)}"
+            message = f"variable {name!r} is {with_article(port_type)}: {wrong}{got_value(error, spec.default)}"
             findings.add("G211" if isinstance(error, TypeError) else "G212", message, at("default"), remedy)

@@ -30,6 +30,8 @@ def resolve(
     registry: Registry,
     findings: Findings,
     overrides: Sequence[Override] = (),
+    *,
+    recorded: bool = False,
 ) -> Graph:
     """Return the resolved graph: its instances with values and types, and its wires; parts with errors are left out.
 
@@ -40,13 +42,14 @@ def resolve(
         registry: node types that the graph can use.
         findings: receives the errors.
         overrides: values from the command line; `used` is set for each one that matches an input.
+        recorded: whether files and overrides come from a recording; then values out of range are only warnings.
     """
     graph = Graph(name, prim_path, flat)
     known = _instantiate(graph, registry, findings)
-    set_literals(graph, known, findings)
-    set_overrides(name, graph.instances, overrides, findings)
+    set_literals(graph, known, findings, recorded=recorded)
+    set_overrides(name, graph.instances, overrides, findings, recorded=recorded)
     _connect(graph, known, findings)
-    set_overrides(name, add_gates(graph, findings), overrides, findings)
+    set_overrides(name, add_gates(graph, findings), overrides, findings, recorded=recorded)
     set_variables(graph, findings)
     settle_types(graph, findings)
     check_required(graph, findings)

@@ -68,6 +68,7 @@ CODES: dict[str, str] = {
     "W106": "rate that is never reached",
     "W107": "robot's graph with a prim path outside of the robot",
     "W108": "wire written twice",
+    "W109": "port's value out of range in a recording",
     "W201": "wheel radius differs from the robot's",
     "W202": "wheel distance differs from the robot's",
     "W203": "TF tree in more than one piece",

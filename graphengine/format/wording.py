@@ -64,6 +64,11 @@ def listing(names: Iterable[str], what: str = "legal") -> str:
     return f"{what}: {', '.join(all_names[:20])}{more}"
 
 
+def got_value(error: object, value: object) -> str:
+    """Return the text `, got VALUE` to append to the message of an error; empty if the message already has it."""
+    return "" if ", got " in str(error) else f", got {shown(value)}"
+
+
 def shown(value: object) -> str:
     """Return a short form of a value from a file, for messages such as `got …`."""
     if isinstance(value, bool):

@@ -44,7 +44,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any, ClassVar, Literal, dataclass_transform
 
 from graphengine.format.errors import GraphError
-from graphengine.format.wording import did_you_mean, listing
+from graphengine.format.wording import did_you_mean, got_value, listing
 from graphengine.node.port import MISSING, Bound, ExecIn, ExecOut, Field, In, Out, Port, State, exec_port, value_port
 from graphengine.node.types import PortType
 
@@ -173,7 +173,7 @@ class Node(metaclass=NodeMeta):
             try:
                 setattr(self, name, known.check(value))
             except (TypeError, ValueError) as error:
-                raise type(error)(f"{cls.__name__}.{name}: {error}, got {value!r}") from None
+                raise type(error)(f"{cls.__name__}.{name}: {error}{got_value(error, value)}") from None
 
     if TYPE_CHECKING:  # latent nodes have a slot `active`; as a property, it is not an argument of the constructor
 

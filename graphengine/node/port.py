@@ -7,6 +7,8 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, Literal, TypeVar, overload
 
+import numpy as np
+
 from graphengine.node.types import ANY, EXECUTION, PortType, UnionType, coerce, first_that_takes, parse
 
 T = TypeVar("T")
@@ -39,6 +41,8 @@ class Port:
     """True if the port needs a literal or a wire. A string names a group of ports, of which one needs a literal or a wire."""
     default_counts: bool = False
     """Whether a literal that equals the default satisfies `required`; normally it does not."""
+    unset: bool = False
+    """Whether the default, zero, is out of the bounds on purpose and means that the port is not set."""
     setup: bool = False
     control: bool = False
     extension: bool = False
@@ -61,27 +65,48 @@ class Port:
         signs = (("≥", self.ge), (">", self.gt), ("≤", self.le), ("<", self.lt))
         return " and ".join(f"{sign} {bound:g}" for sign, bound in signs if bound is not None)
 
-    def check(self, value: Any) -> Any:
-        """Return a literal, converted to the Python representation of the port's type.
+    @property
+    def is_bounded(self) -> bool:
+        """Whether the port has bounds for numbers."""
+        return any(bound is not None for bound in (self.ge, self.gt, self.le, self.lt))
+
+    def check(self, value: Any, *, recorded: bool = False) -> Any:
+        """Return a value that is set, converted to the Python representation of the port's type.
+
+        Args:
+            value: the value; for a union port, already converted to one of its types.
+            recorded: whether the value comes from a recording; then it need not be within the bounds, which may be newer.
 
         Raises:
-            TypeError: the literal has the wrong type.
-            ValueError: the literal is out of range, or is not one of the legal strings.
+            TypeError: the value has the wrong type.
+            ValueError: the value is out of range, or is not one of the legal strings.
         """
-        if isinstance(self.type, UnionType):
-            return value
-        value = coerce(value, self.type)
+        if not isinstance(self.type, UnionType):
+            value = coerce(value, self.type)
+        if not recorded and (wrong := self.refusal(value)):
+            raise ValueError(wrong)
+        return value
+
+    def refusal(self, value: Any) -> str:
+        """Return a text that says which values are legal if a value of the port's type is not legal; empty if it is legal."""
         if self.tokens and value not in self.tokens:
             more = f", … ({len(self.tokens) - _TOLD} more)" if len(self.tokens) > _TOLD else ""
-            raise ValueError(f"expected one of {', '.join(self.tokens[:_TOLD])}{more}")
+            return f"expected one of {', '.join(self.tokens[:_TOLD])}{more}"
         if isinstance(value, int | float) and not isinstance(value, bool):
-            low_enough = (self.le is None or value <= self.le) and (self.lt is None or value < self.lt)
-            high_enough = (self.ge is None or value >= self.ge) and (self.gt is None or value > self.gt)
-            if math.isnan(value) or not (low_enough and high_enough):
-                raise ValueError(
-                    f"expected a value {self.constraint}" if self.constraint else "expected a number other than NaN"
-                )
-        return value
+            if self.is_bounded:
+                return "" if self._allows(value) else f"expected a value {self.constraint}"
+            return "expected a number other than NaN" if math.isnan(value) and isinstance(self.type, PortType) else ""
+        numbers = np.ravel(value).tolist() if self.is_bounded else ()
+        for index, number in enumerate(numbers):
+            if not self._allows(number):
+                return f"expected values {self.constraint}, got {number} at [{index}]"
+        return ""
+
+    def _allows(self, number: float) -> bool:
+        """Return whether a number is within the bounds; NaN never is."""
+        low_enough = (self.le is None or number <= self.le) and (self.lt is None or number < self.lt)
+        high_enough = (self.ge is None or number >= self.ge) and (self.gt is None or number > self.gt)
+        return low_enough and high_enough
 
 
 @dataclass(eq=False)
@@ -132,14 +157,16 @@ def In(*, default: Any = MISSING, **facts: Any) -> Any:
 
             - `doc`: description of the port for users.
             - `unit`: unit of the value, such as `m/s`.
-            - `ge`, `gt`, `le`, `lt`: bounds of a literal number, which must not be NaN even without bounds. Values from wires are
-              not checked.
+            - `ge`, `gt`, `le`, `lt`: bounds of a number, or of each number of an array, that a file or a command sets; a single
+              number must not be NaN even without bounds. Values from wires are not checked.
             - `tokens`: legal strings.
             - `name`: OmniGraph name of the port; by default, the field's name in camel case.
             - `type`: OmniGraph type of the port; by default, the annotation gives the type.
             - `required`: True if the port needs a literal or a wire. A string names a group of ports, of which one needs a
               literal or a wire.
             - `default_counts`: whether a literal that equals the default satisfies `required`.
+            - `unset`: whether zero, the value of an input without `default`, is out of its bounds on purpose and means that the
+              input is not set; needless if the input is required.
             - `setup`: whether the node reads the port in `setup`; when the value changes, the node is set up again.
             - `extension`: whether the port is missing from the node in Isaac Sim.
             - `couple`: union ports with the same string resolve to the same type.

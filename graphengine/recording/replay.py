@@ -97,6 +97,7 @@ class Replay(ExternalInputs):
     """
 
     exact = True
+    replays = True
 
     session: SessionCore
     network: LiveNetwork

@@ -99,7 +99,7 @@ class Workspace:
         return self.folder / name
 
     def options(self, options: Options, scene: str = "") -> Options:
-        """Return load options that permit reading files only in this folder.
+        """Return load options for the files of the recording, which permit reading files only in this folder.
 
         Args:
             options: all other options.
@@ -113,6 +113,7 @@ class Workspace:
             message_paths=[self.place(MESSAGES)],
             scene=self.path(scene) if scene else None,
             near=None,
+            recorded=True,
         )
 
     def path(self, name: str) -> Path:

@@ -13,7 +13,7 @@ from typing import Any
 from graphengine.compiler.graph import settled_type, with_article
 from graphengine.compiler.literals import ends_with, no_node, no_port
 from graphengine.format.errors import UsageError
-from graphengine.format.wording import listing, shown, unknown
+from graphengine.format.wording import got_value, listing, shown, unknown
 from graphengine.node import types
 from graphengine.node.node_class import Node
 from graphengine.node.port import Port, Side
@@ -47,8 +47,14 @@ class NodePort:
         """
         self.executor.set_input(self.index, self.port.field, value)
 
-    def convert(self, value: Any) -> Any:
+    def convert(self, value: Any, *, recorded: bool = False) -> Any:
         """Return a value converted to the type of the port, which must be an unwired input.
+
+        All ways to set an input of a running graph call this method. A value that the input already has is legal.
+
+        Args:
+            value: value as in a graph file.
+            recorded: whether the value comes from a recording; then it need not be within the port's bounds.
 
         Raises:
             UsageError: the input is wired, or the value is not legal for the port.
@@ -60,10 +66,16 @@ class NodePort:
         wanted = settled_type(graph.instances[self.index], self.port)
         try:
             if isinstance(wanted, types.UnionType):
-                return types.first_that_takes(value, wanted.alternatives)[1]
-            return self.port.check(types.coerce(value, wanted))
+                converted = types.first_that_takes(value, wanted.alternatives)[1]
+            else:
+                converted = types.coerce(value, wanted)
         except (TypeError, ValueError) as error:
             raise UsageError(f"{self.address} is {with_article(wanted)}: {error}, got {shown(value)}") from None
+        wrong = "" if recorded or types.equal(converted, self.value) else self.port.refusal(converted)
+        if wrong:
+            unit = f" (unit: {self.port.unit})" if self.port.unit else ""
+            raise UsageError(f"{self.address}: {wrong}{got_value(wrong, value)}{unit}")
+        return converted
 
 
 @dataclass(frozen=True, slots=True)

@@ -246,7 +246,8 @@ class Set(_Change):
 
     def _apply(self, session: SessionCore) -> None:
         ports = find_ports(session.graphs, self.address, ("inputs",))
-        changes = [(port, port.convert(self.value)) for port in ports]
+        recorded = session.inbox.replays
+        changes = [(port, port.convert(self.value, recorded=recorded)) for port in ports]
         with contextlib.ExitStack() as undoing:
             for port, converted in changes:
                 undo = partial(port.put, port.value)

@@ -15,6 +15,9 @@ class ExternalInputs:
     exact = False
     """Whether each tick waits for its camera images, even in a run with a pace, so that a replay gets the same images."""
 
+    replays = False
+    """Whether the inputs come from a recording; values that a recorded command sets need not be within the bounds of ports."""
+
     @property
     def recorded_bytes(self) -> int | None:
         """Size of the recording without data in buffers, bytes; None if nothing is recorded."""

@@ -163,7 +163,7 @@ def _graph_uses(
 def _plan(scene: LoadedScene, uses: Sequence[GraphFile]) -> LoadedScene:
     """Resolve, plan and check the graphs in `uses`; return the scene with these graphs."""
     overrides, findings = Override.parse_all(scene.options.overrides), scene.findings
-    graphs = resolve_uses(uses, scene.files, scene.registry, findings, overrides)
+    graphs = resolve_uses(uses, scene.files, scene.options, scene.registry, findings, overrides)
     planned = share_plans(graphs, findings)
     world = scene.world
     if world is not None:

@@ -90,7 +90,12 @@ def find_use(
 
 
 def resolve_uses(
-    uses: Sequence[GraphFile], files: Files, registry: Registry, findings: Findings, overrides: Sequence[Override] = ()
+    uses: Sequence[GraphFile],
+    files: Files,
+    options: Options,
+    registry: Registry,
+    findings: Findings,
+    overrides: Sequence[Override] = (),
 ) -> list[Graph]:
     """Return the graphs of the given files, with parameters inserted; errors in the files are added to `findings`."""
     graphs: list[Graph] = []
@@ -108,7 +113,7 @@ def resolve_uses(
             return []
         at = use.at or flat.spec.at or f"/World/{flat.spec.graph}"
         prim_path = normalize(at) if at.startswith("/") else f"/{at}"
-        graphs.append(resolve(flat, use.name, prim_path, registry, findings, overrides))
+        graphs.append(resolve(flat, use.name, prim_path, registry, findings, overrides, recorded=options.recorded))
     return graphs
 
 

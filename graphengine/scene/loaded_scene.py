@@ -43,6 +43,8 @@ class Options:
         near: working directory; messages show paths relative to it.
         environment: values of the environment variables that graphs may read, by name.
         scripts: whether graphs may run Python code.
+        recorded: whether the files are those of a recording; then values out of the bounds of their ports are only warnings,
+            because the bounds may be newer than the recording.
     """
 
     overrides: Mapping[str, Any] = field(default_factory=dict)
@@ -60,6 +62,7 @@ class Options:
     near: Path | None = None
     environment: Mapping[str, str] = field(default_factory=dict)
     scripts: bool = False
+    recorded: bool = False
 
 
 @dataclass(frozen=True, slots=True)

@@ -128,7 +128,7 @@ class SceneRoster(Roster):
         services, findings = self._services, Findings()
         uses = robot_uses(robot, services.stage, files, findings, scene.options)
         overrides = Override.parse_all(scene.options.overrides)
-        graphs = share_plans(resolve_uses(uses, files, scene.registry, findings, overrides), findings)
+        graphs = share_plans(resolve_uses(uses, files, scene.options, scene.registry, findings, overrides), findings)
         findings.raise_errors()
         assert scene.world is not None
         write_namespaces(scene.world.scenery.scene, services.stage, graphs, findings, within=robot.prim_path)

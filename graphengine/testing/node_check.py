@@ -70,7 +70,7 @@ def _shape(cls: type[Node]) -> Iterator[str]:
     yield from (f"{named.count(name)} ports are called {name}" for name in sorted(set(named)) if named.count(name) > 1)
     for port in cls.fields.values():
         try:
-            if port.side != "state" and not port.is_exec and not port.required:
+            if port.side != "state" and not port.is_exec and not (port.required or port.unset):
                 port.check(port.default)
         except (TypeError, ValueError) as error:
             yield f"{port.name}: the default {port.default!r} is not valid: {error}"

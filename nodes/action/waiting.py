@@ -11,7 +11,9 @@ class Delay(ClockNode, type="omni.graph.action.Delay"):
     """Fires `finished` once, in the first tick in which `duration` has passed since the last execution."""
 
     exec_in = ExecIn(doc="starts or restarts the wait")
-    duration: float = In(default=0.0, unit="s", doc="simulation time to wait; a change during the wait has no effect")
+    duration: float = In(
+        default=0.0, ge=0.0, unit="s", doc="simulation time to wait; a change during the wait has no effect"
+    )
     finished = ExecOut()
 
     end: float = State(default=0.0)
@@ -42,7 +44,9 @@ class Timer(ClockNode, type="omni.graph.nodes.Timer"):
     """
 
     play = ExecIn(doc="starts the motion of `value` in the next tick; ignored during a motion")
-    duration: float = In(default=1.0, unit="s", doc="simulation time of the motion; numbers below 0 count as 0")
+    duration: float = In(
+        default=1.0, ge=0.0, unit="s", doc="simulation time of the motion; below 0 (from a wire) counts as 0"
+    )
     start_value: float = In(default=0.0, doc="first `value` of the motion")
     end_value: float = In(default=1.0, doc="last `value` of the motion")
     updated = ExecOut()
@@ -79,7 +83,7 @@ class Countdown(Node, type="omni.graph.action.Countdown"):
     """Counts `duration` ticks after an execution. Fires `tick` every `period` ticks, and `finished` in the last tick."""
 
     exec_in = ExecIn(doc="starts or restarts the count at 0; the outputs do not fire in the tick of this execution")
-    duration: Int = In(default=5, doc="number of ticks to count")
+    duration: Int = In(default=5, ge=0, doc="number of ticks to count")
     period: Int = In(default=1, ge=0, doc="number of ticks from one `tick` to the next; 0 counts as 1")
     tick = ExecOut()
     tick_value: Int = Out(

@@ -38,8 +38,8 @@ class ArticulationActuators(Node, type="isaacsim.core.experimental.actuators.Art
         unit="N m, N",
         doc="feed-forward efforts: one per selected joint, or one for all selected joints; if empty, efforts do not change",
     )
-    indices: Ints = In(doc="index of the robot: empty or [0], because `robotPath` selects a single robot")
-    dof_indices: Ints = In(doc="indices of the joints whose efforts are set; if empty, all joints")
+    indices: Ints = In(ge=0, le=0, doc="index of the robot: empty or [0], because `robotPath` selects a single robot")
+    dof_indices: Ints = In(ge=0, doc="indices of the joints whose efforts are set; if empty, all joints")
 
     articulation: Articulation = Bound()
     has_drive: NDArray[np.bool_] = Bound()

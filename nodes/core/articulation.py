@@ -51,7 +51,8 @@ class SelectedJointsNode(RobotNode):
         doc="names of the joints to use, in this order; if empty, `jointIndices` selects the joints"
     )
     joint_indices: Ints = In(
-        doc="indices of the joints to use, if `jointNames` is empty; if both inputs are empty, all joints are used"
+        ge=0,
+        doc="indices of the joints to use, if `jointNames` is empty; if both inputs are empty, all joints are used",
     )
 
     selection: JointSelection = Bound()

@@ -37,8 +37,8 @@ class ImageBufferNode(Node):
         doc="camera whose images are converted if `dataPtr` is empty: path from IsaacCreateRenderProduct, or prim path",
     )
     cuda_device_index: Int = In(default=-1, doc=_HOST)
-    width: UInt = In(default=0, unit="pixel", doc="width of the image in `dataPtr`")
-    height: UInt = In(default=0, unit="pixel", doc="height of the image in `dataPtr`")
+    width: UInt = In(ge=1, unset=True, unit="pixel", doc="width of the image in `dataPtr`")
+    height: UInt = In(ge=1, unset=True, unit="pixel", doc="height of the image in `dataPtr`")
     buffer_size: UInt = In(default=0, doc="no effect: the node knows the size of the buffer in `dataPtr`")
     cuda_device_index_out: Int = Out(default=-1, name="cudaDeviceIndex", doc="always -1: host memory")
 
@@ -169,10 +169,10 @@ class IsaacConvertDepthToPointCloud(
         doc="depth image, m: buffer with one float32 per pixel, top row first; inf at pixels without a surface",
     )
     focal_length: Float = In(
-        default=0.0, unit="mm", doc="focal length of the camera, in the same unit as `horizontalAperture`"
+        gt=0.0, unset=True, unit="mm", doc="focal length of the camera, in the same unit as `horizontalAperture`"
     )
     horizontal_aperture: Float = In(
-        default=0.0, unit="mm", doc="width of the camera's aperture, in the same unit as `focalLength`"
+        gt=0.0, unset=True, unit="mm", doc="width of the camera's aperture, in the same unit as `focalLength`"
     )
     vertical_aperture: Float = In(default=0.0, unit="mm", doc="no effect: pixels are square")
     format: UInt64 = In(default=_R32_SFLOAT, doc="format of the image in `dataPtr`: 33 (R32_SFLOAT)")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from graphengine.devices.camera import LARGEST_PICTURE
 from graphengine.node import Bound, Context, ExecIn, ExecOut, In, Node, Out, Token, UInt
 
 DEFAULT = "Viewport"
@@ -37,8 +38,8 @@ class IsaacSetViewportResolution(Node, type="isaacsim.core.nodes.IsaacSetViewpor
 
     exec_in = ExecIn()
     viewport: Token = In(default="", setup=True, doc=f"name of the viewport; if empty, {DEFAULT!r}")
-    width: UInt = In(default=1280, setup=True, unit="pixel")
-    height: UInt = In(default=720, setup=True, unit="pixel")
+    width: UInt = In(default=1280, ge=1, le=LARGEST_PICTURE, setup=True, unit="pixel")
+    height: UInt = In(default=720, ge=1, le=LARGEST_PICTURE, setup=True, unit="pixel")
     exec_out = ExecOut()
 
     def setup(self, context: Context) -> None:

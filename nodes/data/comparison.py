@@ -95,7 +95,7 @@ def _elements(value: Any, port_type: PortType) -> list[Any]:
 class _Zero(Elementwise):
     """Base class of nodes that compare numbers with 0 within a tolerance."""
 
-    tolerance: float = In(default=0.0, doc="largest absolute value that counts as 0")
+    tolerance: float = In(default=0.0, ge=0.0, doc="largest absolute value that counts as 0")
     value: Any = In(type=NUMERICS, required=True, doc="number, tuple or array to compare with 0")
 
     def result_type(self, given: Mapping[str, PortType]) -> PortType:

@@ -28,8 +28,10 @@ class InterpolateTo(Elementwise, type="omni.graph.nodes.InterpolateTo"):
 
     current: Any = In(type=DECIMALS, required=True, doc="value before the step: number, tuple or array")
     target: Any = In(type=DECIMALS, required=True, doc="value to approach, of the same size as `current`")
-    speed: float = In(default=1.0, unit="1/s", doc="fraction of the way to cover per second, if `exponent` is 1")
-    delta_seconds: float = In(default=0.0, unit="s", doc="duration of the step")
+    speed: float = In(
+        default=1.0, ge=0.0, unit="1/s", doc="fraction of the way to cover per second, if `exponent` is 1"
+    )
+    delta_seconds: float = In(default=0.0, ge=0.0, unit="s", doc="duration of the step")
     exponent: Float = In(
         default=2.0, ge=0.0, doc="exponent in the formula of the step; higher values give longer steps"
     )
@@ -88,7 +90,9 @@ class Ease(Elementwise, type="omni.graph.nodes.Ease"):
         required=True,
         doc="elapsed fraction of the duration; values are limited to the range from 0 to 1",
     )
-    blend_exponent: Int = In(default=2, doc="exponent of EaseIn, EaseOut and EaseInOut: 1 is linear, 2 quadratic, …")
+    blend_exponent: Int = In(
+        default=2, ge=0, doc="exponent of EaseIn, EaseOut and EaseInOut: 1 is linear, 2 quadratic, …"
+    )
     ease_func: Token = In(
         default="EaseInOut",
         tokens=EASINGS,

@@ -119,6 +119,7 @@ class RandomGaussian(TypedNode, RandomNode, type="omni.graph.nodes.RandomGaussia
     stdev: Any = In(
         type=DECIMALS,
         default=1.0,
+        ge=0.0,
         doc="standard deviation of the numbers, or of their logarithms if `useLog` is true",
     )
     use_log: bool = In(default=False, doc="true: draw from a log-normal distribution; false: from a normal one")

@@ -75,7 +75,7 @@ class ROS2CameraHelper(SkippingHelper, type="isaacsim.ros2.bridge.ROS2CameraHelp
         tokens=("", *ENCODINGS),
         doc="compression of rgb images; if empty, images are not compressed",
     )
-    jpeg_quality: UInt = In(default=JPEG_QUALITY, extension=True, doc="JPEG quality, 1 to 100")
+    jpeg_quality: UInt = In(default=JPEG_QUALITY, ge=1, le=100, extension=True, doc="JPEG quality, 1 to 100")
 
     camera: Camera = Bound()
     publisher: Publisher = Bound()

@@ -41,7 +41,7 @@ class ROS2PublishCompressedImage(SensorPublisher, type="isaacsim.ros2.bridge.ROS
     )
     width: UInt = In(default=0, unit="pixel", extension=True, doc="width of the image to compress")
     height: UInt = In(default=0, unit="pixel", extension=True, doc="height of the image to compress")
-    jpeg_quality: UInt = In(default=JPEG_QUALITY, extension=True, doc="JPEG quality, 1 to 100")
+    jpeg_quality: UInt = In(default=JPEG_QUALITY, ge=1, le=100, extension=True, doc="JPEG quality, 1 to 100")
 
     def compute(self) -> None:
         """Publish the bytes, if there are any and the topic has subscribers.

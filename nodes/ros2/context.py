@@ -10,6 +10,7 @@ class ROS2Context(Node, type="isaacsim.ros2.bridge.ROS2Context"):
 
     domain_id: UChar = In(
         default=0,
+        le=232,
         setup=True,
         name="domain_id",
         doc="domain ID, unless `useDomainIDEnvVar` is true and `ROS_DOMAIN_ID` is set",

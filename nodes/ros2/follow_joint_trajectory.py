@@ -67,12 +67,14 @@ class ROS2FollowJointTrajectory(RobotActionNode, type="graphengine.ros2.ROS2Foll
     )
     path_tolerances: Doubles = In(
         default=_NONE,
+        ge=0.0,
         setup=True,
         unit="rad, m",
         doc="maximum position error during a trajectory: one number for all joints, or one for each joint; empty or 0: no limit",
     )
     goal_tolerances: Doubles = In(
         default=_NONE,
+        ge=0.0,
         setup=True,
         unit="rad, m",
         doc="maximum position error at the end of a trajectory: one number, or one for each joint; empty or 0: no limit",

@@ -26,16 +26,18 @@ class ROS2PublishLaserScan(SensorPublisher, type="isaacsim.ros2.bridge.ROS2Publi
     topic_name: String = In(default="scan", setup=True)
     data_ptr: Buffer = In(default=0, doc="no effect: Isaac Sim's RTX renderer fills this buffer; use `linearDepthData`")
     buffer_size: UInt64 = In(default=0, doc="no effect: `dataPtr` is not read")
-    horizontal_fov: Float = In(default=0.0, unit="deg", doc="horizontal field of view; used for the time between beams")
+    horizontal_fov: Float = In(
+        default=0.0, ge=0.0, le=360.0, unit="deg", doc="horizontal field of view; used for the time between beams"
+    )
     horizontal_resolution: Float = In(default=0.0, unit="deg", doc="angle between adjacent beams")
-    depth_range: Float2 = In(default=(0.0, 0.0), unit="m", doc="smallest and largest valid distance")
+    depth_range: Float2 = In(default=(0.0, 0.0), ge=0.0, unit="m", doc="smallest and largest valid distance")
     rotation_rate: Float = In(
-        default=0.0, unit="Hz", doc="turns of the lidar per second; 0: all beams are simultaneous"
+        default=0.0, ge=0.0, unit="Hz", doc="turns of the lidar per second; 0: all beams are simultaneous"
     )
     linear_depth_data: Floats = In(unit="m", doc="range of each beam; inf for a miss")
     intensities_data: UChars = In(doc="intensity of each beam; if empty, 255 for hits and 0 for misses")
-    num_rows: Int = In(default=0, doc="number of rows of beams; must be 1")
-    num_cols: Int = In(default=0, doc="number of beams")
+    num_rows: Int = In(ge=1, le=1, unset=True, doc="number of rows of beams; must be 1")
+    num_cols: Int = In(ge=1, unset=True, doc="number of beams")
     azimuth_range: Float2 = In(default=(0.0, 0.0), unit="deg", doc="azimuth of the first and the last beam")
 
     def message(self) -> messages.LaserScan:

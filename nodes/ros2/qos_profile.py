@@ -24,11 +24,14 @@ class ROS2QoSProfile(Node, type="isaacsim.ros2.bridge.ROS2QoSProfile"):
     depth: UInt64 = In(default=10, doc="number of messages to keep if `history` is keepLast")
     reliability: Token = In(default="reliable", tokens=("systemDefault", "reliable", "bestEffort", "unknown"))
     durability: Token = In(default="volatile", tokens=("systemDefault", "transientLocal", "volatile", "unknown"))
-    deadline: float = In(default=0.0, unit="s", doc="maximum time between two messages; 0: no limit")
-    lifespan: float = In(default=0.0, unit="s", doc="age at which a message expires; 0: never")
+    deadline: float = In(default=0.0, ge=0.0, unit="s", doc="maximum time between two messages; 0: no limit")
+    lifespan: float = In(default=0.0, ge=0.0, unit="s", doc="age at which a message expires; 0: never")
     liveliness: Token = In(default="systemDefault", tokens=("systemDefault", "automatic", "manualByTopic", "unknown"))
     lease_duration: float = In(
-        default=0.0, unit="s", doc="time without a sign of life after which a publisher counts as lost; 0: never"
+        default=0.0,
+        ge=0.0,
+        unit="s",
+        doc="time without a sign of life after which a publisher counts as lost; 0: never",
     )
     create_profile: Token = In(
         default=_DEFAULT,

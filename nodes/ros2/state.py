@@ -69,8 +69,8 @@ class ROS2PublishJointState(PublisherNode, type="isaacsim.ros2.bridge.ROS2Publis
     joint_positions: Doubles = In(unit="rad, m")
     joint_velocities: Doubles = In(unit="rad/s, m/s")
     joint_efforts: Doubles = In(unit="N m, N")
-    joint_dof_types: UChars = In(doc="type of each joint in the arrays: 0 for revolute, 1 for prismatic")
-    stage_meters_per_unit: Float = In(default=0.0, unit="m", doc="length of a stage unit, for the arrays")
+    joint_dof_types: UChars = In(le=1, doc="type of each joint in the arrays: 0 for revolute, 1 for prismatic")
+    stage_meters_per_unit: Float = In(gt=0.0, unset=True, unit="m", doc="length of a stage unit, for the arrays")
     sensor_time: Float = In(default=0.0, unit="s", doc="stamp for the arrays; if it is 0 or less, `timeStamp` is used")
     resolution: float = In(
         default=1e-4,

@@ -147,6 +147,7 @@ class RobotStatePublisher(NetworkNode, type="graphengine.ros2.RobotStatePublishe
     time_stamp: float = In(default=0.0, unit="s")
     publish_frequency: float = In(
         default=20.0,
+        le=1e9,
         gt=0.0,
         setup=True,
         unit="Hz",

@@ -23,43 +23,55 @@ class AckermannController(Node, type="isaacsim.robot.wheeled_robots.AckermannCon
     Multiply the commands by 1 or -1 per joint with a Multiply node. If only some wheels are driven, select their speeds with an
     ArraySlice node.
 
-    A limit of 0 means no limit. Changed inputs take effect at the next execution.
+    A limit of 0 means no limit. The sign of a limit, length, acceleration or rate of change from a wire is ignored. Changed
+    inputs take effect at the next execution.
     """
 
     exec_in = ExecIn()
-    acceleration: float = In(default=0.0, unit="m/s2", doc="acceleration towards `speed`; 0 applies `speed` at once")
-    max_acceleration: float = In(default=0.0, unit="m/s2", doc="upper limit of `acceleration`; 0 means no limit")
+    acceleration: float = In(
+        default=0.0, ge=0.0, unit="m/s2", doc="acceleration towards `speed`; 0 applies `speed` at once"
+    )
+    max_acceleration: float = In(
+        default=0.0, ge=0.0, unit="m/s2", doc="upper limit of `acceleration`; 0 means no limit"
+    )
     speed: float = In(default=0.0, unit="m/s", doc="forward speed at the middle of the unsteered axle")
     steering_angle: float = In(
         default=0.0, unit="rad", doc="steering angle of a bicycle with the same wheel base; left is positive"
     )
-    max_wheel_rotation: float = In(default=6.28, unit="rad", doc="largest steering angle of a wheel; 0 means no limit")
+    max_wheel_rotation: float = In(
+        default=6.28, ge=0.0, unit="rad", doc="largest steering angle of a wheel; 0 means no limit"
+    )
     steering_angle_velocity: float = In(
-        default=0.0, unit="rad/s", doc="rate of change towards `steeringAngle`; 0 applies `steeringAngle` at once"
+        default=0.0,
+        ge=0.0,
+        unit="rad/s",
+        doc="rate of change towards `steeringAngle`; 0 applies `steeringAngle` at once",
     )
     max_steering_angle_velocity: float = In(
-        default=0.0, unit="rad/s", doc="upper limit of `steeringAngleVelocity`; 0 means no limit"
+        default=0.0, ge=0.0, unit="rad/s", doc="upper limit of `steeringAngleVelocity`; 0 means no limit"
     )
-    wheel_base: float = In(default=0.0, required=True, unit="m", doc="distance between the axles")
+    wheel_base: float = In(gt=0.0, required=True, unit="m", doc="distance between the axles")
     track_width: float = In(
         default=0.0,
+        ge=0.0,
         required=True,
         default_counts=True,
         unit="m",
         doc="distance between left and right wheels; 0: each axle is treated as a single wheel in its middle",
     )
     front_wheel_radius: float = In(
-        default=0.0, required="radius", unit="m", doc="radius of the front wheels; 0: same as `backWheelRadius`"
+        default=0.0, ge=0.0, required="radius", unit="m", doc="radius of the front wheels; 0: same as `backWheelRadius`"
     )
     back_wheel_radius: float = In(
-        default=0.0, required="radius", unit="m", doc="radius of the back wheels; 0: same as `frontWheelRadius`"
+        default=0.0, ge=0.0, required="radius", unit="m", doc="radius of the back wheels; 0: same as `frontWheelRadius`"
     )
-    max_wheel_velocity: float = In(default=0.0, unit="rad/s", doc="largest speed of a wheel; 0 means no limit")
+    max_wheel_velocity: float = In(default=0.0, ge=0.0, unit="rad/s", doc="largest speed of a wheel; 0 means no limit")
     invert_steering: bool = In(
         default=False, doc="true: the back wheels steer, in the opposite direction; false: the front wheels steer"
     )
     dt: float = In(
         default=0.0,
+        ge=0.0,
         unit="s",
         doc="time between two executions; needed if `acceleration` or `steeringAngleVelocity` is not 0",
     )

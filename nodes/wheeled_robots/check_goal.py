@@ -19,6 +19,7 @@ class CheckGoal2D(PlanarNode, type="isaacsim.robot.wheeled_robots.CheckGoal2D"):
     target_changed: bool = In(default=False, doc="no effect: every execution reads `target`")
     thresholds: Double2 = In(
         default=(0.1, 0.1),
+        ge=0.0,
         unit="m, rad",
         doc="tolerances: [largest distance, largest yaw difference] at which the target counts as reached",
     )

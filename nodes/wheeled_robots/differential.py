@@ -26,35 +26,39 @@ class DifferentialController(Node, type="isaacsim.robot.wheeled_robots.Different
 
     The wheel speeds are (2v - w d) / 2r on the left and (2v + w d) / 2r on the right, where r is `wheelRadius`, d is
     `wheelDistance`, and v and w are `linearVelocity` and `angularVelocity` after limits and ramps. The acceleration of v is
-    limited only if neither `maxAcceleration` nor `maxDeceleration` is 0. A limit of 0 means no limit. Changed inputs take effect
-    at the next execution.
+    limited only if neither `maxAcceleration` nor `maxDeceleration` is 0. A limit of 0 means no limit. The sign of a radius,
+    distance or limit from a wire is ignored. Changed inputs take effect at the next execution.
     """
 
     exec_in = ExecIn()
-    wheel_radius: float = In(default=0.0, required=True, unit="m", doc="radius r of the wheels; the sign is ignored")
+    wheel_radius: float = In(gt=0.0, required=True, unit="m", doc="radius r of the wheels")
     wheel_distance: float = In(
-        default=0.0,
+        gt=0.0,
         required=True,
         unit="m",
-        doc="distance d between the contact points of the wheels; the sign is ignored",
+        doc="distance d between the contact points of the wheels",
     )
-    dt: float = In(default=0.0, unit="s", doc="time between two executions; needed for acceleration limits")
+    dt: float = In(default=0.0, ge=0.0, unit="s", doc="time between two executions; needed for acceleration limits")
     max_acceleration: float = In(
         default=0.0,
+        ge=0.0,
         unit="m/s2",
         doc="limit of the acceleration while the base speeds up; no limit if `maxAcceleration` or `maxDeceleration` is 0",
     )
     max_deceleration: float = In(
         default=0.0,
+        ge=0.0,
         unit="m/s2",
         doc="limit of the deceleration while the base slows down; no limit if `maxAcceleration` or `maxDeceleration` is 0",
     )
     max_angular_acceleration: float = In(
-        default=0.0, unit="rad/s2", doc="limit of the angular acceleration; 0 means no limit"
+        default=0.0, ge=0.0, unit="rad/s2", doc="limit of the angular acceleration; 0 means no limit"
     )
-    max_linear_speed: float = In(default=0.0, unit="m/s", doc="largest speed of the base; 0 means no limit")
-    max_angular_speed: float = In(default=0.0, unit="rad/s", doc="largest turn rate of the base; 0 means no limit")
-    max_wheel_speed: float = In(default=0.0, unit="rad/s", doc="largest speed of a wheel; 0 means no limit")
+    max_linear_speed: float = In(default=0.0, ge=0.0, unit="m/s", doc="largest speed of the base; 0 means no limit")
+    max_angular_speed: float = In(
+        default=0.0, ge=0.0, unit="rad/s", doc="largest turn rate of the base; 0 means no limit"
+    )
+    max_wheel_speed: float = In(default=0.0, ge=0.0, unit="rad/s", doc="largest speed of a wheel; 0 means no limit")
     linear_velocity: float = In(default=0.0, unit="m/s", doc="forward velocity of the base")
     angular_velocity: float = In(default=0.0, unit="rad/s", doc="turn rate of the base, counter-clockwise")
     velocity_command: Doubles = Out(default=[0.0, 0.0], unit="rad/s", doc="wheel speeds: [left, right]")

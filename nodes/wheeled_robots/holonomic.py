@@ -30,11 +30,11 @@ class HolonomicController(Node, type="isaacsim.robot.wheeled_robots.HolonomicCon
     If `rolling` is true, the wheels roll on the floor and do not slip along their roller axes. For each wheel,
     s r (a x up) . g = (v + w up x p) . g, where `up` is the unit vector along `upAxis`.
 
-    A limit of 0 means no limit. Changed inputs take effect at the next execution.
+    A limit of 0 means no limit; the sign of a limit from a wire is ignored. Changed inputs take effect at the next execution.
     """
 
     exec_in = ExecIn()
-    wheel_radius: Doubles = In(required=True, unit="m", doc="radii: one per wheel, or one for all wheels")
+    wheel_radius: Doubles = In(gt=0.0, required=True, unit="m", doc="radii: one per wheel, or one for all wheels")
     wheel_positions: Double3s = In(
         required=True, unit="m", doc="position of each wheel relative to the centre of the base"
     )
@@ -53,10 +53,15 @@ class HolonomicController(Node, type="isaacsim.robot.wheeled_robots.HolonomicCon
         unit="m/s, m/s, rad/s",
         doc="twist of the base: [forward speed, speed to the left, counter-clockwise turn rate]",
     )
-    max_linear_speed: float = In(default=100000.0, unit="m/s", doc="largest speed of the base; 0 means no limit")
-    max_angular_speed: float = In(default=100000.0, unit="rad/s", doc="largest turn rate of the base; 0 means no limit")
+    max_linear_speed: float = In(
+        default=100000.0, ge=0.0, unit="m/s", doc="largest speed of the base; 0 means no limit"
+    )
+    max_angular_speed: float = In(
+        default=100000.0, ge=0.0, unit="rad/s", doc="largest turn rate of the base; 0 means no limit"
+    )
     max_wheel_speed: float = In(
         default=100000.0,
+        ge=0.0,
         unit="rad/s",
         doc="largest speed of a wheel; if a wheel exceeds it, all wheel speeds are scaled down; 0 means no limit",
     )

@@ -65,8 +65,8 @@ class QuinticPathPlanner(PlanarNode, type="isaacsim.robot.wheeled_robots.Quintic
     initial_accel: float = In(default=0.02, unit="m/s2", doc="acceleration at the start, along the yaw of the base")
     goal_velocity: float = In(default=0.5, ge=0.0, unit="m/s", doc="speed at the target, along the target's yaw")
     goal_accel: float = In(default=0.02, unit="m/s2", doc="acceleration at the target, along the target's yaw")
-    max_accel: float = In(default=1.5, unit="m/s2", doc="largest acceleration on the path")
-    max_jerk: float = In(default=0.3, unit="m/s3", doc="largest jerk on the path")
+    max_accel: float = In(default=1.5, ge=0.0, unit="m/s2", doc="largest acceleration on the path")
+    max_jerk: float = In(default=0.3, ge=0.0, unit="m/s3", doc="largest jerk on the path")
     step: float = In(
         default=0.16666666667, ge=SHORTEST_STEP, unit="s", doc="longest time between two points of the path"
     )

@@ -75,6 +75,7 @@ class StanleyControlPID(PlanarNode, type="isaacsim.robot.wheeled_robots.StanleyC
     )
     thresholds: Double2 = In(
         default=(0.1, 0.1),
+        ge=0.0,
         unit="m, rad",
         doc="two numbers: the first is the distance from the target within which the base turns on the spot to the target's "
         "yaw; the second has no effect",

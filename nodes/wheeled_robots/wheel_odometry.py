@@ -57,7 +57,7 @@ class ComputeWheelOdometry(RobotNode, type="graphengine.wheeled_robots.ComputeWh
     steering_joints: Tokens = In(
         default=(), setup=True, doc="for `ackermann`: names of the steering joints, [left, right] or [middle]"
     )
-    wheel_radius: float = In(default=0.0, required=True, unit="m", doc="radius of the wheels")
+    wheel_radius: float = In(gt=0.0, required=True, unit="m", doc="radius of the wheels")
     left_wheel_radius_multiplier: float = In(
         default=1.0,
         doc="factor for the radius of the left wheels; negative if negative joint velocities drive the base forward",
@@ -66,8 +66,12 @@ class ComputeWheelOdometry(RobotNode, type="graphengine.wheeled_robots.ComputeWh
         default=1.0,
         doc="factor for the radius of the right wheels; negative if negative joint velocities drive the base forward",
     )
-    wheel_distance: float = In(default=0.0, required=True, unit="m", doc="distance between left and right wheels")
-    wheel_distance_multiplier: float = In(default=1.0, unit="m/m", doc="factor for `wheelDistance`, to calibrate turns")
+    wheel_distance: float = In(
+        default=0.0, ge=0.0, required=True, unit="m", doc="distance between left and right wheels"
+    )
+    wheel_distance_multiplier: float = In(
+        default=1.0, gt=0.0, unit="m/m", doc="factor for `wheelDistance`, to calibrate turns"
+    )
     wheel_base: float = In(
         default=0.0,
         unit="m",
@@ -75,6 +79,7 @@ class ComputeWheelOdometry(RobotNode, type="graphengine.wheeled_robots.ComputeWh
     )
     steering_distance: float = In(
         default=0.0,
+        ge=0.0,
         unit="m",
         doc="for `ackermann`: distance between the steering axes of the two steered wheels; if 0, `wheelDistance`",
     )

@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 from mcap.reader import make_reader
 
+import graphengine as ge
 from tests.cli.harness import Graphrun, live
 from tests.recording.harness import DIVIDES
 
@@ -63,6 +64,29 @@ def test_recordings_from_before_bad_values_were_dropped_end_as_they_did(
 ) -> None:
     result = graphrun("replay", str(RECORDINGS / f"{name}.mcap"))
     assert (result.code, result.out) == (0, verdict)
+
+
+def test_a_recording_with_values_that_are_refused_today_is_replayed_with_warnings(graphrun: Graphrun) -> None:
+    result = graphrun("replay", str(RECORDINGS / "limits.mcap"))
+    # Its graph has a radius of -0.1 m; a limit was set to -1, then the radius to 0, which ended the run.
+    assert (result.code, result.out) == (0, "identical: 6 messages in 6 ticks, 0.100 s\n")
+    first, *_ = warned = [line for line in result.err.splitlines() if "warning W109" in line]
+    assert len(warned) == 2
+    assert first.endswith(
+        "limits.yaml:8:27: warning W109: Controller.wheelRadius: expected a value > 0, got -0.1 (unit: m)"
+    )
+
+
+def test_a_value_that_was_set_and_dropped_is_dropped_in_a_replay(graphrun: Graphrun, tmp_path: Path) -> None:
+    path = tmp_path / "out.mcap"
+    with ge.load("dd100_flat").session(record=path) as sim:
+        sim.step(3)
+        sim.set("ArtController.effortCommand", [1.0, 2.0, 3.0])
+        sim.step(3)
+    made = metadata(str(path))
+    assert json.loads(made["drops_set_values"]) is True
+    assert list(json.loads(made["dropped_values"]).values()) == [3]
+    assert graphrun("replay", str(path)).out.startswith("identical: ")
 
 
 def test_ctl_state_shows_what_was_dropped(graphrun: Graphrun, divides: str, tmp_path: Path) -> None:

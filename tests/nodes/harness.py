@@ -40,8 +40,16 @@ def facts(name: str) -> dict[str, Any]:
 
 def ready(cls: type[N], context: RecordingContext, /, **inputs: Any) -> N:
     """A node with those inputs, set up."""
-    node = cls(**inputs)
+    node = fed(cls, **inputs)
     node.setup(context)
+    return node
+
+
+def fed(cls: type[N], /, **inputs: Any) -> N:
+    """A node with those inputs, out of bounds too, as from wires."""
+    node = cls()
+    for field, value in inputs.items():
+        setattr(node, field, cls.fields[field].check(value, recorded=True))
     return node
 
 

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from graphengine.format.errors import CheckError
 from graphengine.nodes.wheeled_robots.ackermann import AckermannController
 from graphengine.testing import RecordingContext
-from tests.nodes.harness import Player
+from tests.nodes.harness import Player, fed
 
 GEOMETRY: dict[str, Any] = {"wheel_base": 1.6, "track_width": 1.2, "front_wheel_radius": 0.3, "back_wheel_radius": 0.4}
 sizes = st.floats(0.05, 3.0)
@@ -21,7 +21,7 @@ angles = st.floats(-1.3, 1.3)
 
 
 def controller(**inputs: Any) -> AckermannController:
-    return AckermannController(**{**GEOMETRY, **inputs})
+    return fed(AckermannController, **{**GEOMETRY, **inputs})
 
 
 def driven(node: AckermannController) -> tuple[list[float], list[float]]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import itertools
 from collections.abc import Iterator
 from random import Random
@@ -9,11 +10,14 @@ from typing import Any
 
 import pytest
 
+from graphengine.format.errors import GraphError
 from graphengine.node import BadValueError, Node, PortType
+from graphengine.node.port import Port
+from graphengine.node.types import equal
 from tests.nodes.harness import Player
 from tests.nodes.test_ports import TYPES
 from tests.nodes.trial import ROUNDS, Trial, inputs_of, play_wired, spoiled, trials
-from tests.nodes.wire_values import bad_inputs, legal_inputs
+from tests.nodes.wire_values import a_value, bad_inputs, legal_inputs
 
 WIRED = sorted(name for name, cls in TYPES.items() if cls.compute is not Node.compute and Trial(name).wired)
 """Types that compute with inputs whose values wires may change from tick to tick."""
@@ -91,6 +95,26 @@ def test_no_value_from_a_wire_ends_a_run(name: str, play: Player) -> None:
         playing.tick()
         reached += any(getattr(playing.node("Node"), field) is value for field, value in values.items())
     assert reached
+
+
+def can_be_set(trial: Trial, port: Port) -> bool:
+    """Whether a graph file can do without a wire to an input."""
+    needed = port.required and equal(trial.good[port.field], port.default)
+    return isinstance(port.type, PortType) and port.type.base != "any" and not needed and port.name != "serverHandle"
+
+
+@pytest.mark.parametrize("name", [name for name in WIRED if not name.endswith("ScriptNode")])  # a script may raise
+def test_no_value_that_is_set_while_a_run_goes_on_ends_it(name: str, play: Player) -> None:
+    trial, random = Trial(name), Random(name)
+    settable = [port for port in inputs_of(trial.cls) if can_be_set(trial, port)]
+    trial.wired = [port for port in trial.wired if port not in settable]
+    playing, _ = play_wired(play, trial)
+    for _ in range(10):
+        for port in settable:
+            value = a_value(random, trial.types[port.field], port.tokens)
+            with contextlib.suppress(GraphError):
+                playing.command("set", address=f"Node.inputs:{port.name}", value=value)
+        playing.tick()
 
 
 UNWIRED = {"IsaacReadEnvVar", "IsaacSetCameraOnRenderProduct", "QuinticPathPlanner", "ROS2Publisher", "ROS2Subscriber"}

@@ -106,6 +106,15 @@ def test_a_default_that_is_not_given_is_legal_too() -> None:
     assert complaint(Positive) == "loopGain: the default 0.0 is not valid: expected a value > 0"
 
 
+def test_a_zero_that_means_that_an_input_is_not_set_may_be_out_of_its_bounds() -> None:
+    class Positive(Node, type="test.Positive"):
+        """Divides by a gain."""
+
+        loop_gain: float = In(gt=0.0, unset=True)
+
+    check_node(Positive)
+
+
 def test_a_bound_that_json_cannot_hold_is_found() -> None:
     class Boundless(Node, type="test.Boundless"):
         """Has an infinite bound."""

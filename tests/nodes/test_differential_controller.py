@@ -14,7 +14,7 @@ from graphengine.format.errors import NodeError
 from graphengine.node.port import camel_case
 from graphengine.nodes.wheeled_robots.differential import DifferentialController
 from graphengine.testing import RecordingContext
-from tests.nodes.harness import Player, dd100, twist
+from tests.nodes.harness import Player, dd100, fed, twist
 
 GEOMETRY: dict[str, Any] = {"wheel_radius": 0.1, "wheel_distance": 0.5}
 speeds = st.floats(-10.0, 10.0)
@@ -22,7 +22,7 @@ sizes = st.floats(0.01, 2.0)
 
 
 def controller(**inputs: Any) -> DifferentialController:
-    return DifferentialController(**{**GEOMETRY, **inputs})
+    return fed(DifferentialController, **{**GEOMETRY, **inputs})
 
 
 def wheels(node: DifferentialController) -> list[float]:

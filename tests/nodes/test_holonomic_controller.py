@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from graphengine.nodes.wheeled_robots.holonomic import HolonomicController
 from graphengine.testing import RecordingContext
-from tests.nodes.harness import matrix
+from tests.nodes.harness import fed, matrix
 
 Floats = NDArray[np.float64]
 UP = np.array([0.0, 0.0, 1.0])
@@ -194,7 +194,7 @@ def test_after_a_stop_there_is_no_command_until_the_next_compute() -> None:
 )
 def test_a_geometry_that_cannot_be_is_refused(inputs: dict[str, Any], complaint: str) -> None:
     node = OMNI.controller((1.0, 0.0, 0.0))
-    changed = HolonomicController(**{**{name: getattr(node, name) for name in ARRAYS}, **inputs})
+    changed = fed(HolonomicController, **{**{name: getattr(node, name) for name in ARRAYS}, **inputs})
     with pytest.raises(ValueError, match=complaint):
         changed.compute()
 

@@ -17,7 +17,7 @@ from graphengine.nodes.wheeled_robots.planar import yaw_of
 from graphengine.nodes.wheeled_robots.quintic import DURATIONS, QuinticPathPlanner, derivative, quintic
 from graphengine.nodes.wheeled_robots.stanley import StanleyControlPID
 from graphengine.testing import RecordingContext
-from tests.nodes.harness import Player, computed, matrix, ready, yaw
+from tests.nodes.harness import Player, computed, fed, matrix, ready, yaw
 
 Floats = NDArray[np.float64]
 Heading = tuple[float, float, float]
@@ -55,7 +55,7 @@ def test_a_base_that_is_nowhere_is_refused(cls: Any, place: Heading) -> None:
 
 
 def reached(place: Heading, target: Heading, thresholds: tuple[float, float]) -> list[bool]:
-    node = CheckGoal2D(**here(place), target=target, thresholds=thresholds)
+    node = fed(CheckGoal2D, **here(place), target=target, thresholds=thresholds)
     node.compute()
     found: list[bool] = node.reached_goal.tolist()
     return found

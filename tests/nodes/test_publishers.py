@@ -350,7 +350,7 @@ def test_a_context_is_a_data_node_and_0_before_it_is_read() -> None:
 
 def test_a_domain_that_ros_does_not_have_is_refused() -> None:
     with pytest.raises(TopicError, match="233"):
-        ROS2Context(domain_id=233).setup(RecordingContext())
+        ready(ROS2Context, RecordingContext(), domain_id=233)
 
 
 def test_in_a_graph_endpoints_live_in_the_contexts_domain(play: Player) -> None:

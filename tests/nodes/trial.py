@@ -64,7 +64,7 @@ class Trial:
         self.context.world.add_body("/World/box")
         self.context.service_server("std_srvs/srv/SetBool", "/served")
         self.context.action_server("example_interfaces/action/Fibonacci", "/pursued")
-        self.node: Any = self.cls(**self.good)
+        self.node: Any = self.cls(**{f: v for f, v in self.good.items() if not self.cls.fields[f].unset})
         unions = {p.field for p in inputs_of(self.cls) if isinstance(p.type, UnionType)}
         known = {field: kind for field, kind in self.types.items() if field in unions}
         types = {field: kind for field, kind in self.types.items() if kind.base != "any"}

@@ -168,6 +168,14 @@ def test_a_value_from_the_start_still_ends_the_run_after_a_reload_of_other_nodes
         run.session.step()
 
 
+def test_a_value_out_of_bounds_is_refused_by_a_reload(begin: Any) -> None:
+    run = begin(RAMPS)
+    with pytest.raises(CheckError, match=r"wheelRadius: expected a value > 0, got 0\.0"):
+        run.reload(("wheelRadius: 0.1", "wheelRadius: 0.0"))
+    run.session.step()
+    assert run.node("Controller").wheel_radius == 0.1
+
+
 def test_a_variable_keeps_its_value_until_its_default_changes(begin: Any) -> None:
     run = begin(GRAPH.replace("  - Tick.tick -> Write.execIn\n", ""))
     run.session.graphs[0].variables["speed"].value = 5.0

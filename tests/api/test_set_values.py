@@ -1,0 +1,190 @@
+"""Values that are set while a session runs: refused by the bounds of ports, or dropped by the node that cannot use them."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+
+import graphengine as ge
+from graphengine.format.errors import CheckError, NodeError
+from graphengine.runtime.commands import Command
+from graphengine.runtime.parameter_table import Parameter, graph_parameters
+from tests.api.conftest import Start
+
+LIMIT, RADIUS, EFFORT = "DiffController.maxLinearSpeed", "DiffController.wheelRadius", "ArtController.effortCommand"
+ART = "/dd100/Geometry/base_link/chassis_link/cmd_vel/ArtController"
+HOSTILE: list[Any] = [0, -1, 1, 0.0, -1.0, math.nan, math.inf, -math.inf, 1e308, 5e-324, 2**31, 2**63, -(2**63), 2**64]
+HOSTILE += ["", "no such", "a\0b", "/", "{", "x" * 100_000, True, None, {}, [[1.0, 2.0, 3.0]]]
+HOSTILE += [[], [0.0], [-1.0], [math.nan], [math.inf], [1.0, 2.0, 3.0], [1.0] * 100_000, [1e308] * 2, [-1, -1], [2**40]]
+HOSTILE += [["a"], ["a", "b", "c"], [True]]
+
+OUT_OF_BOUNDS = [
+    (LIMIT, -1.0, "maxLinearSpeed: expected a value ≥ 0, got -1.0 (unit: m/s)"),
+    (LIMIT, math.nan, "maxLinearSpeed: expected a value ≥ 0, got nan (unit: m/s)"),
+    (RADIUS, 0.0, "wheelRadius: expected a value > 0, got 0.0 (unit: m)"),
+    (RADIUS, -0.049, "wheelRadius: expected a value > 0, got -0.049 (unit: m)"),
+    ("ArtController.jointIndices", [0, -1], "jointIndices: expected values ≥ 0, got -1 at [1]"),
+]
+
+
+def dropped(sim: ge.Session) -> dict[str, int]:
+    counts = sim._runner.session.services.dropped
+    assert counts is not None
+    return counts.ticks
+
+
+def command_of(parameter: Parameter, value: Any) -> Command | None:
+    """What sets a parameter to a value; None if the value is refused, which names the input and what is legal."""
+    assert parameter.command is not None
+    try:
+        return parameter.command(value)
+    except ge.UsageError as error:
+        refusal = str(error)
+    assert parameter.name.rpartition(".")[2] in refusal
+    assert "expected" in refusal
+    return None
+
+
+def test_no_value_of_a_parameter_ends_a_run() -> None:
+    with ge.load("dd100_warehouse", rays="mujoco").session() as sim:
+        for claim in sim._runner.scene.claims:
+            if claim.direction == "publish":
+                sim.subscribe(claim.topic, keep=1)
+        sim.step(2)
+        graphs, mark = sim._runner.session.graphs, sim.checkpoint()
+        found = [p for robot in ("", *sim.robots) for p in graph_parameters(graphs, robot).values()]
+        accepted, unusable = 0, set[tuple[str, str]]()
+        for parameter, value in itertools.product(found, HOSTILE):
+            command = command_of(parameter, value)
+            if command is None:
+                continue
+            accepted += 1
+            command.apply(sim._runner.session)
+            sim.step(2)
+            unusable.update((node, parameter.name) for node in dropped(sim))
+            sim.restore(mark)
+            assert not dropped(sim)
+    assert len(found) >= 40
+    assert accepted >= 150
+    assert (ART, "cmd_vel.ArtController.effortCommand") in unusable
+
+
+@pytest.mark.parametrize("scope", ["time", "all"])
+def test_a_value_that_its_node_cannot_use_is_dropped_and_counted_and_the_robot_drives_on(
+    sim: ge.Session, scope: Any
+) -> None:
+    sim.set(EFFORT, [1.0, 2.0, 3.0])
+    sim.step(5)
+    assert dropped(sim) == {ART: 5}
+    sim.reset(scope)  # which keeps values that were set
+    sim.step(5)
+    assert dropped(sim) == {ART: 10}
+    sim.set(EFFORT, [])
+    sim.publish("/dd100_0000/cmd_vel", {"linear": {"x": 0.5}}, every=0.1)
+    sim.run(2.0)
+    assert dropped(sim) == {ART: 10}
+    assert sim.robots["dd100"].pose.position[0] > 0.5
+
+
+def test_the_warning_names_port_value_and_what_is_legal(start: Start) -> None:
+    said: list[str] = []
+    sim = start(RAMPS, log=lambda severity, node, text: said.append(text))
+    sim.set("Controller.linearVelocity", 1.0)
+    sim.impulse("Go")
+    sim.step()
+    assert said[0].startswith("dt, maxAcceleration, maxDeceleration, maxAngularAcceleration must be above 0")
+    assert "it is 0.0; dropped at tick 1" in said[0]
+
+
+def test_where_bad_values_are_to_stop_a_run_a_value_that_was_set_does_too() -> None:
+    with ge.load("dd100_flat").session(bad_values="stop") as sim:
+        sim.step()
+        sim.set(EFFORT, [1.0, 2.0, 3.0])
+        with pytest.raises(NodeError, match="effortCommand has one number for each of 2 joints"):
+            sim.step()
+
+
+def test_a_value_from_the_start_ends_the_run() -> None:
+    with (
+        ge.load("dd100_flat", set={EFFORT: [1.0, 2.0, 3.0]}).session() as sim,
+        pytest.raises(NodeError, match=EFFORT[:3]),
+    ):
+        sim.step()
+
+
+RAMPS = """
+nodes:
+  Go: OnImpulseEvent
+  Controller:
+    type: DifferentialController
+    inputs: {wheelRadius: 0.1, wheelDistance: 0.5, maxAngularAcceleration: 1.0}
+connections: [Go.execOut -> Controller.execIn]
+"""
+"""A node whose inputs are within their bounds, but do not go together: a ramp needs `dt`."""
+
+
+def test_a_checkpoint_knows_which_values_were_set_while_the_session_ran(start: Start) -> None:
+    sim = start(RAMPS)
+    sim.step()
+    of_the_file = sim.checkpoint()
+    sim.set("Controller.linearVelocity", 1.0)
+    of_the_run = sim.checkpoint()
+    for _ in range(2):
+        sim.restore(of_the_run)
+        sim.impulse("Go")
+        sim.step()
+        assert dropped(sim) == {"/World/g/Controller": 1}
+    sim.restore(of_the_file)
+    sim.impulse("Go")
+    with pytest.raises(NodeError, match="for acceleration limits"):
+        sim.step()
+
+
+def test_a_value_of_a_spawned_robot_is_one_of_the_run() -> None:
+    """Its graphs are loaded while the session runs, so no file of it ends the run."""
+    with ge.load("dd100_flat").session() as sim:
+        sim.spawn("second", "robots/dd100.yaml", position=(0.0, 5.0, 0.03), namespace="second")
+        runs = {run.name: run.executor for run in sim._runner.session.graphs}
+        assert runs["second/cmd_vel"].set_later == set(range(len(runs["second/cmd_vel"].nodes)))
+        assert not runs["dd100/cmd_vel"].set_later
+
+
+@pytest.mark.parametrize(("address", "value", "words"), OUT_OF_BOUNDS)
+def test_a_file_and_a_command_refuse_a_value_alike(sim: ge.Session, address: str, value: Any, words: str) -> None:
+    before = sim.value(address)
+    with pytest.raises(ge.UsageError) as refusal:
+        sim.set(address, value)
+    assert str(refusal.value) == f"dd100/cmd_vel/{address.partition('.')[0]}.{words}"
+    assert np.array_equal(sim.value(address), before)
+    with pytest.raises(CheckError) as found:
+        ge.load("dd100_flat", set={address: value})
+    (finding,) = [finding for finding in found.value.findings if finding.severity == "error"]
+    assert (finding.code, finding.message) == ("G212", f"{address.partition('.')[0]}.{words}")
+    assert finding.span is not None
+
+
+def test_a_default_that_means_not_set_is_legal_until_it_is_set(start: Start) -> None:
+    text = """
+nodes: {Tick: OnPlaybackTick, Zero: ConstantDouble, Controller: DifferentialController}
+connections:
+  - Tick.tick -> Controller.execIn
+  - Zero.inputs:value -> Controller.wheelDistance
+  - Zero.inputs:value -> Controller.wheelRadius
+"""
+    sim = start(text)
+    sim.step()
+    assert dropped(sim) == {"/World/g/Controller": 1}
+
+
+def test_an_input_may_be_set_to_the_value_that_it_has(start: Start) -> None:
+    sim = start("nodes: {Tick: OnPlaybackTick, Scan: ROS2PublishLaserScan}\nconnections: [Tick.tick -> Scan.execIn]")
+    sim.set("Scan.numRows", 0)
+    with pytest.raises(ge.UsageError, match=r"Scan.numRows: expected a value ≥ 1 and ≤ 1, got 2"):
+        sim.set("Scan.numRows", 2)
+    sim.set("Scan.numRows", 1)
+    with pytest.raises(ge.UsageError, match="got 0"):
+        sim.set("Scan.numRows", 0)
