@@ -118,8 +118,8 @@ class Scene:
             transport: `memory` keeps messages within the process; `auto`, `dds` and `rclpy` connect to ROS 2 programs.
             seed: seed of all random generators.
             keep_going: if True, an exception in a node ends only the node's branch of the graph, not the run.
-            bad_values: treatment of values on wires that the receiving node cannot use: `drop` discards and counts them,
-                `stop` raises NodeError.
+            bad_values: treatment of values that a node cannot use, from wires or set while the session runs: `drop` discards
+                and counts them, `stop` raises NodeError. Values in the files at the start always raise it.
             domain: ROS 2 domain ID; None takes `ROS_DOMAIN_ID` if it is set, otherwise 0.
             record: MCAP file to record the session to, from before the first tick; None records nothing.
             force: whether to overwrite an existing recording.

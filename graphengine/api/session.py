@@ -272,7 +272,8 @@ class Session:
             value: value as in a graph file; all matching inputs get this value.
 
         Raises:
-            UsageError: no input matches, a matching input is wired, or the value is invalid for its type. No input has changed.
+            UsageError: no input matches, a matching input is wired, or the value has another type or is out of the bounds of the
+                port. No input has changed.
         """
         self._runner.command("set", address=address, value=plain(value))
 

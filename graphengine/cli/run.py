@@ -51,7 +51,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--foxglove", metavar="[HOST:]PORT", type=address, help=foxglove)
     going = "continue the run after an exception in a node; only the node's branch ends"
     parser.add_argument("--keep-going", action="store_true", help=going)
-    bad = "if a node cannot use a value from a wire: drop and count the value, or stop the run (default drop)"
+    bad = (
+        "if a node cannot use a value from a wire or one that was set during the run: drop and count the value, or stop the"
+        " run (default drop)"
+    )
     parser.add_argument("--bad-values", choices=("drop", "stop"), default="drop", help=bad)
     record = (
         "record all inputs and outputs to an MCAP file for `graphrun replay`, ros2 bag and Foxglove; ticks then wait for"

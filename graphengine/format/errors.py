@@ -1,7 +1,7 @@
 """The exception classes of this package and their hierarchy.
 
 GraphError                  base of all exceptions of this package
-├── BadValueError           a node cannot use a value that a wire carries; the run continues
+├── BadValueError           a node cannot use a value of an input; the run continues
 ├── CheckError              errors in the files of a graph or scene
 ├── ContextError            a node requested something missing or illegal from its context
 │   ├── PrimError           no prim at a path, or a prim of the wrong kind
@@ -43,8 +43,8 @@ class GraphError(Exception):
 class BadValueError(GraphError, ValueError):
     """A node cannot use the value of an input.
 
-    If the value comes from a wire, the nodes that this node would fire do not run in this tick, and the run continues. A node
-    raises the exception before it changes outputs, state or the world.
+    If the value comes from a wire or was set during the run, the nodes that this node would fire do not run in this tick, and the
+    run continues. A node raises the exception before it changes outputs, state or the world.
 
     Args:
         port: OmniGraph name of the input, such as `velocityCommand`; for inputs with incompatible values, their names: `a, b`.
