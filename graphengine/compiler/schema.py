@@ -72,7 +72,7 @@ def _port(port: Port) -> dict[str, Any]:
     ]
     value = _value(port.type) if isinstance(port.type, PortType) else {}
     bounds = {"minimum": port.ge, "exclusiveMinimum": port.gt, "maximum": port.le, "exclusiveMaximum": port.lt}
-    value |= {key: bound for key, bound in bounds.items() if bound is not None}
+    value.get("items", value).update({key: bound for key, bound in bounds.items() if bound is not None})
     if port.tokens:
         value = {"enum": list(port.tokens)}
     return {"description": " ".join(fact for fact in facts if fact), **_or_parameter(value)}

@@ -60,6 +60,7 @@ def test_every_verb_prints_what_ros2_param_prints(
         "  Type: double",
         "  Description: largest speed of the base; 0 means no limit [m/s]",
         "  Constraints:",
+        "    Additional constraints: ≥ 0",
         "Parameter name: use_sim_time",
         "  Type: boolean",
         "  Description: message stamps are simulation time",
@@ -74,6 +75,21 @@ def test_every_verb_prints_what_ros2_param_prints(
     assert param("get", NODE, LIMIT, "--hide-type", code=0).out == "0.75\n"
     running.stop(signal.SIGINT)
     assert "identical" in graphrun("replay", str(tmp_path / "out.mcap"), code=0).out
+
+
+def test_no_parameter_from_the_network_ends_a_run(param: Graphrun, domain_id: int) -> None:
+    node, effort = "/dd100_0000/dd100", "cmd_vel.ArtController.effortCommand"
+    env = {"ROS_DOMAIN_ID": str(domain_id), "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"}
+    with live("run", "dd100_flat", "--transport", "dds", env=env) as run:
+        assert eventually(lambda: node in param("list").out)
+        assert param("set", node, effort, "[1.0, 2.0, 3.0]", code=0).out == "Set parameter successful\n"
+        assert run.hear(lambda line: "effortCommand has one number for each of 2 joints" in line)
+        refused = param("set", node, "cmd_vel.DiffController.maxLinearSpeed", "-1.0", code=1, out="").err
+        assert refused.endswith("maxLinearSpeed: expected a value ≥ 0, got -1.0 (unit: m/s)\n")
+        assert param("set", node, effort, "[]", code=0)
+        refused = param("set", node, "cmd_vel.DiffController.wheelRadius", "0.0", code=1, out="").err
+        assert refused.endswith("wheelRadius: expected a value > 0, got 0.0 (unit: m)\n")
+        assert run.stop(signal.SIGINT) == 0
 
 
 def test_unknown_nodes_and_parameters_are_reported_with_similar_ones(param: Graphrun, running: Live) -> None:

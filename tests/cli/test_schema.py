@@ -99,6 +99,12 @@ def test_a_vector_has_its_length_and_may_hold_parameters(value: Any, legal: bool
     assert (faults("graph", graph_with(node)) == []) is legal
 
 
+@pytest.mark.parametrize(("value", "legal"), [([0.1, 0.0], True), ([0.1, -0.1], False), (["$(x)", 0.1], True)])
+def test_the_bounds_of_a_vector_are_those_of_its_numbers(value: Any, legal: bool) -> None:
+    node = {"type": "CheckGoal2D", "inputs": {"thresholds": value}}
+    assert (faults("graph", graph_with(node)) == []) is legal
+
+
 def test_tokens_are_completed() -> None:
     def typed(value: str) -> list[str]:
         return faults("graph", graph_with({"type": "RtxLidarHelper", "inputs": {"type": value}}))
