@@ -8,6 +8,7 @@ allowed. An untrusted scene therefore cannot read other files.
 from __future__ import annotations
 
 import contextlib
+import itertools
 import os
 import re
 from collections.abc import Iterator, Sequence
@@ -17,7 +18,7 @@ from pathlib import Path
 from graphengine.format.diagnostics import Findings, Span
 from graphengine.format.errors import UsageError
 from graphengine.format.regular_files import open_regular
-from graphengine.format.wording import did_you_mean
+from graphengine.format.wording import did_you_mean, listing
 
 
 def shipped() -> Path:
@@ -42,6 +43,9 @@ def signature(path: str | os.PathLike[str]) -> Signature:
 
 PACKAGE = "package://"
 """Prefix of a reference to a file in a ROS package, as in `package://my_robot/scenes/hall.yaml`."""
+YAML = (".yaml", ".yml")
+INCLUDED = ("scenes", "graphs")
+"""Folders with included files, in the order in which a name is looked up."""
 MAX_NAMED = 5
 """Maximum number of scene files that the error message names if the user gives a folder."""
 MAX_SEARCHED = 10_000
@@ -206,33 +210,6 @@ class Files:
         return did_you_mean(reference, names)
 
 
-def find_given(name: str, folder: str) -> Path:
-    """Return the path of the file that a command-line argument means.
-
-    The argument is a path, the name of an included file, or a file of a ROS package in a sourced workspace, such as
-    `package://my_robot/scenes/hall.yaml` or `my_robot/scenes/hall.yaml`.
-
-    Args:
-        name: the argument.
-        folder: folder of included files in which the name is looked up: `graphs` or `scenes`.
-
-    Raises:
-        NotFoundError: no such file exists.
-    """
-    base = shipped()
-    if name.startswith(PACKAGE):
-        return _in_package(name)
-    shares = (share / name for share in installed_packages())
-    places = [Path(name), base / folder / name, base / folder / f"{name}.yaml", base / name, *shares]
-    for place in places:
-        if os.path.isfile(place):
-            return place
-    known = sorted(str(path.relative_to(base / folder).with_suffix("")) for path in (base / folder).rglob("*.yaml"))
-    known = [name for name in known if name.partition("/")[0] not in ("robots", "sensors")]  # not run by themselves
-    shipping = f"{folder} that ship: {', '.join(known)}" if known else ""
-    raise NotFoundError(f"no file {name!r}", did_you_mean(name, known), shipping)
-
-
 def _in_package(reference: str) -> Path:
     """Return the path of the file that `package://PACKAGE/PATH` means.
 
@@ -255,24 +232,41 @@ def _in_package(reference: str) -> Path:
 def find_file(name: str) -> Path:
     """Return the path of the scene or graph file that a command-line argument means.
 
-    A path in the working directory is returned as a relative path.
+    The argument is a path, the name of an included file, or a file of a ROS package in a sourced workspace, such as
+    `package://my_robot/scenes/hall.yaml` or `my_robot/scenes/hall.yaml`. A path in the working directory is returned as a
+    relative path.
 
     Raises:
         UsageError: no such file exists.
     """
-    failures = []
-    for folder in ("scenes", "graphs"):
-        try:
-            return Path(near(str(find_given(name, folder))))
-        except NotFoundError as error:
-            failures.append(error)
+    base, hints = shipped(), list[str]()
+    shares = [share / name for share in installed_packages()]
+    included = [base / folder / f"{name}{ending}" for folder in INCLUDED for ending in ("", ".yaml")]
+    try:
+        places = [_in_package(name)] if name.startswith(PACKAGE) else [Path(name), *included, base / name, *shares]
+    except NotFoundError as error:
+        raise UsageError("\n  ".join(filter(None, (error.message, *error.help)))) from None
+    for place in places:
+        if os.path.isfile(place):
+            return Path(near(str(place)))
     if os.path.isdir(name) and (scenes := _scenes_in(Path(name))):
         raise UsageError(f"{name}: a folder, not a file\n  try {' or '.join(scenes)}")
     if os.path.exists(name):
         require_file(name)
-    hints = [_beside(name), *(line for failure in failures for line in failure.help)]
-    near_ones = [line for line in hints if line.startswith("did you mean")]
-    raise UsageError("\n  ".join([failures[0].message, *dict.fromkeys(near_ones or filter(None, hints))]))
+    known = {folder: _names_in(base / folder) for folder in INCLUDED}
+    beside = _yaml_files(name)
+    guess = did_you_mean(name, [*beside, *itertools.chain(*known.values())])
+    if name.endswith(YAML):  # a file of the user, so no name of an included one
+        hints = [listing(sorted(beside), f"YAML files in {os.path.dirname(name) or 'this folder'}")]
+    else:
+        hints = [f"{folder} that ship: {', '.join(names)}" for folder, names in known.items() if names]
+    raise UsageError("\n  ".join([f"no file {name!r}", *([guess] if guess else hints)]))
+
+
+def _names_in(folder: Path) -> list[str]:
+    """Return the names of the included files in a folder that can be run by themselves, sorted."""
+    names = sorted(str(path.relative_to(folder).with_suffix("")) for path in folder.rglob("*.yaml"))
+    return [name for name in names if name.partition("/")[0] not in ("robots", "sensors")]
 
 
 def require_file(path: str | Path) -> None:
@@ -300,12 +294,16 @@ def _scenes_in(folder: Path) -> list[str]:
 
 def _beside(name: str) -> str:
     """Return a suggestion of YAML files in the same folder with similar names; empty if no name is similar."""
+    return did_you_mean(name, _yaml_files(name))
+
+
+def _yaml_files(name: str) -> list[str]:
+    """Return the paths of the YAML files in the folder of the file `name`; empty if the folder cannot be read."""
     folder = os.path.dirname(name)
     try:
-        there = os.listdir(folder or ".")
+        return [os.path.join(folder, other) for other in os.listdir(folder or ".") if other.endswith(YAML)]
     except (OSError, ValueError):
-        return ""
-    return did_you_mean(name, [os.path.join(folder, other) for other in there if other.endswith((".yaml", ".yml"))])
+        return []
 
 
 def near(path: str) -> str:

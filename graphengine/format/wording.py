@@ -5,6 +5,7 @@ from __future__ import annotations
 import bisect
 import difflib
 import functools
+import re
 from collections.abc import Iterable, Sequence
 
 _LONGEST = 2000
@@ -19,6 +20,8 @@ def printable(text: str) -> str:
 _MANY = 1000
 """Number of names above which `did_you_mean` compares only the names that are close in first letter and length."""
 _BESIDE = 150
+_ALIKE = 0.6
+"""Lowest similarity of a suggestion to the name, as `SequenceMatcher.ratio` measures it: 0 without common letters, 1 if equal."""
 
 
 def _worth_comparing(name: str, legal: Iterable[str]) -> list[str]:
@@ -38,15 +41,28 @@ def did_you_mean(name: str, legal: Iterable[str]) -> str:
 
 @functools.lru_cache(maxsize=200)
 def _did_you_mean(name: str, names: Sequence[str]) -> str:
-    near = difflib.get_close_matches(name, names, n=3, cutoff=0.6)
+    near = [other for other in difflib.get_close_matches(name, names, n=10, cutoff=_ALIKE) if _differ_little(name, other)]
     if near:
         scores = {other: difflib.SequenceMatcher(None, other, name).ratio() for other in near}
         nearest = max(scores.values())
-        near = sorted((o for o in near if scores[o] > nearest - 0.05), key=lambda other: (-scores[other], other))
+        near = sorted((o for o in near if scores[o] > nearest - 0.05), key=lambda other: (-scores[other], other))[:3]
     else:
         folded = {n.lower(): n for n in names}
         near = [folded[name.lower()]] if name.lower() in folded else []
     return f"did you mean {' or '.join(map(repr, near))}?" if near else ""
+
+
+def _differ_little(name: str, other: str) -> bool:
+    """Return whether two names are similar without the folders, namespaces and suffixes that they share.
+
+    The names `nope.yaml` and `demo.yaml` have half of their letters in common, but the user chose none of those.
+    """
+    one, two = re.split(r"([/.:])", name), re.split(r"([/.:])", other)
+    for end in (0, -1):
+        while one and two and one[end] == two[end]:
+            del one[end], two[end]
+    parts = "".join(one), "".join(two)
+    return not all(parts) or difflib.SequenceMatcher(None, *parts).ratio() >= _ALIKE
 
 
 def unknown(what: str, name: str, legal: Iterable[str]) -> str:

@@ -13,7 +13,7 @@ import time
 from pathlib import Path
 
 from graphengine.format.diagnostics import Findings
-from graphengine.format.files import Files, find_given
+from graphengine.format.files import Files, find_file
 from graphengine.format.spec import SceneSpec
 from graphengine.format.spec_reader import read
 from graphengine.physics.loading import load_world
@@ -45,7 +45,7 @@ def main(seconds: float) -> None:
 
 def load(name: str) -> Simulation:
     """A scene that ships, without its graphs."""
-    path = find_given(name, "scenes")
+    path = find_file(name)
     findings = Findings()
     scene = read(SceneSpec, path, findings)
     loaded = load_world(scene, Files.of(path, (), Path.cwd()), findings) if scene is not None else None

@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import Any
 
 from graphengine.devices.lidar import Lidar
-from graphengine.format.files import find_given
+from graphengine.format.files import find_file
 from graphengine.messages import messages
 from graphengine.messages.endpoints import QoS
 from graphengine.messages.qos import LATCHED
@@ -89,7 +89,7 @@ def resident_megabytes() -> float:
 
 def main(simulated: float) -> None:
     """Run and print."""
-    assembly = build.load(find_given("dd100_warehouse", "scenes"))
+    assembly = build.load(find_file("dd100_warehouse"))
     topics = {f"{claim.topic}={claim.message_type}" for claim in assembly.claims if claim.direction == "publish"}
     reader = subprocess.Popen([sys.executable, __file__, "--read", *sorted(topics)], stdout=subprocess.PIPE, text=True)
     network = LiveNetwork(lambda domain: DdsTransport(JoinOptions(DOMAIN, "bench")), DOMAIN.id, print)

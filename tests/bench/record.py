@@ -15,7 +15,7 @@ from contextlib import ExitStack
 from pathlib import Path
 from typing import NamedTuple
 
-from graphengine.format.files import find_given
+from graphengine.format.files import find_file
 from graphengine.messages import messages
 from graphengine.recording.recorder import Recorder
 from graphengine.ros.network import LiveNetwork
@@ -45,7 +45,7 @@ class Side:
     """
 
     def __init__(self, scene: str, record: Path | None, stack: ExitStack) -> None:
-        assembly = build.load(find_given(scene, "scenes"))
+        assembly = build.load(find_file(scene))
         self.transport = MemoryTransport(wants_all=True, keeps=False, definitions=assembly.definitions)
         network = LiveNetwork(lambda _: self.transport, 0, print, assembly.definitions)
         self.session = stack.enter_context(build.start(assembly, network))

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from graphengine.format.diagnostics import Findings
-from graphengine.format.files import Files, find_given
+from graphengine.format.files import Files, find_file
 from graphengine.format.spec import SceneSpec
 from graphengine.format.spec_reader import read
 from graphengine.physics.loaded_world import LoadedWorld
@@ -43,7 +43,7 @@ def room(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 def loaded(name: str) -> LoadedWorld:
-    path, findings = find_given(name, "scenes"), Findings()
+    path, findings = find_file(name).absolute(), Findings()
     scene = read(SceneSpec, path, findings)
     assert scene is not None
     world = load_world(scene, Files.of(path), findings)
@@ -300,7 +300,7 @@ def test_a_file_of_another_kind_is_explained(graphrun: Graphrun, room: Path, tex
 
 
 def test_a_graph_has_no_map(graphrun: Graphrun) -> None:
-    result = graphrun("map", str(find_given("dd100/cmd_vel", "graphs")), code=2, out="")
+    result = graphrun("map", str(find_file("dd100/cmd_vel")), code=2, out="")
     assert "this is a graph file; give a scene file" in result.err
 
 

@@ -9,7 +9,8 @@ from pathlib import Path
 import pytest
 
 from graphengine.format import files
-from graphengine.format.files import Files, NotFoundError, find_given, shipped
+from graphengine.format.errors import UsageError
+from graphengine.format.files import Files, NotFoundError, find_file, shipped
 from graphengine.scene import build
 from graphengine.scene.loaded_scene import Options
 
@@ -126,13 +127,29 @@ def test_a_reference_to_a_pipe_does_not_hang(home: Path, refer: Refer) -> None:
 
 
 def test_the_command_line_finds_files_and_names_of_what_ships(home: Path) -> None:
-    assert find_given(str(home / "inner.yaml"), "graphs") == home / "inner.yaml"
-    assert find_given("dd100/cmd_vel", "graphs") == shipped() / "graphs" / "dd100" / "cmd_vel.yaml"
-    assert find_given("clock.yaml", "graphs") == shipped() / "graphs" / "clock.yaml"
-    with pytest.raises(NotFoundError) as missing:
-        find_given("dd100/cmdvel", "graphs")
-    assert missing.value.help[0] == "did you mean 'dd100/cmd_vel'?"
-    assert "tutorial/scan" in missing.value.help[1]
+    assert find_file(str(home / "inner.yaml")) == home / "inner.yaml"
+    assert find_file("dd100/cmd_vel").samefile(shipped() / "graphs" / "dd100" / "cmd_vel.yaml")
+    assert find_file("clock.yaml").samefile(shipped() / "graphs" / "clock.yaml")
+
+
+@pytest.mark.parametrize(
+    ("name", "hint"),
+    [
+        ("dd100/cmdvel", "did you mean 'dd100/cmd_vel'?"),  # not dd100_fleet, a scene
+        ("nope.yaml", "YAML files in this folder: demo.yaml, other.yaml"),  # demo.yaml is alike in its ending only
+        ("parts/nope.yml", "YAML files in parts: none"),
+        ("dmo.yaml", "did you mean 'demo.yaml'?"),
+    ],
+)
+def test_only_files_with_a_similar_name_are_suggested(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str, hint: str
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    for there in ("demo.yaml", "other.yaml"):
+        (tmp_path / there).touch()
+    with pytest.raises(UsageError) as missing:
+        find_file(name)
+    assert str(missing.value) == f"no file {name!r}\n  {hint}"
 
 
 def test_what_was_read_is_remembered_in_order(home: Path) -> None:

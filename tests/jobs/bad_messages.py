@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from graphengine.format.files import find_given
+from graphengine.format.files import find_file
 from tests.messages.test_messages import random_message
 
 TOPICS = {
@@ -88,7 +88,7 @@ def write_scene(folder: Path) -> Path:
     uses = "".join(f"  {name}: {{use: {name}.yaml}}\n" for name in ("joints", "steering", "arrivals"))
     scene = folder / "bad.yaml"
     other = "  other: {use: robots/dd100.yaml, position: [3.0, 6.0, 0.025], namespace: other}\n"
-    text = find_given("dd100_warehouse", "scenes").read_text(encoding="utf-8").replace("graphs:\n", f"{other}graphs:\n")
+    text = find_file("dd100_warehouse").read_text(encoding="utf-8").replace("graphs:\n", f"{other}graphs:\n")
     scene.write_text(text + uses, encoding="utf-8")
     return scene
 

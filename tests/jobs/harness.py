@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from graphengine.format.errors import NodeError
-from graphengine.format.files import find_given
+from graphengine.format.files import find_file
 from graphengine.format.spec import RobotUse
 from graphengine.messages import messages
 from graphengine.messages.endpoints import EndpointClaim
@@ -140,10 +140,10 @@ def assemble(name: str | Path, overrides: Mapping[str, Any] | None = None, **opt
     """A scene, loaded; one that ships is loaded once in a process, as no session changes it."""
     given = Options(overrides or {}, **options)
     if isinstance(name, Path) or given.registry is not None or given.allowed:
-        return build.load(name if isinstance(name, Path) else find_given(name, "scenes"), given)
+        return build.load(name if isinstance(name, Path) else find_file(name).absolute(), given)
     key = name, repr(given)
     if key not in _shipped:
-        _shipped[key] = build.load(find_given(name, "scenes"), given)
+        _shipped[key] = build.load(find_file(name).absolute(), given)
     return _shipped[key]
 
 

@@ -15,7 +15,7 @@ from mcap.records import Attachment, Channel, Message, Metadata, Schema
 from mcap.stream_reader import StreamReader
 from mcap.writer import CompressionType, Writer
 
-from graphengine.format.files import find_given
+from graphengine.format.files import find_file
 from graphengine.messages import messages
 from graphengine.node.dropped_values import BadValues
 from graphengine.recording.marks import Marks
@@ -120,7 +120,7 @@ def record(
     **how: Any,
 ) -> Run:
     """Record some ticks; `before` is called before each of them."""
-    given = scene if isinstance(scene, Path) else find_given(scene, "scenes")
+    given = scene if isinstance(scene, Path) else find_file(scene).absolute()
     assembly = build.load(given, options)
     transport, listener = MemoryTransport(keeps=False, definitions=assembly.definitions), Listener()
     network = LiveNetwork(lambda domain: transport, 0, lambda complaint: None, assembly.definitions)
