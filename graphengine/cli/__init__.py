@@ -44,6 +44,8 @@ VERBS = {
     "schema": "print the JSON Schema of graph, scene or robot files, for editors",
 }
 
+FEW = 12
+"""Maximum number of legal values that the error message for an illegal value lists."""
 OUT_OF_MEMORY = 3
 """Exit code of `graphrun` when memory runs out."""
 
@@ -54,7 +56,7 @@ OLD_NAMES = {"import-urdf": "import-robot"}
 
 
 class Parser(argparse.ArgumentParser):
-    """A parser whose error messages have suggestions for misspelt words and no control characters."""
+    """A parser whose error messages have suggestions for misspelt words, short lists, and no control characters."""
 
     def parse_known_args(  # type: ignore[override]  # typeshed's overloads say no more
         self, args: Sequence[str] | None = None, namespace: Any = None
@@ -74,8 +76,14 @@ class Parser(argparse.ArgumentParser):
         """Print an error in the command line, with a suggestion if there is one, and exit with code 2."""
         from graphengine.cli.common import clean
 
-        if choice := _CHOICE.search(message):
-            message += _hint([choice[1]], re.findall(r"[\w-]+", choice[2]))
+        if choice := _CHOICE.fullmatch(message):
+            argument, given, listed = choice.groups()
+            message = f"argument {argument}: invalid choice: '{given}'"
+            if not argument.startswith("-"):
+                message = f"no {argument.lower()} '{given}'"
+            names = re.findall(r"[\w-]+", re.sub(r" \([^()]*\)", "", listed))  # without the help of transports
+            few = f"\n  choose from: {', '.join(names)}" if len(names) <= FEW else ""  # the help has all
+            message += _hint([given], names) or few
         self.exit(2, clean(f"{self.prog}: {message}\n  see {self.prog} --help\n"))
 
 
@@ -92,7 +100,7 @@ class Version(argparse.Action):
         parser.exit()
 
 
-_CHOICE = re.compile(r"invalid choice: '(.*)' \(choose from (.*)\)")
+_CHOICE = re.compile(r"argument (\S+): invalid choice: '(.*)' \(choose from (.*)\)", re.DOTALL)
 
 
 def _hint(words: Iterable[str], legal: Iterable[str]) -> str:

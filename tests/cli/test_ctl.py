@@ -277,7 +277,7 @@ def test_a_terminal_shows_that_a_run_is_paused(project: Path) -> None:
         (["push", "a", "--force", "1,2,3", "--for", "soon"], "'soon' is not a time"),
         (["push", "a", "--force", "1,2,3", "--for", "-2ms"], "'-2ms' is not a time"),
         (["reset", "--scope", "world"], "invalid choice"),
-        (["fly"], "invalid choice"),
+        (["fly"], "no command 'fly'"),
         ([], "required"),
     ],
 )

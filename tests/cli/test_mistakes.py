@@ -190,6 +190,25 @@ def test_a_verb_or_option_that_is_mistyped_gets_a_suggestion(
     assert result.err.splitlines()[-2] == f"  {hint}"
 
 
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["rnu"], "graphrun: no verb 'rnu'\n  did you mean 'run'?"),
+        (["xyzzy"], "graphrun: no verb 'xyzzy'"),  # the help has the 27 verbs
+        (["topic", "zzz"], "graphrun topic: no verb 'zzz'\n  choose from: list, info, echo, hz, delay, pub"),
+        (["schema", "zzz"], "graphrun schema: no kind 'zzz'\n  choose from: graph, scene, robot"),
+        (
+            ["run", "dd100_flat", "--rays", "none"],
+            "graphrun run: argument --rays: invalid choice: 'none'\n  choose from: auto, mujoco, fast",
+        ),
+    ],
+)
+def test_an_illegal_value_is_answered_with_a_guess_or_a_short_list(
+    graphrun: Graphrun, arguments: list[str], said: str
+) -> None:
+    graphrun(*arguments, code=2, out="", err=f"{said}\n  see {said.partition(':')[0]} --help\n")
+
+
 # Control characters
 
 
