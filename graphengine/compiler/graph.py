@@ -12,6 +12,7 @@ from graphengine.compiler.plan import Plan
 from graphengine.compiler.subgraph_expansion import FlatGraph, NodeEntry, WireEntry
 from graphengine.format.diagnostics import Finding, Span
 from graphengine.format.errors import ContextError
+from graphengine.format.wording import similar
 from graphengine.node.node_class import Node
 from graphengine.node.port import Port
 from graphengine.node.types import PortType, UnionType, brief
@@ -31,6 +32,8 @@ class Instance:
     """Values of inputs that the file or the command line sets, by field."""
     refused: set[str] = field(default_factory=set)
     """Fields of inputs for which an error was already reported, so that no second error reports a missing value."""
+    misnamed: Span | None = None
+    """Position in the file of an input name that the node type does not have and that is similar to none of its inputs."""
     settled: dict[str, PortType] = field(default_factory=dict)
     """Resolved types of the union and `any` ports, by field."""
     reads: tuple[str, ...] = ()
@@ -43,6 +46,16 @@ class Instance:
     def value(self, field: str) -> Any:
         """Return the value of an input before the first tick: its literal; without a literal, the default of the port."""
         return self.literals.get(field, self.cls.fields[field].default)
+
+    def note_misnamed(self, name: str, at: Span) -> None:
+        """Record that the file has a value or wire for an input `name` that does not exist.
+
+        No second error reports that the inputs with similar names have no value.
+        """
+        inputs = {port.name: port.field for port in self.cls.fields.values() if port.side == "inputs"}
+        meant = [inputs[near] for near in similar(name, inputs)]
+        self.refused.update(meant)
+        self.misnamed = self.misnamed or (None if meant else at)
 
     def make_node(self) -> Node:
         """Return a new node whose inputs have the values of the literals."""

@@ -85,8 +85,7 @@ def set_literals(
                     code, message = "G205", f"{name!r} is an output of {cls.__name__}"
                 hint = findings.guess(name, inputs) or listing(inputs, "inputs")
                 findings.add(code, message, entry.key_span("inputs", name), hint, related=entry.via)
-                meant = [p for p in cls.fields.values() if p.name in inputs and did_you_mean(name, [p.name])]
-                instance.refused.update(p.field for p in meant)
+                instance.note_misnamed(name, entry.key_span("inputs", name))
             elif port.is_exec:
                 message = f"{name!r} is an execution input and cannot have a value"
                 remedy = "remove the value, and connect a wire"
@@ -313,7 +312,8 @@ def check_required(graph: Graph, findings: Findings) -> None:
             docs = "; ".join(f"{port.name}: {port.doc}" for port in ports if port.doc)
             message = f"{instance.id} needs its input {names}"
             remedy = "set it below `inputs:`, or wire it"
-            findings.add("G208", message, instance.span, remedy, docs, related=instance.entry.via)
+            cause = instance.misnamed
+            findings.add("G208", message, instance.span, remedy, docs, related=instance.entry.via, cause=cause)
 
 
 def set_variables(graph: Graph, findings: Findings) -> None:

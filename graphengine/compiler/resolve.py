@@ -13,7 +13,7 @@ from graphengine.compiler.subgraph_expansion import FlatGraph, WireEnd, WireEntr
 from graphengine.compiler.substitution import UNKNOWN
 from graphengine.format.diagnostics import Findings
 from graphengine.format.errors import ContextError
-from graphengine.format.wording import listing
+from graphengine.format.wording import listing, similar
 from graphengine.node.node_class import grown
 from graphengine.node.port import Port
 from graphengine.node.types import UnionType, brief
@@ -188,8 +188,13 @@ def _end(
     if end.node not in known:
         inner, _, name = end.node.rpartition("/")
         near = siblings.get(inner, [])
-        hint = findings.guess(name, near) or listing(near, "nodes")
-        findings.add("G203", f"no node {name!r}", end.span, hint, related=via)
+        guess = findings.guess(name, near)
+        findings.add("G203", f"no node {name!r}", end.span, guess or listing(near, "nodes"), related=via)
+        for sibling in similar(name, near) if guess and sides is _ENDS else ():
+            meant = known[f"{inner}/{sibling}" if inner else sibling]
+            port = find_port(meant.cls, end.port, _ENDS) if meant is not None else None
+            if meant is not None and port is not None:
+                meant.refused.add(port.field)
         return None
     instance = known[end.node]
     if instance is None:
@@ -213,4 +218,6 @@ def _end(
         message = f"{instance.cls.__name__} has no {sides[0][:-1]} {end.port!r}"
         hint = findings.guess(end.port, names) or listing(names, sides[0])
         findings.add("G204", message, end.span, hint, related=via)
+    if not begins:
+        instance.note_misnamed(end.port, end.span)
     return None

@@ -131,6 +131,8 @@ class Finding:
     span: Span | None = None
     help: tuple[str, ...] = ()
     related: tuple[tuple[Span, str], ...] = ()
+    cause: Span | None = field(default=None, kw_only=True)
+    """Position of another error that may be the cause of this one; the finding is listed after that error."""
 
     def __post_init__(self) -> None:
         if self.code not in CODES:
@@ -227,9 +229,10 @@ class Findings:
         span: Span | None = None,
         *help: str,
         related: Iterable[tuple[Span, str]] = (),
+        cause: Span | None = None,
     ) -> None:
         """Append a finding with the given parts, as `put` does; empty help lines are dropped."""
-        self.put(Finding(code, message, span, tuple(line for line in help if line), tuple(related)))
+        self.put(Finding(code, message, span, tuple(line for line in help if line), tuple(related), cause=cause))
 
     def put(self, finding: Finding) -> None:
         """Append a finding unless the list is full or has an equal finding.
@@ -275,16 +278,19 @@ class Findings:
         return [f for f in self.items if f.severity == "warning"]
 
     def sorted(self) -> list[Finding]:
-        """Return the findings grouped by file, in the order in which the files first occur; within a file, sorted by position."""
+        """Return the findings grouped by file, in the order in which the files first occur; within a file, sorted by position.
+
+        A finding that may follow from an error elsewhere is listed after that error.
+        """
         files: dict[str, int] = {}
         for item in self.items:
             files.setdefault(item.span.source.path if item.span else "", len(files))
 
-        def key(item: Finding) -> tuple[int, int, int, str]:
-            span = item.span
+        def key(item: Finding) -> tuple[int, int, int, bool, str]:
+            span = item.cause or item.span
             if span is None:
-                return (files[""], 0, 0, item.code)
-            return (files[span.source.path], span.line, span.column, item.code)
+                return (files[""], 0, 0, False, item.code)
+            return (files[span.source.path], span.line, span.column, item.cause is not None, item.code)
 
         return sorted(self.items, key=key)
 

@@ -36,11 +36,17 @@ def _worth_comparing(name: str, legal: Iterable[str]) -> list[str]:
 
 def did_you_mean(name: str, legal: Iterable[str]) -> str:
     """Return a suggestion of the most similar legal names, such as `did you mean 'dd100'?`; empty if no name is similar."""
-    return _did_you_mean(name[:200], tuple(_worth_comparing(name[:200], legal)))
+    near = similar(name, legal)
+    return f"did you mean {' or '.join(map(repr, near))}?" if near else ""
+
+
+def similar(name: str, legal: Iterable[str]) -> Sequence[str]:
+    """Return up to three legal names that are most similar to a name, the nearest first; empty if no name is similar."""
+    return _similar(name[:200], tuple(_worth_comparing(name[:200], legal)))
 
 
 @functools.lru_cache(maxsize=200)
-def _did_you_mean(name: str, names: Sequence[str]) -> str:
+def _similar(name: str, names: Sequence[str]) -> Sequence[str]:
     near = [other for other in difflib.get_close_matches(name, names, n=10, cutoff=_ALIKE) if _differ_little(name, other)]
     if near:
         scores = {other: difflib.SequenceMatcher(None, other, name).ratio() for other in near}
@@ -49,7 +55,7 @@ def _did_you_mean(name: str, names: Sequence[str]) -> str:
     else:
         folded = {n.lower(): n for n in names}
         near = [folded[name.lower()]] if name.lower() in folded else []
-    return f"did you mean {' or '.join(map(repr, near))}?" if near else ""
+    return near
 
 
 def _differ_little(name: str, other: str) -> bool:
