@@ -188,7 +188,9 @@ def _required(cls: type[Node], port: Port) -> str:
 
 
 def _shown(value: Any) -> str:
-    plain = _plain(value)
+    from graphengine.node.types import listed
+
+    plain = listed(value)
     if isinstance(plain, str):
         return repr(plain)
     if isinstance(plain, list | tuple) and plain and plain.count(plain[0]) == len(plain):
@@ -200,6 +202,8 @@ def _shown(value: Any) -> str:
 
 
 def _record(cls: type[Node]) -> dict[str, Any]:
+    from graphengine.node.types import listed
+
     ports = [port for port in cls.fields.values() if port.side != "state"]
     return {
         "type": cls.type_name,
@@ -211,7 +215,7 @@ def _record(cls: type[Node]) -> dict[str, Any]:
                 "side": port.side,
                 "type": str(port.type),
                 "unit": port.unit,
-                "default": None if port.is_exec else json.loads(json.dumps(_plain(port.default))),
+                "default": None if port.is_exec else json.loads(json.dumps(listed(port.default))),
                 "doc": port.doc,
                 "legal": port.constraint,
                 "required": port.required,
@@ -220,7 +224,3 @@ def _record(cls: type[Node]) -> dict[str, Any]:
             for port in ports
         ],
     }
-
-
-def _plain(value: Any) -> Any:
-    return value.tolist() if hasattr(value, "tolist") else value

@@ -103,8 +103,9 @@ def _at(graph: Graph) -> str:
 
 def _value(value: Any) -> str:
     """Return a value as JSON on one line."""
-    plain = value.tolist() if hasattr(value, "tolist") else value
-    return printable(json.dumps(plain, ensure_ascii=False))
+    from graphengine.node.types import listed
+
+    return printable(json.dumps(listed(value), ensure_ascii=False))
 
 
 def outline(graph: Graph) -> str:

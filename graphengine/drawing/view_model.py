@@ -22,7 +22,7 @@ from graphengine.format.errors import UsageError
 from graphengine.format.spec import EverySpec
 from graphengine.format.wording import printable
 from graphengine.node.port import Port
-from graphengine.node.types import brief
+from graphengine.node.types import brief, listed
 
 MAX_NODES = 3000
 """Maximum number of nodes in a drawing."""
@@ -209,7 +209,7 @@ def _value(value: Any, *, whole: bool) -> str:
     most = 64 if whole else _SHOWN
     more = isinstance(value, np.ndarray | tuple | list) and len(value) > most
     value = value[:most] if more else value
-    value = value.tolist() if isinstance(value, np.ndarray | np.generic) else value
+    value = listed(value)
     if isinstance(value, tuple | list) and len(value) == 1 and isinstance(value[0], str) and not whole:
         value = value[0]
     text = _written(value)

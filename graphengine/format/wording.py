@@ -47,7 +47,9 @@ def similar(name: str, legal: Iterable[str]) -> Sequence[str]:
 
 @functools.lru_cache(maxsize=200)
 def _similar(name: str, names: Sequence[str]) -> Sequence[str]:
-    near = [other for other in difflib.get_close_matches(name, names, n=10, cutoff=_ALIKE) if _differ_little(name, other)]
+    near = [
+        other for other in difflib.get_close_matches(name, names, n=10, cutoff=_ALIKE) if _differ_little(name, other)
+    ]
     if near:
         scores = {other: difflib.SequenceMatcher(None, other, name).ratio() for other in near}
         nearest = max(scores.values())

@@ -10,8 +10,6 @@ import math
 from collections.abc import Iterator, Sequence
 from typing import Any
 
-import numpy as np
-
 from graphengine.compiler.every_gates import EveryOnce, EveryTicks
 from graphengine.compiler.graph import Graph, Instance
 from graphengine.format.diagnostics import Findings
@@ -215,8 +213,7 @@ def literal(value: Any, port_type: PortType) -> str:
 
 def plain(value: Any) -> str:
     """Return Python code for a number, a string, an array, or a nested list of them."""
-    if isinstance(value, np.ndarray | np.generic):
-        value = value.tolist()
+    value = types.listed(value)
     if isinstance(value, list | tuple):
         return f"[{', '.join(map(plain, value))}]"
     if isinstance(value, str):

@@ -316,6 +316,18 @@ def plain(element: Any) -> Any:
     return tuple(value) if isinstance(value, list) else value
 
 
+def listed(value: Any) -> Any:
+    """Return a port value with its arrays as lists, to print it.
+
+    A number of less than double precision becomes the shortest decimal that reads back as the same number: the float 0.45 is
+    0.45, not 0.44999998807907104.
+    """
+    if not isinstance(value, np.ndarray | np.generic):
+        return value
+    short = value.dtype.kind == "f" and value.dtype.itemsize < np.dtype(np.float64).itemsize
+    return (value.astype(str).astype(np.float64) if short else value).tolist()
+
+
 def equal(one: Any, other: Any) -> bool:
     """Return whether two port values, which may be arrays, are equal; NaN equals NaN."""
     if one is other:

@@ -140,6 +140,7 @@ def values_of(run: GraphRun) -> dict[str, Any]:
 
 def short_value(value: Any) -> Any:
     """Return a finite number unchanged, any other value as short text: large arrays as shape and range, objects as class."""
+    value = value.item() if isinstance(value, np.generic) else value
     if isinstance(value, bool) or value is None:
         return str(value).lower()
     if isinstance(value, float):
@@ -152,6 +153,7 @@ def short_value(value: Any) -> Any:
         finite = value if np.issubdtype(value.dtype, np.integer) else value[np.isfinite(value)]
         return f"{value.shape} " + (f"{finite.min():.4g} to {finite.max():.4g}" if finite.size else "not finite")
     if isinstance(value, tuple | list | np.ndarray):
-        parts = [f"{part:.4g}" if isinstance(part, float) else str(short_value(part)) for part in value[:MOST_ELEMENTS]]
+        parts = [short_value(part) for part in value[:MOST_ELEMENTS]]
+        parts = [f"{part:.4g}" if isinstance(part, float) else str(part) for part in parts]
         return "(" + ", ".join(parts) + (", …)" if len(value) > MOST_ELEMENTS else ")")
     return type(value).__name__

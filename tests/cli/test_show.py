@@ -28,6 +28,22 @@ def test_cmd_vel_is_shown_as_the_golden_has_it(graphrun: Graphrun, form: str) ->
     check_against_golden(result.out, f"cmd_vel.{form}.txt")
 
 
+SCAN = """graph: scan
+nodes:
+  Tick: OnPlaybackTick
+  Scan: {type: ROS2Publisher, inputs: {messagePackage: sensor_msgs, messageName: LaserScan, ranges: [0.45, 0.1]}}
+connections: [Tick.tick -> Scan.execIn]
+"""
+
+
+def test_a_float_is_shown_by_its_shortest_decimal_in_text_and_drawings(graphrun: Graphrun, project: Path) -> None:
+    (project / "scan.yaml").write_text(SCAN, encoding="utf-8")
+    assert "    ranges = [0.45, 0.1]" in graphrun("show", "scan.yaml").lines
+    graphrun("show", "scan.yaml", "--svg", "scan.svg", code=0)
+    assert "[0.45, 0.1]" in (project / "scan.svg").read_text(encoding="utf-8")
+    assert '("Scan.inputs:ranges", [0.45, 0.1])' in graphrun("export", "scan.yaml", "--to", "isaac-script").out
+
+
 def test_without_a_form_types_values_with_units_and_wires_are_told(graphrun: Graphrun) -> None:
     result = graphrun("show", "dd100/cmd_vel")
     assert result.lines[0] == "cmd_vel  at /dd100/Geometry/base_link/chassis_link/cmd_vel, every tick"

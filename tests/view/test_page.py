@@ -188,6 +188,8 @@ def test_values_are_shown_short_and_what_is_no_value_by_its_class() -> None:
         ("x" * 500, "x" * 200),
         ((0.5, 1, "a", Odd()), "(0.5, 1, a, Odd)"),
         (np.arange(3.0), "(0, 1, 2)"),
+        (np.array([0.45, 2.0], np.float32), "(0.45, 2)"),
+        (np.array([1, 2]), "(1, 2)"),
         (np.array([*range(9), nan]), "(10,) 0 to 8"),
         (np.full(9, nan), "(9,) not finite"),
         ((0,) * 9, "(0, 0, 0, 0, 0, 0, 0, 0, …)"),
