@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 from graphengine.cli.common import counted
 from graphengine.format.diagnostics import Finding, Findings
 from graphengine.format.files import near
-from graphengine.format.wording import listing
+from graphengine.format.wording import listing, quoted
 
 if TYPE_CHECKING:
     from graphengine.physics.importing.draft import Remark
@@ -49,7 +49,7 @@ def report(imported: Imported, findings: Findings) -> list[str]:
     lines += _remarks("guessed", draft.guessed)
     lines += _remarks("not carried over", draft.lost)
     if imported.outside:
-        allowed = " ".join(f"--allow {near(str(folder))}" for folder in imported.outside)
+        allowed = " ".join(f"--allow {quoted(near(str(folder)))}" for folder in imported.outside)
         lines.append(f"scenes with this robot read files outside of their folder: run them with {allowed}")
     return [line.replace("\n", " ") for line in lines]
 

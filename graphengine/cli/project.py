@@ -13,6 +13,7 @@ from graphengine.devices.rotation import Vector3
 from graphengine.format.atomic_write import write_together
 from graphengine.format.files import near, shipped
 from graphengine.format.version import __version__
+from graphengine.format.wording import quoted
 from graphengine.format.yaml_text import scalar
 
 if TYPE_CHECKING:
@@ -147,7 +148,7 @@ class Project:
         """Return a text for the user with the folder, the number of files and the next command."""
         folder = near(str(self.folder))
         return clean(
-            f"{folder}: a project of {len(self._contents)} files\nnext: cd {folder} && graphrun run {self.name}.yaml"
+            f"{folder}: a project of {len(self._contents)} files\nnext: cd {quoted(folder)} && graphrun run {self.name}.yaml"
         )
 
     def _add(self, path: Path, text: str) -> None:

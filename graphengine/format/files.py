@@ -18,7 +18,7 @@ from pathlib import Path
 from graphengine.format.diagnostics import Findings, Span
 from graphengine.format.errors import UsageError
 from graphengine.format.regular_files import open_regular
-from graphengine.format.wording import did_you_mean, listing
+from graphengine.format.wording import allowing, did_you_mean, listing
 
 
 def shipped() -> Path:
@@ -155,7 +155,7 @@ class Files:
                 if not self.may_read(place):
                     raise NotFoundError(
                         f"{reference!r} lies outside the folder of the file you gave",
-                        f"allow it with --allow {place.resolve().parent}",
+                        allowing(place.resolve().parent),
                     )
                 self.note(place)
                 return self.shown(place)

@@ -6,6 +6,7 @@ import bisect
 import difflib
 import functools
 import re
+import shlex
 from collections.abc import Iterable, Sequence
 
 _LONGEST = 2000
@@ -15,6 +16,16 @@ def printable(text: str) -> str:
     """Return the text with each control character and line end replaced by U+FFFD; a very long text is cut."""
     text = text if len(text) <= _LONGEST else f"{text[:_LONGEST]}…"
     return "".join(c if c.isprintable() else "\N{REPLACEMENT CHARACTER}" for c in text)
+
+
+def quoted(word: object) -> str:
+    """Return a word for a command that users copy into a shell: printable, and in quotes if the shell needs them."""
+    return shlex.quote(printable(str(word)))
+
+
+def allowing(folder: object) -> str:
+    """Return the remedy for a file that may not be read: the option that allows its folder."""
+    return f"allow it with --allow {quoted(folder)}"
 
 
 _MANY = 1000

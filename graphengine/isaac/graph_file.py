@@ -15,7 +15,7 @@ from graphengine.compiler.graph import find_port, port_names
 from graphengine.compiler.registry import Registry
 from graphengine.format.diagnostics import Findings, Span
 from graphengine.format.errors import ContextError
-from graphengine.format.wording import listing
+from graphengine.format.wording import listing, quoted
 from graphengine.format.yaml_text import block, comment, flow, scalar
 from graphengine.isaac.narrowing import narrow
 from graphengine.isaac.node_replacements import modernize, replacement
@@ -232,7 +232,7 @@ class _Composer:
         what, advice = "", ""
         if not key.startswith("inputs:"):
             what = "a graph file contains values of inputs only"
-            advice = f"at run time: graphrun ctl impulse {self.names[node.name]}" if key == IMPULSE else ""
+            advice = f"at run time: graphrun ctl impulse {quoted(self.names[node.name])}" if key == IMPULSE else ""
         elif value.data is None or not _PORT.match(name):
             what = "it is None" if value.data is None else "it is not a legal port name"
         elif cls is not None:

@@ -17,6 +17,7 @@ from typing import IO, Any
 
 from graphengine.format.files import Files
 from graphengine.format.ros_packages import package_folder
+from graphengine.format.wording import allowing, quoted
 from graphengine.sandbox import landlock, seccomp
 from graphengine.sandbox.seccomp import Tier
 
@@ -189,6 +190,6 @@ def check_readable(path: Path, files: Files) -> None:
     """
     if not files.may_read(path):
         beside = [root for root in files.roots if not path.is_absolute() and (root / path).exists()]
-        allow = f"allow it with --allow {package_folder(path)}"
-        remedy = f"relative paths begin at the folder where graphrun runs: cd {beside[0]}" if beside else allow
+        start = f"relative paths begin at the folder where graphrun runs: cd {quoted(beside[0])}" if beside else ""
+        remedy = start or allowing(package_folder(path))
         raise AccessDeniedError(f"{str(path)!r} lies outside the folder of the file you gave\n{remedy}")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shlex
 from pathlib import Path
 
 import pytest
@@ -127,6 +128,16 @@ def test_a_file_may_name_only_what_lies_beside_it_unless_allowed(graphrun: Graph
     refused = graphrun("check", "near/scene.yaml", code=1)
     assert f"allow it with --allow {project / 'far'}" in refused.out
     assert graphrun("check", "near/scene.yaml", "--allow", "far").code == 0
+
+
+def test_the_option_that_allows_a_folder_can_be_copied_to_a_shell(graphrun: Graphrun, project: Path) -> None:
+    (project / "far away; ls").mkdir()
+    (project / "near").mkdir()
+    (project / "mine.yaml").rename(project / "far away; ls/mine.yaml")
+    scene = "scene: s\nworld: worlds/flat_grid.xml\ngraphs:\n  clock: {use: '../far away; ls/mine.yaml'}\n"
+    (project / "near/scene.yaml").write_text(scene, encoding="utf-8")
+    remedy = next(line for line in graphrun("check", "near/scene.yaml").lines if "allow it with " in line)
+    assert graphrun("check", "near/scene.yaml", *shlex.split(remedy.partition("with ")[2])).code == 0
 
 
 @pytest.fixture

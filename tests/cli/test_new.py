@@ -53,6 +53,16 @@ def test_a_first_project_drives_the_dingo_with_a_graph_of_its_own(graphrun: Grap
         assert sim.robots["first"].velocity.linear[0] == pytest.approx(0.25, rel=0.02)
 
 
+def test_the_next_command_runs_in_a_shell_whatever_the_folder_is_called(graphrun: Graphrun, workspace: Path) -> None:
+    line = graphrun("new", "mein röbot 1", code=0, err="").lines[-1]
+    assert line == "next: cd 'mein röbot 1' && graphrun run mein_r_bot_1.yaml"
+    command = line.removeprefix("next: ").replace("graphrun run", "ls")
+    assert (
+        subprocess.run(["sh", "-c", command], check=True, capture_output=True, text=True).stdout
+        == "mein_r_bot_1.yaml\n"
+    )
+
+
 def test_a_project_from_a_description_holds_all_its_files(graphrun: Graphrun, workspace: Path) -> None:
     graphrun("new", "cart", *FROM, code=0)
     assert files(workspace / "cart") == [

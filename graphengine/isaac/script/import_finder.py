@@ -11,6 +11,7 @@ from importlib.machinery import ModuleSpec, PathFinder
 from pathlib import Path
 from typing import Any
 
+from graphengine.format.wording import quoted
 from graphengine.isaac.omniverse.graph_recorder import GraphRecorder
 from graphengine.isaac.omniverse.modules import ROOTS
 from graphengine.isaac.omniverse.stubs import StubModule
@@ -83,7 +84,7 @@ class ImportFinder(importlib.abc.MetaPathFinder, importlib.abc.Loader):
         """Yield advice to add `--allow FOLDER`, if a folder above the script contains the module."""
         for folder in Path(self.folders[0]).parents[:MAX_ABOVE]:
             if (folder / name).is_dir() or (folder / f"{name}.py").is_file():
-                yield f"to import it, add --allow {folder}"
+                yield f"to import it, add --allow {quoted(folder)}"
                 return
 
     def create_module(self, spec: ModuleSpec) -> types.ModuleType:

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import ast
 import os
-import shlex
 import traceback
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
+from graphengine.format.wording import quoted
 from graphengine.isaac.omniverse import og
 from graphengine.isaac.omniverse.graph_recorder import MAX_PARTS, GraphRecorder
 from graphengine.isaac.omniverse.og_edit import OPENED
@@ -184,7 +184,7 @@ class Losses:
         missed, path = self.recorder.missed, script.source.path
         asked = {name: said for at in asking(script.tree, line) for name, said in missed.get((path, at), {}).items()}
         for name, said in list(asked.items())[:MOST_ASKED]:
-            yield f"--assume {shlex.quote(name)} assumes that {said}"
+            yield f"--assume {quoted(name)} assumes that {said}"
 
     def _failures(self, error: BaseException, handler: int) -> Iterator[Failure]:
         """Yield the expressions of the script and its modules through which an error passed, outermost first."""
@@ -215,4 +215,4 @@ def _advice(error: BaseException) -> tuple[str, ...]:
         return (_ARGUMENTS,) * (error.code == 2)
     trace = list(traceback.walk_tb(error.__traceback__))
     asked = trace and trace[-1][0].f_code is type(os.environ).__getitem__.__code__
-    return (f"set the environment variable: --env {error.args[0]}=VALUE",) if asked else ()
+    return (f"set the environment variable: --env {quoted(error.args[0])}=VALUE",) if asked else ()

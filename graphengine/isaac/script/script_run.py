@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from graphengine.format.diagnostics import Source, Span
+from graphengine.format.wording import quoted
 from graphengine.isaac.omniverse.asyncio_stub import finish, make_asyncio
 from graphengine.isaac.omniverse.graph_recorder import GraphRecorder
 from graphengine.isaac.omniverse.modules import make_modules
@@ -188,7 +189,7 @@ class ScriptRun:
                 continue
             if not every:
                 what = f"the impulses that a loop of the script sends to {path}/{name} are left out"
-                control = f"or at run time: graphrun ctl impulse {name}"
+                control = f"or at run time: graphrun ctl impulse {quoted(name)}"
                 findings.add("W302", what, place, "--impulse-every 1 lets the node fire every tick", control)
                 continue
             node = graph.nodes[name]

@@ -12,6 +12,7 @@ from pathlib import Path
 from pxr import Sdf, Tf
 
 from graphengine.format.files import Files
+from graphengine.format.wording import allowing
 from graphengine.isaac.stage.stage_contents import PLACE, SUFFIXES
 
 MAX_BYTES = 256_000_000
@@ -81,8 +82,8 @@ class Layers:
         if known is not None and self.holds(known):
             return known
         if not self.files.may_read(Path(path)):
-            folder = Path(path).resolve().parent
-            raise UnreadableError(f"it lies outside the folder of the file you gave; allow it with --allow {folder}")
+            remedy = allowing(Path(path).resolve().parent)
+            raise UnreadableError(f"it lies outside the folder of the file you gave; {remedy}")
         if not os.path.isfile(path):
             raise UnreadableError("the file does not exist")
         if os.path.splitext(path)[1].lower() not in SUFFIXES:

@@ -6,7 +6,7 @@ from collections.abc import Collection, Sequence
 from dataclasses import dataclass, field
 
 from graphengine.format.diagnostics import Findings, Span
-from graphengine.format.wording import listing, printable
+from graphengine.format.wording import listing, printable, quoted
 from graphengine.physics.files.packages import Packages, package_of
 from graphengine.physics.files.xml import Element
 
@@ -73,7 +73,7 @@ def report(
             findings.add("N103", f"left out on request: package {package.name!r}", package.span, *brings)
             continue
         text, *remedies = map(printable, package.lacks or [f"no package {package.name!r}"])
-        alternative = f"or leave the package out: --without {package.name}"
+        alternative = f"or leave the package out: --without {quoted(package.name)}"
         findings.add("S103", f"xacro: {text}", package.span, *brings, *remedies, alternative)
 
 
@@ -89,7 +89,7 @@ def report_mesh_packages(root: Element, packages: Packages, findings: Findings) 
             missing.setdefault(name, {}).setdefault(mesh.get("filename"), mesh)
     for name, meshes in missing.items():
         text, *remedies = packages.lacks(name)
-        alternative = f"or leave these meshes out: --without {name}"
+        alternative = f"or leave these meshes out: --without {quoted(name)}"
         names = listing((printable(reference) for reference in meshes), "meshes")
         findings.add("S101", text, next(iter(meshes.values())).place("filename"), names, *remedies, alternative)
 

@@ -9,6 +9,7 @@ from graphengine.format.diagnostics import Findings
 from graphengine.format.files import Files
 from graphengine.format.robot_spec import RobotSpec
 from graphengine.format.spec_reader import Loaded, validate
+from graphengine.format.wording import allowing
 from graphengine.physics.description import xacro
 from graphengine.physics.description.mjcf import read_mjcf
 from graphengine.physics.description.robot_file import RobotFile
@@ -85,8 +86,8 @@ def _packages(path: Path, file: RobotFile, files: Files, findings: Findings) -> 
     for index, (reference, folder) in enumerate(zip(file.spec.package_paths, paths, strict=True)):
         span = file.span("package_paths", index)
         if not files.may_read(folder):
-            remedy = f"allow it with --allow {folder.resolve()}"
-            findings.add("S103", f"{reference!r} lies outside the folder of the file you gave", span, remedy)
+            what = f"{reference!r} lies outside the folder of the file you gave"
+            findings.add("S103", what, span, allowing(folder.resolve()))
         elif not folder.is_dir():
             findings.add("S101", f"no folder {reference!r}", span, f"searched in {folder.parent}")
     return Packages(path.parent, paths, files) if len(findings.errors) == before else None

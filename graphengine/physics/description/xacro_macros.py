@@ -9,7 +9,7 @@ from pathlib import Path
 
 from graphengine.format.diagnostics import Findings, Span
 from graphengine.format.ros_packages import MANIFEST, manifest_name
-from graphengine.format.wording import did_you_mean, listing, printable
+from graphengine.format.wording import did_you_mean, listing, printable, quoted
 from graphengine.physics.files.packages import Packages
 from graphengine.physics.files.xml import Element, write
 
@@ -99,7 +99,7 @@ def _chosen(root: Element, wanted: str | None, findings: Findings) -> RobotMacro
     if wanted is None and (len(macros) == 1 or has_robot(root)):
         return next(iter(macros.values())) if macros and not has_robot(root) else None
     if wanted is None and macros:
-        names = ", ".join(f"--macro {printable(name)}" for name in macros)
+        names = ", ".join(f"--macro {quoted(name)}" for name in macros)
         findings.add("S103", "the file defines several robot macros and calls none", root.span, f"choose: {names}")
     elif wanted is not None and wanted not in macros:
         near = did_you_mean(wanted, macros) or listing(macros, "macros with links")

@@ -15,7 +15,7 @@ from typing import Literal, NamedTuple
 from graphengine.format.diagnostics import Findings
 from graphengine.format.files import Files
 from graphengine.format.ros_packages import package_folder
-from graphengine.format.wording import did_you_mean, listing
+from graphengine.format.wording import allowing, did_you_mean, listing
 from graphengine.physics.files import meshes
 from graphengine.physics.files.bounds import HOW_CELLS_COUNT, MAX_CELLS, cells_of_file, weigh
 from graphengine.physics.files.conversion import Foreign, convert_all
@@ -318,7 +318,7 @@ class Library:
             return found
         if outside is not None:
             what = f"{reference!r} lies outside the folder of the file you gave"
-            self.findings.add(code, what, span, f"allow it with --allow {outside}")
+            self.findings.add(code, what, span, allowing(outside))
             return None
         self.findings.add("S101", f"no file {reference!r}", span, *_whereabouts(reference, readable, packages))
         return None

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from graphengine.format.diagnostics import Findings
+from graphengine.format.wording import quoted
 from graphengine.physics.description import xacro
 from graphengine.physics.description.absent_packages import drop_meshes, report_mesh_packages
 from graphengine.physics.description.xacro_macros import choose_macro, robot_macros, wrapper
@@ -113,7 +114,7 @@ def arguments_of(path: Path, root: Element, packages: Packages, findings: Findin
         return [f"{path}: no xacro syntax, so it takes no arguments"]
     lines = [f"arguments of {path}:", *_listed(xacro.defaults(path, packages, findings))]
     for macro in robot_macros(root):
-        lines += [f"parameters of the macro {macro.name}, which --macro {macro.name} imports as a robot:"]
+        lines += [f"parameters of the macro {macro.name}, which --macro {quoted(macro.name)} imports as a robot:"]
         lines += _listed(macro.parameters)
     return lines
 

@@ -15,7 +15,7 @@ from pathlib import Path
 from urllib.parse import unquote
 
 from graphengine.format.diagnostics import Findings, Span
-from graphengine.format.wording import listing, printable
+from graphengine.format.wording import allowing, listing, printable
 from graphengine.physics.files.packages import Packages, package_of
 from graphengine.physics.files.xml import MAX_ELEMENTS, Element, parse, read
 from graphengine.physics.sdf.sdf_frames import Kind, Scope, SdfFrame
@@ -220,7 +220,7 @@ class SdfFiles:
         outside = next((str(place) for place, _ in places if place.exists() and not self._may_read(place)), None)
         if outside is not None:
             what = f"{printable(uri[:200])!r} lies outside the folder of the file you gave"
-            raise SdfError(what, span, f"allow it with --allow {outside}")
+            raise SdfError(what, span, allowing(outside))
         searched = listing(self.packages.searched(), "looked in")
         advice = (
             "name the folder of the models by --package-path on import, package_paths in the robot file, or --allow"

@@ -13,7 +13,7 @@ from pathlib import Path
 
 from graphengine.devices.rotation import Pose, relative
 from graphengine.format.diagnostics import Findings
-from graphengine.format.wording import listing, printable
+from graphengine.format.wording import listing, printable, quoted
 from graphengine.physics.files.packages import Packages
 from graphengine.physics.files.references import Library
 from graphengine.physics.files.xml import Element
@@ -115,7 +115,7 @@ class _WorldWriter:
             "W302",
             f"model {name!r} is left out: {_LEFT_OUT}",
             model.element.span,
-            f"create a robot file: graphrun import-robot {self.path} --model {name} -o robots/NAME.yaml",
+            f"create a robot file: graphrun import-robot {quoted(self.path)} --model {quoted(name)} -o robots/NAME.yaml",
             f"and add to the scene: robots: {{NAME: {{use: robots/NAME.yaml, {where}}}}}",
         )
         return True

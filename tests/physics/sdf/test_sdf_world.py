@@ -177,6 +177,13 @@ def test_gravity_and_lights(tmp_path: Path) -> None:
     assert compiled(tmp_path).opt.gravity == pytest.approx([0.0, 0.0, -9.8])
 
 
+def test_the_command_that_imports_a_model_quotes_its_name(tmp_path: Path) -> None:
+    turning = joint("j", "base", "arm", "<axis><xyz>0 0 1</xyz></axis>", "revolute")
+    _, findings = world(tmp_path, FLOOR, model(link("base") + link("arm") + turning, "arm $(touch x)"))
+    (warning,) = (each for each in findings.items if each.severity == "warning")
+    assert f"graphrun import-robot {tmp_path}/world.sdf --model 'arm $(touch x)' -o robots/NAME.yaml" in warning.help[0]
+
+
 def test_a_model_with_joints_that_move_is_left_out_with_what_to_do(tmp_path: Path) -> None:
     turning = joint("j", "base", "arm", "<axis><xyz>0 0 1</xyz></axis>", "revolute")
     arm = model(pose(1, 2, 0, 0, 0, 1) + link("base", pose(0, 0, 0.5)) + link("arm") + turning, "arm")
