@@ -39,7 +39,7 @@ VERBS = {
     "tf": "print the tf frame tree of a live network",
     "nav2": "drive the robots of a scene with Nav2: write Nav2's files, send goals and measure how well robots reach them",
     "teleop": "drive a robot from the keyboard",
-    "nodes": "list all node types, or print the ports of one",
+    "nodes": "list or search node types, or print the ports of one",
     "completion": "print the script for tab completion of graphrun in bash, zsh or fish",
     "schema": "print the JSON Schema of graph, scene or robot files, for editors",
 }

@@ -6,13 +6,16 @@ import argparse
 import dataclasses
 import importlib
 import os
+import re
 import sys
+import textwrap
 import traceback
 from collections.abc import Iterable, Iterator, Sequence
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from graphengine.cli import terminal
 from graphengine.cli.progress import progress
 from graphengine.cli.quantities import whole
 from graphengine.format.diagnostics import Finding, Findings
@@ -329,6 +332,46 @@ def table(rows: Sequence[Sequence[str]], *, indent: str = "") -> str:
     *widths, _ = (max(map(len, column)) for column in zip(*rows, strict=True))
     padded = ([*map(str.ljust, row, widths), row[-1]] for row in rows)
     return "\n".join((indent + "  ".join(cells)).rstrip() for cells in padded)
+
+
+def fitted_table(rows: Sequence[Sequence[str]], lead: int, *, indent: str = "") -> str:
+    """Return rows as text as `table` does; if standard output is a terminal too narrow for it, as a table of the first columns.
+
+    The cells of the other columns then follow below each row, in wrapped lines. Nothing is cut off, as in a pipe or a file.
+
+    Args:
+        rows: texts of the columns, with equal numbers of columns.
+        lead: number of columns that stay in the table if they fit.
+        indent: text before each row.
+    """
+    whole_table, most = table(rows, indent=indent), terminal.width(sys.stdout)
+    if not terminal.shows_stdout() or _widest(whole_table) <= most:
+        return whole_table
+    while lead > 1 and _widest(table([row[:lead] for row in rows], indent=indent)) > most:
+        lead -= 1
+    lines = []
+    for line, row in zip(table([row[:lead] for row in rows], indent=indent).splitlines(), rows, strict=True):
+        below = "; ".join(filter(None, row[lead:]))
+        more = {"initial_indent": f"{indent}    ", "subsequent_indent": f"{indent}    ", "break_on_hyphens": False}
+        lines += [line, *textwrap.wrap(below, most, **more)]  # type: ignore[arg-type]
+    return "\n".join(lines)
+
+
+def fitted_text(text: str) -> str:
+    """Return a text of paragraphs; if standard output is a terminal too narrow for its lines, filled again to its width.
+
+    Paragraphs with lists or indented lines stay as they are.
+    """
+    most = terminal.width(sys.stdout)
+    if not terminal.shows_stdout() or _widest(text) <= most:
+        return text
+    paragraphs = text.split("\n\n")
+    plain = [not re.search(r"^[\s*-]", paragraph, re.MULTILINE) for paragraph in paragraphs]
+    return "\n\n".join(textwrap.fill(p, most) if fills else p for p, fills in zip(paragraphs, plain, strict=True))
+
+
+def _widest(text: str) -> int:
+    return max(map(len, text.splitlines()), default=0)
 
 
 def log_problem(severity: str, node: str, message: str) -> None:

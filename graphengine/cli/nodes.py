@@ -14,12 +14,15 @@ from graphengine.cli.common import (
     add_message_path,
     chosen_distro,
     clean,
+    fitted_table,
+    fitted_text,
     make_registry,
     message_paths,
     table,
 )
 from graphengine.format.errors import ContextError, UsageError
 from graphengine.format.files import installed_packages
+from graphengine.format.wording import quoted
 
 if TYPE_CHECKING:
     from graphengine.compiler.registry import Registry
@@ -29,13 +32,18 @@ if TYPE_CHECKING:
 Constants = Sequence[tuple[str, str, Any]]
 """Constants of a message type: name, ROS type and value of each."""
 
+MANY = 20
+"""Maximum number of node types that the error message for an ambiguous name lists."""
 LONG = 4
 """Maximum length of a list of port types, or of equal values in a default, to print in full; longer lists are abbreviated."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the command-line arguments of `graphrun nodes` to its parser."""
-    parser.add_argument("name", metavar="NAME", nargs="?", help="node type to describe: its full or short name")
+    name = "node type to describe: its full or short name, or a part that only one name has, such as Diff"
+    parser.add_argument("name", metavar="NAME", nargs="?", help=name)
+    search = "list the node types whose name, documentation or ports contain this text"
+    parser.add_argument("--search", metavar="WORD", help=search)
     add_import_argument(parser)
     message = (
         "message or service type, such as geometry_msgs/msg/Twist; also print the ports that the node type gets from it"
@@ -53,13 +61,15 @@ def execute(arguments: argparse.Namespace) -> int:
     """Print the node types or the given one; return 0.
 
     Raises:
-        UsageError: the name of the node type or message is unknown, or `--message` is used without a fitting node type.
+        UsageError: the name of the node type or message is unknown, no type is found, or two options do not fit together.
     """
     from graphengine.compiler.registry import default_registry
 
     registry = make_registry(arguments.modules) if arguments.modules else default_registry()
     one = arguments.name is not None
     constants: Constants = ()
+    if one and arguments.search is not None:
+        raise UsageError("NAME describes one node type, and --search lists several; give one of them")
     if one:
         cls = _find(arguments.name, registry)
         if arguments.message is not None:
@@ -73,6 +83,8 @@ def execute(arguments: argparse.Namespace) -> int:
         for owner, problem in registry.broken.items():
             print(clean(f"warning: {owner} could not be imported: {problem}"), file=sys.stderr)
         types = [registry.types[name] for name in sorted(registry.types) if registry.types[name].type_name == name]
+    if arguments.search is not None:
+        types = _search(arguments.search, types, registry)
     if arguments.markdown:
         from graphengine.cli.node_reference import write_reference
 
@@ -83,15 +95,38 @@ def execute(arguments: argparse.Namespace) -> int:
     elif one:
         print(describe(types[0], constants))
     else:
-        print(table([(cls.type_name, cls.kind(), summary(cls)) for cls in types]))
+        rows = [(cls.type_name, cls.kind(), summary(cls), _found(arguments.search, cls)) for cls in types]
+        print(fitted_table(rows, 2))
     return 0
 
 
-def _find(name: str, registry: Registry) -> type[Node]:
-    """Return the node type with this registered or short name.
+def _search(word: str, types: Sequence[type[Node]], registry: Registry) -> list[type[Node]]:
+    """Return the node types that contain a text: first those with it in their name, then in the documentation, then in ports.
 
     Raises:
-        UsageError: no node type has this name.
+        UsageError: there are no such types.
+    """
+    part = word.lower()
+    by_name = [cls for cls in types if any(part in name.lower() for name in (cls.type_name, *cls.aliases))]
+    by_doc = [cls for cls in types if part in (inspect.getdoc(cls) or "").lower()]
+    found = list(dict.fromkeys((*by_name, *by_doc, *(cls for cls in types if _found(word, cls)))))
+    if not found:
+        raise UsageError(f"--search {word}: no name, documentation or port contains it; {registry.suggest(word)}")
+    return found
+
+
+def _found(word: str | None, cls: type[Node]) -> str:
+    """Return the names of the ports whose name or documentation contains a text, after the word `ports`; else an empty text."""
+    part = (word or "").lower()
+    ports = [port.name for port in cls.fields.values() if part and part in f"{port.name} {port.doc}".lower()]
+    return f"ports: {', '.join(ports)}" if ports else ""
+
+
+def _find(name: str, registry: Registry) -> type[Node]:
+    """Return the node type with this registered or short name, or with a name that contains the text as that of no other type.
+
+    Raises:
+        UsageError: no node type has this name, or several contain the text.
     """
     found = registry.find(name)
     if found is None:
@@ -100,9 +135,14 @@ def _find(name: str, registry: Registry) -> type[Node]:
         if advice := replacement(name):
             raise UsageError(f"the node type {name!r} of Isaac Sim is not available; {advice}")
         part = name.lower()
-        holding = [name for name in sorted(registry.types) if part and part in name.lower()]
-        hint = f"node types whose name contains it: {', '.join(holding)}" if holding else registry.suggest(name)
-        raise UsageError(f"no node type {name!r}; {hint}")
+        last = {n: cls for n, cls in registry.types.items() if part and part in n.rpartition(".")[2].lower()}
+        holding = last or {n: cls for n, cls in registry.types.items() if part and part in n.lower()}
+        named = sorted({cls.type_name for cls in holding.values()})
+        if len(named) == 1:
+            return registry.types[named[0]]
+        more = [f"… ({len(named) - MANY} more): graphrun nodes --search {quoted(name)}"] if len(named) > MANY else []
+        several = [f"{len(named)} names contain it:", *named[:MANY], *more]
+        raise UsageError(f"no node type {name!r}; " + ("\n  ".join(several) if named else registry.suggest(name)))
     return found.cls
 
 
@@ -138,12 +178,12 @@ def summary(cls: type[Node]) -> str:
 
 def describe(cls: type[Node], constants: Constants = ()) -> str:
     """Return the description of a node type as text, with all ports, constants and other names."""
-    parts = [f"{cls.type_name}  ({cls.kind()})", "", inspect.getdoc(cls) or ""]
+    parts = [f"{cls.type_name}  ({cls.kind()})", "", fitted_text(inspect.getdoc(cls) or "")]
     for side in ("inputs", "outputs"):
         ports = [port for port in cls.fields.values() if port.side == side]
         rows = [_row(cls, port) for port in sorted(ports, key=lambda port: not port.is_exec)]
         if rows:
-            parts += ["", side, table(rows, indent="  ")]
+            parts += ["", side, fitted_table(rows, 4, indent="  ")]
     if constants:
         rows = [(name, kind, json.dumps(value)) for name, kind, value in constants]
         parts += ["", "constants", table(rows, indent="  ")]

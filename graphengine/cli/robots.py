@@ -6,7 +6,7 @@ import argparse
 import dataclasses
 import json
 
-from graphengine.cli.common import add_file_arguments, clean, load, print_findings, table
+from graphengine.cli.common import add_file_arguments, clean, fitted_table, load, print_findings
 from graphengine.format.errors import UsageError
 from graphengine.format.wording import unknown
 
@@ -39,5 +39,5 @@ def execute(arguments: argparse.Namespace) -> int:
     else:
         rows = [("ROBOT", "NAMESPACE", "JOINT STATES", "TF")]
         rows += [(robot.name, robot.namespace, robot.joint_states, robot.tf) for robot in robots.values()]
-        print(clean(table(rows)))
+        print(clean(fitted_table(rows, 3)))
     return 0

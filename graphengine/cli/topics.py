@@ -7,7 +7,7 @@ import dataclasses
 import json
 import sys
 
-from graphengine.cli.common import add_file_arguments, clean, load, print_findings, table
+from graphengine.cli.common import add_file_arguments, clean, fitted_table, load, print_findings
 from graphengine.messages.endpoints import EndpointClaim
 from graphengine.messages.names import action_of
 
@@ -40,7 +40,7 @@ def execute(arguments: argparse.Namespace) -> int:
     rows: list[tuple[str, ...]] = [("TOPIC", "", "TYPE", "RATE", "QOS", "FRAME", "NODE")]
     # Of the services and topics of an action, one stands for all.
     rows += [_row(claim) for claim in claims if not action_of(claim.topic) or claim.topic.endswith("/send_goal")]
-    print(clean(table([tuple(cell.replace("\n", " ") for cell in row) for row in rows])))
+    print(clean(fitted_table([tuple(cell.replace("\n", " ") for cell in row) for row in rows], 4)))
     if scene.world is None:
         print("the namespaces of topics are unknown without a scene; give one with --scene", file=sys.stderr)
     return 0

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from graphengine.compiler.registry import default_registry
-from tests.cli.harness import ROOT, Graphrun, process
+from tests.cli.harness import ROOT, Graphrun, live, process
 
 TUTORIAL = {
     "isaacsim.core.nodes.IsaacArticulationController",
@@ -92,7 +92,7 @@ def test_json_of_a_type_is_one_record_and_of_all_a_list(graphrun: Graphrun) -> N
     [
         ("DifferentialControler", "did you mean 'DifferentialController'?"),
         ("isaacsim.ros2.bridge.ROS2SubscribeTwst", "did you mean 'isaacsim.ros2.bridge.ROS2SubscribeTwist'?"),
-        ("odometry", "node types whose name contains it: graphengine.wheeled_robots.ComputeWheelOdometry, "),
+        ("odometry", "3 names contain it:\n  graphengine.wheeled_robots.ComputeWheelOdometry\n  isaacsim."),
         ("xyzzy", "`graphrun nodes` lists every type"),
         ("", "`graphrun nodes` lists every type"),
     ],
@@ -100,6 +100,51 @@ def test_json_of_a_type_is_one_record_and_of_all_a_list(graphrun: Graphrun) -> N
 def test_an_unknown_type_is_told_with_what_is_near(graphrun: Graphrun, name: str, hint: str) -> None:
     result = graphrun("nodes", name, code=2, out="")
     assert result.err.startswith(f"graphrun nodes: no node type {name!r}; {hint}")
+
+
+@pytest.mark.parametrize("part", ["Diff", "differential", "robots.Diff"])
+def test_a_part_that_only_one_name_has_is_enough(graphrun: Graphrun, part: str) -> None:
+    name = "isaacsim.robot.wheeled_robots.DifferentialController"
+    assert graphrun("nodes", part, code=0, err="").lines[0] == f"{name}  (action)"
+
+
+def test_of_many_names_that_contain_a_part_twenty_are_listed(graphrun: Graphrun) -> None:
+    *listed, more = graphrun("nodes", "bridge", code=2).err.splitlines()[1:]
+    assert len(listed) == 20
+    assert re.fullmatch(r"  … \(\d+ more\): graphrun nodes --search bridge", more)
+
+
+def test_a_search_finds_names_documentation_and_ports(graphrun: Graphrun) -> None:
+    lines = graphrun("nodes", "--search", "Odometr", code=0, err="").lines
+    names = [line.split()[0].rpartition(".")[2] for line in lines]
+    assert names[:3] == ["ComputeWheelOdometry", "IsaacComputeOdometry", "ROS2PublishOdometry"]  # by name
+    assert "ROS2PublishGroundTruthTransform" in names[3:]  # by one of its ports
+    ports = next(line for line in lines if "ROS2PublishGroundTruthTransform" in line)
+    assert re.search(r"ports: .*odometry", ports)
+    found = json.loads(graphrun("nodes", "--search", "odometr", "--format", "json").out)
+    assert [record["type"].rpartition(".")[2] for record in found] == names
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["--search", "xyzzy"], "--search xyzzy: no name, documentation or port contains it; `graphrun nodes` lists"),
+        (["--search", "ROS2PublishOdometri"], "did you mean 'ROS2PublishOdometry'?"),
+        (["OnTick", "--search", "tick"], "NAME describes one node type, and --search lists several"),
+    ],
+)
+def test_a_search_that_finds_nothing_says_what_to_do(graphrun: Graphrun, arguments: list[str], said: str) -> None:
+    assert said in graphrun("nodes", *arguments, code=2, out="").err
+
+
+@pytest.mark.parametrize("arguments", [("--search", "wheel"), ("SubscribeTwist",), ("DifferentialController",)])
+def test_a_terminal_of_80_columns_shows_all_without_breaking_words(arguments: tuple[str, ...]) -> None:
+    with live("nodes", *arguments, columns=80, out=True) as running:
+        running.hear(lambda said: False)
+    lines = running.said.replace("\r", "").splitlines()
+    assert max(map(len, lines)) <= 80
+    piped = process("nodes", *arguments).out
+    assert sorted(re.findall(r"\w+", running.said)) == sorted(re.findall(r"\w+", piped))
 
 
 def test_types_of_a_module_in_the_working_directory_are_listed_too(graphrun: Graphrun, project: Path) -> None:

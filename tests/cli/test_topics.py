@@ -6,8 +6,11 @@ import json
 import re
 from pathlib import Path
 
+import pytest
+
 from tests.action_graph import BOTH, FIBONACCI
-from tests.cli.harness import Graphrun
+from tests.cli import screen
+from tests.cli.harness import Graphrun, live, process
 
 WAREHOUSE = {
     "/clock": ("pub", "rosgraph_msgs/msg/Clock", "60 Hz", "reliable, volatile, 10", ""),
@@ -44,6 +47,22 @@ def test_the_table_has_type_rate_qos_frame_and_node_of_every_topic(graphrun: Gra
         rows[topic] = tuple(cells)
         assert node.startswith("/")
     assert rows == WAREHOUSE
+
+
+@pytest.mark.parametrize("scene", ["dd100_flat", "dd100_fleet"])
+def test_a_terminal_of_80_columns_shows_all_in_more_lines(scene: str) -> None:
+    with live("topics", scene, columns=80, out=True) as running:
+        running.hear(lambda said: False)
+    lines = screen.shown(running.said, 1000)  # of which a line that is too wide would show
+    assert max(map(len, lines)) <= 80
+    piped = process("topics", scene).out
+    assert sorted(re.findall(r"[\w/]+", "\n".join(lines))) == sorted(re.findall(r"[\w/]+", piped))
+
+
+def test_a_wide_terminal_shows_the_table_of_a_pipe() -> None:
+    with live("topics", "dd100_flat", columns=300, out=True) as running:
+        running.hear(lambda said: False)
+    assert process("topics", "dd100_flat").out.splitlines()[-1] in running.said
 
 
 def test_json_says_the_same(graphrun: Graphrun) -> None:
