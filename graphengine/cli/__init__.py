@@ -159,7 +159,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 def _execute(parsed: argparse.Namespace) -> int:
     """Execute the verb and return its exit code. If it raises, print the message and return the exit code for the exception."""
-    from graphengine.cli.common import clean, explain
+    from graphengine.cli.common import clean, explain, print_findings
     from graphengine.format.errors import CheckError, GraphError, UsageError
     from graphengine.format.process_limits import SMALLEST, has_address_space
 
@@ -176,7 +176,7 @@ def _execute(parsed: argparse.Namespace) -> int:
         print(clean(f"graphrun {parsed.verb}: {error}"), file=sys.stderr)
         return 2
     except CheckError as error:
-        print(error, file=sys.stderr)
+        print_findings(error.findings)
         return 1
     except GraphError as error:
         print(f"error: {explain(error)}", file=sys.stderr)

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from graphengine.cli.common import add_file_arguments, counted, make_options, print_findings
+from graphengine.cli.finding_formats import annotation, repository_root
 from graphengine.cli.progress import progress
 from graphengine.format.diagnostics import Findings, to_json
 from graphengine.format.errors import UsageError
@@ -26,7 +27,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the command-line arguments of `graphrun check` to its parser."""
     add_file_arguments(parser, many=True)
     parser.add_argument("--strict", action="store_true", help="exit with code 1 also if there are only warnings")
-    parser.add_argument("--format", choices=("text", "json"), default="text", help="output format (default text)")
+    form = "output format (default text); github prints annotations for pull requests in GitHub Actions"
+    parser.add_argument("--format", choices=("text", "json", "github"), default="text", help=form)
     parser.epilog = "For a folder, all scene, robot and graph files in it and its subfolders are checked."
 
 
@@ -44,7 +46,12 @@ def execute(arguments: argparse.Namespace) -> int:
     if arguments.format == "json":
         print(to_json(findings.sorted()))
     else:
-        print_findings(findings, stream=sys.stdout)
+        if arguments.format == "github":
+            root = repository_root()
+            for finding in findings.sorted():
+                print(annotation(finding, root))
+        else:
+            print_findings(findings, stream=sys.stdout)
         read = f"{counted(files, 'file')}, {counted(graphs, 'graph')}"
         print(f"{read}: {counted(errors, 'error')}, {counted(warnings, 'warning')}")
     return 1 if errors or (arguments.strict and warnings) else 0

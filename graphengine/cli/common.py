@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from graphengine.cli import terminal
+from graphengine.cli.finding_formats import coloured
 from graphengine.cli.progress import progress
 from graphengine.cli.quantities import whole
 from graphengine.format.diagnostics import Finding, Findings
@@ -320,11 +321,13 @@ def refuse_to_overwrite(paths: Iterable[Path], *, force: bool) -> None:
 def print_findings(findings: Findings | Sequence[Finding], *, stream: Any = None, notes: bool = True) -> None:
     """Print findings, each with an excerpt of its file; leave out notes unless `notes` is set.
 
-    A `Findings` object is printed in the order of files and lines, a sequence in its own order.
+    A `Findings` object is printed in the order of files and lines, a sequence in its own order. A terminal gets colours.
     """
+    stream = stream or sys.stderr
+    render = coloured if terminal.uses_colours(stream) else Finding.render
     for finding in findings if isinstance(findings, Sequence) else findings.sorted():
         if notes or finding.severity != "note":
-            print(finding.render(), file=stream or sys.stderr)
+            print(render(finding), file=stream)
 
 
 def table(rows: Sequence[Sequence[str]], *, indent: str = "") -> str:

@@ -29,6 +29,14 @@ def width(stream: TextIO) -> int:
         return 80
 
 
+def uses_colours(stream: TextIO | None) -> bool:
+    """Return whether to write colours to a stream: only to a terminal, unless NO_COLOR or FORCE_COLOR are set."""
+    if os.environ.get("NO_COLOR"):
+        return False
+    forced = os.environ.get("FORCE_COLOR", "0") not in ("", "0")
+    return forced or (stream is not None and stream.isatty() and os.environ.get("TERM") not in ("dumb", "unknown"))
+
+
 def shows_stdout() -> bool:
     """Return whether standard output is a terminal, so that its text must be printed above the live display."""
     return sys.stdout is not None and sys.stdout.isatty()

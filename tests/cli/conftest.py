@@ -30,6 +30,8 @@ connections:
 def graphrun(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> Graphrun:
     monkeypatch.setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", "OFF")
     monkeypatch.setattr(sys, "path", list(sys.path))
+    for name in ("NO_COLOR", "FORCE_COLOR", "GITHUB_WORKSPACE"):
+        monkeypatch.delenv(name, raising=False)
 
     def run(*arguments: str, **ended: Any) -> Result:
         """Run a command; `ended` is what `checked` takes."""

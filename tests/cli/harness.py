@@ -51,8 +51,9 @@ def checked(result: Result, code: int | None = None, out: str | None = None, err
 
 
 def environment(changes: Mapping[str, str] | None = None) -> dict[str, str]:
-    """One in which the program is found, and which no ROS 2 around it disturbs."""
-    inherited = {name: value for name, value in os.environ.items() if not name.startswith(("ROS_", "RMW_", "CYCLONE"))}
+    """One in which the program is found, and which neither ROS 2 nor a CI system around it disturbs."""
+    others = ("ROS_", "RMW_", "CYCLONE", "NO_COLOR", "FORCE_COLOR", "GITHUB_")
+    inherited = {name: value for name, value in os.environ.items() if not name.startswith(others)}
     return {**inherited, "PYTHONPATH": str(ROOT), "ROS_AUTOMATIC_DISCOVERY_RANGE": "OFF", **(changes or {})}
 
 
