@@ -74,6 +74,7 @@ class Parser(argparse.ArgumentParser):
 
     def error(self, message: str) -> NoReturn:
         """Print an error in the command line, with a suggestion if there is one, and exit with code 2."""
+        from graphengine.cli import terminal
         from graphengine.cli.common import clean
 
         if choice := _CHOICE.fullmatch(message):
@@ -84,7 +85,18 @@ class Parser(argparse.ArgumentParser):
             names = re.findall(r"[\w-]+", re.sub(r" \([^()]*\)", "", listed))  # without the help of transports
             few = f"\n  choose from: {', '.join(names)}" if len(names) <= FEW else ""  # the help has all
             message += _hint([given], names) or few
-        self.exit(2, clean(f"{self.prog}: {message}\n  see {self.prog} --help\n"))
+        elif given := _MISSING.fullmatch(message):
+            message = f"{given[1]} {'are' if ', ' in given[1] else 'is'} missing{self._choices_of(given[1])}"
+        text = clean(f"{self.prog}: {message}\n  see {self.prog} --help\n")
+        self.exit(2, terminal.wrapped(text, sys.stderr))
+
+    def _choices_of(self, name: str) -> str:
+        """Return a line with the legal values of an argument; empty if any value is legal, or if only the help has all."""
+        for action in self._actions:
+            if name in (action.metavar, action.dest, "/".join(action.option_strings)) and action.choices is not None:
+                names = [str(choice) for choice in action.choices]
+                return f"\n  choose from: {', '.join(names)}" if len(names) <= FEW else ""
+        return ""
 
 
 class Version(argparse.Action):
@@ -100,6 +112,7 @@ class Version(argparse.Action):
         parser.exit()
 
 
+_MISSING = re.compile(r"the following arguments are required: (.*)")
 _CHOICE = re.compile(r"argument (\S+): invalid choice: '(.*)' \(choose from (.*)\)", re.DOTALL)
 
 
@@ -160,6 +173,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 def _execute(parsed: argparse.Namespace) -> int:
     """Execute the verb and return its exit code. If it raises, print the message and return the exit code for the exception."""
     from graphengine.cli.common import clean, explain, print_findings
+    from graphengine.cli.terminal import wrapped
     from graphengine.format.errors import CheckError, GraphError, UsageError
     from graphengine.format.process_limits import SMALLEST, has_address_space
 
@@ -173,13 +187,13 @@ def _execute(parsed: argparse.Namespace) -> int:
             sys.stdout.flush()  # here a full disk can still be told
         return code
     except UsageError as error:
-        print(clean(f"graphrun {parsed.verb}: {error}"), file=sys.stderr)
+        print(wrapped(clean(f"graphrun {parsed.verb}: {error}"), sys.stderr), file=sys.stderr)
         return 2
     except CheckError as error:
         print_findings(error.findings)
         return 1
     except GraphError as error:
-        print(f"error: {explain(error)}", file=sys.stderr)
+        print(wrapped(f"error: {explain(error)}", sys.stderr), file=sys.stderr)
         return 1
     except (MemoryError, RuntimeError) as error:
         if not isinstance(error, MemoryError) and str(error) != "can't start new thread":

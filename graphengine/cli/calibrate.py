@@ -16,6 +16,7 @@ from graphengine.cli.common import (
     add_permission_arguments,
     add_repeatable,
     clean,
+    fitted_table,
     log_problem,
     open_scene,
     table,
@@ -162,7 +163,7 @@ def _report(result: Calibration) -> str:
         return "\n".join([f"{result.robot} cannot be calibrated", *(f"  {note}" for note in result.notes)])
     kind = f", {result.kinematics}" if result.kinematics else ""
     parts = [f"{result.robot}: {result.command_topic} ({result.command_type}){kind}"]
-    parts.append(table([_MOTION_HEAD, *map(_motion_row, result.motions)]))
+    parts.append(fitted_table([_MOTION_HEAD, *map(_motion_row, result.motions)], 4))
     parts.append(table(list(_geometry(result))))
     if result.squares:
         head = f"SQUARE OF {result.squares[0].side:g} m", "TRUE END MINUS COMMANDED END"
@@ -199,7 +200,7 @@ def _motion_row(motion: Motion) -> Sequence[str]:
 
 
 def _geometry(result: Calibration) -> Iterator[Sequence[str]]:
-    yield "GEOMETRY", "effective values: wheel odometry with them equals the true motion"
+    yield "GEOMETRY", "effective values, with which wheel odometry is the true motion"
     radii = [wheel.radius for wheel in result.wheels]
     spread = f" ({min(radii):.5f} to {max(radii):.5f})" if radii and max(radii) - min(radii) > 1e-5 else ""
     if result.wheel_radius is not None:
@@ -250,10 +251,7 @@ def _odometry(one: Odometry) -> Iterator[Sequence[str]]:
 def _amcl(result: Calibration) -> Iterator[Sequence[str]]:
     from graphengine.api.calibration.amcl_noise import LEAST, amcl_alphas
 
-    yield (
-        "AMCL",
-        f"parameters for nav2_amcl: the measured ones, but at least {LEAST[0]:g}, as a filter needs some noise",
-    )
+    yield "AMCL", f"measured parameters for nav2_amcl, at least {LEAST[0]:g}, as a filter needs noise"
     for index, value in enumerate(amcl_alphas(result), 1):
         yield f"alpha{index}", f"{value:.2g}"
 

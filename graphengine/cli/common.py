@@ -324,10 +324,11 @@ def print_findings(findings: Findings | Sequence[Finding], *, stream: Any = None
     A `Findings` object is printed in the order of files and lines, a sequence in its own order. A terminal gets colours.
     """
     stream = stream or sys.stderr
-    render = coloured if terminal.uses_colours(stream) else Finding.render
+    colours = terminal.uses_colours(stream)
     for finding in findings if isinstance(findings, Sequence) else findings.sorted():
         if notes or finding.severity != "note":
-            print(render(finding), file=stream)
+            text = terminal.wrapped(finding.render(), stream)
+            print(coloured(finding, text) if colours else text, file=stream)
 
 
 def table(rows: Sequence[Sequence[str]], *, indent: str = "") -> str:

@@ -9,13 +9,18 @@ from pathlib import Path
 from graphengine.cli import run
 from graphengine.cli.quantities import duration, whole
 from graphengine.format.files import near, shipped
+from graphengine.format.wording import quoted
 
 SCENE, GRAPH = Path("scenes/demo.yaml"), Path("graphs/demo/round.yaml")
 INTRODUCTION = """\
-A Dingo robot drives through a warehouse and follows the obstacles on its left, which its lidar sees. Ctrl-C ends the run.
-Try in another terminal: `graphrun teleop`, `graphrun topic echo /dd100_0000/odom`, \
-`graphrun ctl push dd100 --impulse 0,40,0`, `graphrun ctl move pallet_01 -9.2 5`.
-Its graph is {graph}: copy it, change a number, and `graphrun run` your copy.
+A Dingo robot drives through a warehouse and follows the obstacles on its left,
+which its lidar sees. Ctrl-C ends the run. Try in another terminal:
+  graphrun teleop
+  graphrun topic echo /dd100_0000/odom
+  graphrun ctl push dd100 --impulse 0,40,0
+  graphrun ctl move pallet_01 -9.2 5
+To change its graph, copy it, change a number, and `graphrun run` your copy:
+  cp {graph} .
 """
 WITHOUT_PAGE = "To see it in a browser: pip install 'graphengine[view]'\n"
 
@@ -42,7 +47,7 @@ def execute(arguments: argparse.Namespace) -> int:
     given = parser.parse_args([near(str(folder / SCENE))], arguments)  # the defaults of `run` for what is not given
     missing = missing_packages()
     given.view = not (arguments.no_view or missing)
-    introduction = INTRODUCTION.format(graph=near(str(folder / GRAPH)))
+    introduction = INTRODUCTION.format(graph=quoted(near(str(folder / GRAPH))))
     print(
         introduction + (WITHOUT_PAGE if missing and not arguments.no_view else ""), end="", file=sys.stderr, flush=True
     )

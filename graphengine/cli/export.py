@@ -16,8 +16,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--to",
         choices=("isaac-script",),
-        required=True,
-        help="format of the output; isaac-script: Python script for Isaac Sim",
+        default="isaac-script",
+        help="format of the output; isaac-script: Python script for Isaac Sim (default)",
     )
     parser.add_argument(
         "-o", "--output", metavar="FILE", type=Path, help="script to write (default: print it to standard output)"

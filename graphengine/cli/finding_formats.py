@@ -15,12 +15,12 @@ LEVELS = {"error": "error", "warning": "warning", "note": "notice"}
 """Workflow command of GitHub Actions by severity."""
 
 
-def coloured(finding: Finding) -> str:
-    """Return the text of a finding with its severity, code and carets in the colour of the severity."""
+def coloured(finding: Finding, text: str) -> str:
+    """Return the rendered text of a finding with its severity, code and carets in the colour of the severity."""
     start, reset = f"\x1b[{COLOURS[finding.severity]}m", "\x1b[0m"
     place = f"{finding.span}: " if finding.span else ""
     title = f"{finding.severity} {finding.code}"
-    rest = finding.render().removeprefix(place).removeprefix(title)
+    rest = text.removeprefix(place).removeprefix(title)
     rest = re.sub(r"^( {7}\| *)(\^+)$", rf"\g<1>{start}\g<2>{reset}", rest, flags=re.MULTILINE)
     return f"{place}{start}{title}{reset}{rest}"
 

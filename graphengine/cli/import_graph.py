@@ -23,7 +23,7 @@ from graphengine.cli.quantities import whole
 from graphengine.format.atomic_write import write_together
 from graphengine.format.diagnostics import Findings
 from graphengine.format.errors import UsageError
-from graphengine.format.files import Files, near, require_file
+from graphengine.format.files import Files, near, require_file, require_suffix
 
 if TYPE_CHECKING:
     from graphengine.compiler.registry import Registry
@@ -119,6 +119,7 @@ def execute(arguments: argparse.Namespace) -> int:
 
 def _check_usage(arguments: argparse.Namespace) -> None:
     require_file(arguments.file)
+    require_suffix(arguments.file, "import")
     if arguments.file.suffix not in (".py", ".usd", ".usda", ".usdc", ".usdz"):
         raise UsageError(f"{arguments.file}: not an importable file; give a .py, .usda, .usd or .usdc file")
     if arguments.impulse_every < 0:

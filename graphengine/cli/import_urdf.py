@@ -27,7 +27,7 @@ from graphengine.cli.quantities import duration
 from graphengine.format.atomic_write import write_together
 from graphengine.format.diagnostics import Findings
 from graphengine.format.errors import UsageError
-from graphengine.format.files import Files, installed_packages, near, require_file
+from graphengine.format.files import Files, installed_packages, near, require_file, require_suffix
 from graphengine.ros.domain import Domain
 
 if TYPE_CHECKING:
@@ -215,6 +215,7 @@ def _from_file(arguments: argparse.Namespace, target: Path, findings: Findings) 
 
     path = Path(near(arguments.file))
     require_file(path)
+    require_suffix(path, "import-robot")
     element = read(path, findings, "S103")
     if element is None:
         return None

@@ -60,9 +60,11 @@ def start_recorded_run(
     Raises:
         UsageError: the file cannot be replayed.
     """
+    from graphengine.format.files import require_file
     from graphengine.recording.reader import Recording
     from graphengine.recording.sources import Workspace
 
+    require_file(arguments.recording)
     with tempfile.TemporaryDirectory(prefix="graphrun-") as folder:
         place = f"{Path(folder).resolve()}{os.sep}"
 

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import os
+import re
 import sys
+import textwrap
 from collections.abc import Iterable
-from typing import TYPE_CHECKING, TextIO
+from typing import TYPE_CHECKING, Any, TextIO
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -35,6 +37,23 @@ def uses_colours(stream: TextIO | None) -> bool:
         return False
     forced = os.environ.get("FORCE_COLOR", "0") not in ("", "0")
     return forced or (stream is not None and stream.isatty() and os.environ.get("TERM") not in ("dumb", "unknown"))
+
+
+_WHOLE = re.compile(r"^ *\d* +\| |.graphrun |.cd |--allow |pip install")
+"""Lines that are not wrapped, because they show a file or because users copy them."""
+
+
+def wrapped(text: str, stream: TextIO | None) -> str:
+    """Return a message; for a stream that is a terminal, its long lines are wrapped between words, except lines with commands."""
+    if stream is None or not stream.isatty():
+        return text
+    most, lines = width(stream), list[str]()
+    for line in text.split("\n"):
+        below = " " * (len(line) - len(line.lstrip()) + 2)
+        wraps = len(line) > most and not _WHOLE.search(line)
+        options: dict[str, Any] = {"break_long_words": False, "break_on_hyphens": False}
+        lines += textwrap.wrap(line, most, subsequent_indent=below, **options) if wraps else [line]
+    return "\n".join(lines)
 
 
 def shows_stdout() -> bool:

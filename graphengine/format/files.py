@@ -18,7 +18,7 @@ from pathlib import Path
 from graphengine.format.diagnostics import Findings, Span
 from graphengine.format.errors import UsageError
 from graphengine.format.regular_files import open_regular
-from graphengine.format.wording import allowing, did_you_mean, listing
+from graphengine.format.wording import allowing, did_you_mean, listing, quoted
 
 
 def shipped() -> Path:
@@ -46,6 +46,12 @@ PACKAGE = "package://"
 YAML = (".yaml", ".yml")
 INCLUDED = ("scenes", "graphs")
 """Folders with included files, in the order in which a name is looked up."""
+OTHERS = (
+    ((".urdf", ".xacro", ".sdf", ".mjcf", ".xml", ".world"), "a description", "import-robot", " -o robots/NAME.yaml"),
+    ((".py", ".usd", ".usda", ".usdc", ".usdz"), "a script or stage of Isaac Sim", "import", ""),
+    ((".mcap",), "a recording", "replay", ""),
+)
+"""Files that users confuse with scenes and graphs: suffixes, noun, the verb for such a file, and its further arguments."""
 MAX_NAMED = 5
 """Maximum number of scene files that the error message names if the user gives a folder."""
 MAX_SEARCHED = 10_000
@@ -248,6 +254,7 @@ def find_file(name: str) -> Path:
         raise UsageError("\n  ".join(filter(None, (error.message, *error.help)))) from None
     for place in places:
         if os.path.isfile(place):
+            require_suffix(place, "run")
             return Path(near(str(place)))
     if os.path.isdir(name) and (scenes := _scenes_in(Path(name))):
         raise UsageError(f"{name}: a folder, not a file\n  try {' or '.join(scenes)}")
@@ -261,6 +268,17 @@ def find_file(name: str) -> Path:
     else:
         hints = [f"{folder} that ship: {', '.join(names)}" for folder, names in known.items() if names]
     raise UsageError("\n  ".join([f"no file {name!r}", *([guess] if guess else hints)]))
+
+
+def require_suffix(path: str | Path, verb: str) -> None:
+    """Check that the suffix of a file is not one that belongs to another verb, such as `.urdf` to `import-robot`.
+
+    Raises:
+        UsageError: it is; the message has the command for the file.
+    """
+    for suffixes, what, other, more in OTHERS:
+        if Path(path).suffix.lower() in suffixes and other != verb:
+            raise UsageError(f"{path}: {what}\n  graphrun {other} {quoted(path)}{more}")
 
 
 def _names_in(folder: Path) -> list[str]:

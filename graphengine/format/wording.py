@@ -76,7 +76,7 @@ def _differ_little(name: str, other: str) -> bool:
 
     The names `nope.yaml` and `demo.yaml` have half of their letters in common, but the user chose none of those.
     """
-    one, two = re.split(r"([/.:])", name), re.split(r"([/.:])", other)
+    one, two = re.split(r"(^--|[/.:])", name), re.split(r"(^--|[/.:])", other)
     for end in (0, -1):
         while one and two and one[end] == two[end]:
             del one[end], two[end]

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from graphengine.cli import main
-from tests.cli.harness import ROOT, Graphrun, command, environment, process
+from tests.cli.harness import ROOT, Graphrun, command, environment, live, process
 
 STEERING = "\x1b[31mred\x07\x9b2J\x7f"  # colours, rings, clears the screen
 
@@ -67,6 +67,8 @@ USAGE = [
     ["run", "."],
     ["run", "a\0b"],
     ["check", "/dev/null"],
+    ["check", "world.xml"],
+    ["check", "raises.py"],
     ["check", "dd100_flat", "--format", "xml"],
     ["check", "x" * 5000],
     ["show", "clock", "--plan", "--schedule"],
@@ -78,8 +80,6 @@ USAGE = [
 ERRORS = [
     *(["check", name] for name in FILES if name.endswith(".yaml") and name != "endless.yaml"),
     ["check", "endless.yaml"],
-    ["check", "world.xml"],
-    ["check", "raises.py"],
     ["check", "robots/dd100"],
     ["check", "sensors/lidar_360"],
     ["check", sys.executable],
@@ -209,6 +209,57 @@ def test_an_illegal_value_is_answered_with_a_guess_or_a_short_list(
     graphrun(*arguments, code=2, out="", err=f"{said}\n  see {said.partition(':')[0]} --help\n")
 
 
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["run", "my robot.urdf"], "a description\n  graphrun import-robot 'my robot.urdf' -o robots/NAME.yaml"),
+        (["check", "fine.py"], "a script or stage of Isaac Sim\n  graphrun import fine.py"),
+        (["show", "out.mcap"], "a recording\n  graphrun replay out.mcap"),
+        (["import", "my robot.urdf"], "a description\n  graphrun import-robot 'my robot.urdf' -o robots/NAME.yaml"),
+        (["import-robot", "fine.py", "-o", "x.yaml"], "a script or stage of Isaac Sim\n  graphrun import fine.py"),
+    ],
+)
+def test_a_file_of_another_kind_is_answered_with_the_verb_for_it(
+    graphrun: Graphrun, folder: Path, arguments: list[str], said: str
+) -> None:
+    (folder / "my robot.urdf").write_text("<robot name='r'/>", encoding="utf-8")
+    (folder / "out.mcap").touch()
+    verb, name, *_ = arguments
+    graphrun(*arguments, code=2, out="", err=f"graphrun {verb}: {name}: {said}\n")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        ([], "graphrun: VERB is missing\n  see"),
+        (["nav2"], "graphrun nav2: VERB is missing\n  choose from: files, goals\n  see"),
+        (["schema"], "graphrun schema: kind is missing\n  choose from: graph, scene, robot\n  see"),
+        (["robots", "clock"], "graphrun robots: clock: a graph alone has no robots; give a scene\n"),
+        (["map", "dd100_flat"], "give its bounds: --bounds XMIN YMIN XMAX YMAX\n"),
+        (["replay", "nope.mcap"], "graphrun replay: no file 'nope.mcap'\n"),
+        (["snapshot", "dd100_flat", "-o", "a.png", "--view", "x"], "unrecognized arguments: --view x\n  see"),
+    ],
+)
+def test_what_is_missing_is_named(graphrun: Graphrun, folder: Path, arguments: list[str], said: str) -> None:
+    assert said in graphrun(*arguments, code=2, out="").err
+
+
+def test_long_messages_are_wrapped_between_words_on_a_terminal(folder: Path) -> None:
+    with live("check", "xyzzy", cwd=folder, columns=80) as running:
+        running.hear(lambda said: False)
+    lines = running.said.replace("\r", "").splitlines()
+    assert max(map(len, lines)) <= 80
+    assert " ".join(running.said.split()) == " ".join(process("check", "xyzzy", cwd=folder).err.split())
+
+
+def test_a_command_in_a_message_stays_in_one_line_on_a_terminal(folder: Path) -> None:
+    name = f"{'long' * 20} name.urdf"
+    (folder / name).touch()
+    with live("run", name, cwd=folder, columns=80) as running:
+        running.hear(lambda said: False)
+    assert f"  graphrun import-robot '{name}' -o robots/NAME.yaml" in running.said.replace("\r", "").splitlines()
+
+
 # Control characters
 
 
@@ -284,7 +335,7 @@ def test_nothing_that_steers_a_terminal_comes_out(graphrun: Graphrun, project: P
     result = graphrun(*arguments, *(["--transport", "memory", "--for", "100ms"] if runs else []))
     said = result.out + result.err
     assert [c for c in said if not (c.isprintable() or c == "\n")] == []
-    assert "red" in said or result.code == 0
+    assert "red" in said or "is missing" in said or result.code == 0
 
 
 def test_ctrl_c_before_a_verb_has_begun_ends_the_program_as_later(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -48,7 +48,7 @@ def test_a_fleet_has_a_folder_for_each_robot_and_one_map(graphrun: Graphrun, tmp
 
 def test_the_next_commands_are_quoted_for_a_shell(graphrun: Graphrun, tmp_path: Path) -> None:
     result = graphrun("nav2", "files", "dd100_flat", "-o", str(tmp_path / "my nav"), "--no-calibrate", code=0)
-    launch = shlex.split(result.lines[-1].partition("with ROS 2: ")[2])
+    launch = shlex.split(result.lines[-1].removeprefix("with ROS 2: "))
     assert launch == ["ros2", "launch", str(tmp_path / "my nav/nav2.launch.py"), "rviz:=true"]
 
 

@@ -141,7 +141,7 @@ def test_a_name_that_several_cameras_have_is_told_with_their_paths(graphrun: Gra
         (["-o", "p.png", "--size", "0x10"], "'0x10' is not a size"),
         (["-o", "p.png", "--depth", "--segmentation"], "not allowed with argument"),
         (["-o", "p.png", "--depth", "--camera", "top"], "--depth: top is a view, which has no depth image"),
-        ([], "the following arguments are required: -o/--output"),
+        ([], "-o/--output is missing"),
     ],
 )
 def test_a_command_line_that_makes_no_sense_is_told(

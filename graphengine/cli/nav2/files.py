@@ -60,7 +60,7 @@ def execute(arguments: argparse.Namespace) -> int:
     print(clean(f"{near(str(folder))}: {len(contents)} files"))
     run = shlex.join(["graphrun", "run", str(arguments.file), *(["--robot-state"] if arguments.robot_state else [])])
     launch = shlex.join(["ros2", "launch", str(folder / "nav2.launch.py"), "rviz:=true"])
-    print(clean(f"next: {run}, and with ROS 2: {launch}"))
+    print(clean(f"next: {run}\nwith ROS 2: {launch}"))
     return 0
 
 
