@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import signal
 from collections.abc import Iterator
 
 import pytest
@@ -13,6 +14,8 @@ pytest.register_assert_rewrite(
     "tests.nodes.isaac", "tests.nodes.harness", "tests.nodes.firing"
 )  # before any test imports them
 
+# A script that starts the suite with `&` or nohup leaves Ctrl-C ignored, and all programs that tests start would inherit this.
+signal.signal(signal.SIGINT, signal.default_int_handler)
 os.environ.pop("PYTHONDONTWRITEBYTECODE", None)  # each program that a test starts would compile all modules anew
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # to start threads takes a third of the time of an import of numpy
 

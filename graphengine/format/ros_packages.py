@@ -34,14 +34,14 @@ def package_folder(path: Path) -> Path:
 def walk(top: Path, depth: int, closes: Callable[[Sequence[str]], bool]) -> Iterator[tuple[Path, list[str]]]:
     """Yield the folders of a tree with the names of their files; a folder comes before its subfolders.
 
-    Hidden folders are skipped, and at most about MAX_FOLDERS folders are visited.
+    Hidden folders are skipped, and at most MAX_FOLDERS folders are visited.
 
     Args:
         top: folder to start from.
         depth: maximum number of levels below `top`.
         closes: called with the names of the files in a folder below `top`; if it returns true, the subfolders are skipped.
     """
-    for count, (place, folders, names) in enumerate(os.walk(top)):
+    for count, (place, folders, names) in enumerate(os.walk(top), 1):
         yield Path(place), names
         below = len(Path(place).relative_to(top).parts)
         left_out = below >= depth or (below > 0 and closes(names))

@@ -15,7 +15,9 @@ import threading
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import replace
+from itertools import pairwise
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -293,6 +295,20 @@ def test_pub_publishes_so_many_times_and_prints_some(topic: Graphrun, peer: DdsT
     result = topic("pub", "-t", "5", "-r", "200", "-p", "2", "/chatter", STRING, "data: hi")
     assert re.findall(r"^publishing #(\d+): ", result.out, re.MULTILINE) == ["2", "4"]
     assert [message.data for message in inbox.wait(5)] == ["hi"] * 5
+
+
+def test_pub_that_is_late_does_not_send_a_burst(topic: Graphrun, monkeypatch: pytest.MonkeyPatch) -> None:
+    now, sent = 0.0, [0.0]
+
+    def sleep(seconds: float) -> None:
+        nonlocal now
+        now += seconds + (5.0 if len(sent) == 3 else 0.0)  # once, the process is held up for five seconds
+        sent.append(now)
+
+    monkeypatch.setattr("graphengine.cli.topic.pub.time", SimpleNamespace(monotonic=lambda: now, sleep=sleep))
+    topic("pub", "-t", "12", "-r", "10", "-w", "0", "--keep-alive", "0", "/chatter", STRING, code=0)
+    gaps = [round(after - before, 6) for before, after in pairwise(sent[:12])]
+    assert gaps == [0.1, 0.1, 5.1, 0.0, *[0.1] * 7]
 
 
 def test_pub_stamps_each_message_when_it_is_sent(topic: Graphrun, peer: DdsTransport) -> None:

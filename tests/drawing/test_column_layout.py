@@ -46,6 +46,13 @@ def test_a_chain_reads_from_left_to_right() -> None:
     assert xs == sorted(set(xs))
 
 
+def test_a_link_of_a_box_to_itself_does_not_change_the_order() -> None:
+    ports = [(2, 1), (1, 1), (1, 0)]
+    made = column_layout.arrange([LayoutBox(100.0, 60.0)] * 3, [LayoutLink(a, 20.0, b, 40.0) for a, b in ports])
+    (last, _), (middle, _), (first, _) = made.corners
+    assert first < middle < last
+
+
 def test_the_size_of_a_graph_decides_how_it_is_laid_out() -> None:
     view = GraphView.__new__(GraphView)
     view.nodes, view.wires = [], []

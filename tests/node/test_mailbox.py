@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from graphengine.format.errors import UsageError
+from graphengine.format.errors import ContextError, UsageError
 from graphengine.node.mailbox import IMPULSE, EventQueue, Mailbox, find_impulses
 
 
@@ -26,3 +26,13 @@ def test_an_impulse_goes_to_the_one_node_that_a_name_means() -> None:
         UsageError, match=r"2 OnImpulseEvent nodes match 'Bell'\n  write one of: /World/front/Bell, /World/back/Bell"
     ):
         find_impulses(queues, "Bell")
+
+
+def test_a_tick_has_room_for_as_many_events_as_the_limit_says() -> None:
+    queue = EventQueue("event:bell")
+    for _ in range(EventQueue.LIMIT):
+        queue.post()
+    with pytest.raises(ContextError, match="more than 1000 events 'event:bell' in one tick"):
+        queue.post()
+    queue.freeze()
+    assert len(queue.visible) == EventQueue.LIMIT

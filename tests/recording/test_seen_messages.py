@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pickle
 from collections import Counter
 
 import pytest
@@ -47,6 +48,25 @@ def test_what_is_long_ago_is_forgotten(monkeypatch: pytest.MonkeyPatch) -> None:
     for data in (b"a", b"b", b"c"):
         topic.add(data)
     assert [topic.see(NODES, data) for data in (b"b", b"c", b"a")] == [True, True, False]
+
+
+def test_a_message_that_a_node_missed_is_forgotten_whole(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(seen_messages, "REMEMBERED", 2)
+    topic = SeenMessages()
+    topic.see(NODES[:1], b"x")
+    for data in (b"a", b"b", b"c"):  # the node does not receive them
+        topic.add(data)
+    assert not topic.see(NODES[:1], b"a")
+    assert not topic.see(NODES[:1], b"a")
+
+
+def test_forgotten_messages_take_no_memory(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(seen_messages, "REMEMBERED", 10)
+    topic, sizes = SeenMessages(), []
+    for number in range(1000):
+        topic.see(NODES, b"%d" % number)
+        sizes.append(len(pickle.dumps(topic)))
+    assert max(sizes) < 2 * sizes[10]
 
 
 EVENTS = st.lists(st.tuples(st.sampled_from([(), NODES[:1], NODES[1:], NODES]), st.sampled_from([b"a", b"b"])))

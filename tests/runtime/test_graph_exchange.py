@@ -278,6 +278,37 @@ def test_a_node_that_cannot_be_set_up_leaves_everything_as_it_was(begin: Any, mo
     assert run.transport.raw("/other")
 
 
+@pytest.mark.parametrize(
+    "other_type", [[], [("RandomNumeric, inputs: {max: {type: double, value: 1.0}}", "RandomGaussian")]]
+)
+def test_random_numbers_go_on_after_a_reload_that_failed(
+    begin: Any, monkeypatch: pytest.MonkeyPatch, other_type: list[tuple[str, str]]
+) -> None:
+    run, other = begin(), begin()
+    run.session.step(5)
+    kind = type(run.node("Random"))
+    set_up = kind.setup
+
+    def draw_in_setup(random: Any, context: Any) -> None:
+        set_up(random, context)
+        context.random().random()
+
+    def refuse(claim: Any) -> Any:
+        raise GraphError("no memory for another topic")
+
+    monkeypatch.setattr(kind, "setup", draw_in_setup)
+    monkeypatch.setattr(run.network, "publisher", refuse)
+    generators = dict(run.session.services.generators)
+    more = ("  Counter: omni", "  Spare: RandomBoolean\n  Counter: omni")
+    clock = ("Clock: PublishClock", "Clock: {type: PublishClock, inputs: {topicName: other}}")
+    with pytest.raises(GraphError, match="no memory for another topic"):
+        run.reload(*other_type, more, clock)
+    assert run.session.services.generators == generators
+    run.session.step(5)
+    other.session.step(10)
+    assert run.node("Random").random == other.node("Random").random
+
+
 def test_who_asks_for_a_reload_can_name_no_files() -> None:
     with pytest.raises(UsageError, match="reload: unknown key 'files'"):
         parse("reload", {"files": {"/etc/passwd": None}})

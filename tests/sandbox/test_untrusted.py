@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import pytest
 
-from graphengine.sandbox.untrusted import read
+from graphengine.format.files import Files
+from graphengine.sandbox import untrusted
+from graphengine.sandbox.untrusted import Sources, read
 
 
 @dataclass
@@ -19,3 +22,16 @@ class Answer:
 def test_a_whole_number_of_more_than_64_bits_becomes_a_float(number: int, kind: type[float]) -> None:
     value = read(b'{"value": %d}' % number, Answer, 100).value
     assert (type(value), value) == (kind, kind(number))
+
+
+def test_the_lines_of_all_files_together_are_quoted_up_to_a_number_of_bytes(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(untrusted, "MAX_SOURCES", 10)
+    names = [str(tmp_path / name) for name in ("a", "b", "c")]
+    for name in names:
+        Path(name).write_text("one\ntwo", encoding="utf-8")
+    sources = Sources(Files((tmp_path,)))
+    for _ in range(2):  # each file is read once
+        found = [sources.span(name, 1, 1, 1).source.lines for name in names]
+        assert found == [("one", "two"), ("one",), ("",)]

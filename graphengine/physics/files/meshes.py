@@ -205,7 +205,8 @@ def _geometries(nodes: list[Any]) -> Iterator[tuple[Any, bool]]:
         elif isinstance(node, Node):
             pose = above @ node.matrix
             pending.extend((child, pose) for child in reversed(node.children))
-    raise MeshError(f"the file has more than {MAX_NODES} nodes")
+    if pending:
+        raise MeshError(f"the file has more than {MAX_NODES} nodes")
 
 
 def _diffuse(material: Any) -> Colour | None:

@@ -45,6 +45,10 @@ def test_a_thin_plate_in_rounded_numbers_stays_what_it_is() -> None:
     assert np.allclose(mended(plate, 1.0), plate, atol=2e-6)
 
 
+def test_the_two_smaller_moments_are_raised_by_half_of_what_they_lack() -> None:
+    assert np.allclose(mended(np.diag((0.3, 0.5, 1.0)), 1.0), np.diag((0.4, 0.6, 1.0)), atol=1e-6)
+
+
 def test_products_that_are_made_up_go_and_the_diagonal_stays() -> None:
     assert np.allclose(mended(np.full((3, 3), 0.001), 1.0), np.diag((0.001, 0.001, 0.001)))
 
