@@ -15,8 +15,6 @@ from graphengine.view.wire import Answer
 
 MAX_ASKED = 1000
 """Maximum number of waiting requests of viewers; if there are more, the oldest requests are discarded."""
-LONGEST_NAME = 1000
-"""Maximum length of a name in a viewer's request, characters."""
 DEAD_MAN = 0.5
 """Wall time without a drive command after which a driven robot is stopped, s."""
 
@@ -186,4 +184,4 @@ class Viewers:
 
 def _name(asked: Mapping[str, Any], what: str) -> str:
     name = asked.get(what)
-    return name[:LONGEST_NAME] if isinstance(name, str) else ""
+    return name if isinstance(name, str) else ""

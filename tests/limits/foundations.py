@@ -3,9 +3,6 @@
 from __future__ import annotations
 
 import json
-import math
-import os
-import sys
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +10,8 @@ import pytest
 from pydantic import ValidationError
 
 from graphengine.compiler.budget import Budget, OverBudgetError
+from graphengine.devices.dry_world import DryWorld
+from graphengine.devices.stage import Stage
 from graphengine.format import document, files, ros_packages
 from graphengine.format.diagnostics import Finding, Findings, Source, Span
 from graphengine.format.errors import ContextError, TopicError
@@ -46,7 +45,7 @@ def _(errors: int) -> bool:
 @limit("format.diagnostics.MAX_GUESSES", at=3)
 def _(searches: int) -> bool:
     findings = Findings()
-    return all([findings.guess("dd10", ["dd100"]) for _ in range(searches)])
+    return "" not in [findings.guess("dd10", ["dd100"]) for _ in range(searches)]
 
 
 def is_read(path: Path, text: str) -> bool:
@@ -191,7 +190,7 @@ def _(size: int, folder: Path) -> bool:
 
 
 def ended_goals(number: int) -> Goals[TrackedGoal]:
-    table = Goals[TrackedGoal]("test_msgs/action/Fibonacci", DEFINITIONS)
+    table = Goals[TrackedGoal]("example_interfaces/action/Fibonacci", DEFINITIONS)
     for identity in range(number):
         goal = TrackedGoal(bytes([identity]))
         assert table.admit(goal)
@@ -201,8 +200,8 @@ def ended_goals(number: int) -> Goals[TrackedGoal]:
 
 @limit("messages.goals.MAX_ACTIVE", at=3)
 def _(active: int) -> bool:
-    table = Goals[TrackedGoal]("test_msgs/action/Fibonacci", DEFINITIONS)
-    return all([table.admit(TrackedGoal(bytes([identity]))) for identity in range(active)])
+    table = Goals[TrackedGoal]("example_interfaces/action/Fibonacci", DEFINITIONS)
+    return False not in [table.admit(TrackedGoal(bytes([identity]))) for identity in range(active)]
 
 
 @limit("messages.goals.MAX_ENDED", at=3)
@@ -256,6 +255,14 @@ def _(events: int) -> bool:
 @limit("node.prims.attributes.BRIGHTEST")
 def _(intensity: float) -> bool:
     return accepts(lambda: attributes._bright([intensity]), ContextError)
+
+
+@limit("node.prims.attributes.STRONGEST_GRAVITY")
+def _(strength: float) -> bool:
+    world = DryWorld(Stage())
+    write = attributes.of_gravity(world)["physics:gravityMagnitude"].write
+    assert write is not None
+    return accepts(lambda: write(strength), ContextError)
 
 
 # compiler

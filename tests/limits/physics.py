@@ -1,273 +1,29 @@
-"""Limits of the room physics."""
+"""Limits of the room physics on worlds, sensors and maps."""
 
 from __future__ import annotations
 
-import contextlib
-import json
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
-from typing import Any
 
 import numpy as np
+import pytest
 from pydantic import ValidationError
 
-from graphengine.devices.camera import LARGEST_PICTURE
 from graphengine.devices.entity import Move, Overlap, warning
-from graphengine.format.diagnostics import Findings, Source, Span
-from graphengine.format.document import Value
 from graphengine.format.errors import ContextError, PhysicsError, UsageError
-from graphengine.format.files import Files
 from graphengine.node.context import device_access
-from graphengine.physics.description import absent_packages, dom, urdf_reader
-from graphengine.physics.description.robot_file import read_robot
-from graphengine.physics.description.xacro_macros import robot_macros
-from graphengine.physics.files import conversion, meshes, references, xml
-from graphengine.physics.files.bounds import weigh
-from graphengine.physics.files.meshes import MeshError
-from graphengine.physics.files.packages import Packages
-from graphengine.physics.importing import controllers_file, gazebo_sensors
+from graphengine.physics.dynamics import command_limits
+from graphengine.physics.engine import mujoco
 from graphengine.physics.occupancy import occupancy_map
 from graphengine.physics.occupancy.grid import Grid
-from graphengine.physics.occupancy.occupancy_map import MapRequest
-from graphengine.physics.sdf import sdf_files, sdf_frames, sdf_values
-from graphengine.physics.sdf.sdf_values import SdfError
+from graphengine.physics.occupancy.occupancy_map import OCCUPIED, MapRequest
+from graphengine.physics.sensors.fast import rays
 from graphengine.physics.sensors.lidar import BeamsSpec
 from graphengine.physics.sensors.raycast import RaycastProfile
 from tests.limits.table import accepts, limit
-from tests.physics.files.test_meshes import collada, instance
 from tests.physics.harness import Project
-from tests.physics.sdf.harness import document, frame, joint, link, model, packages, scope
-
-SPAN = Span(Source("a", ()), 1, 1)
-
-# Descriptions of robots
-
-
-@limit("physics.description.robot_file.MAX_CHAIN")
-def _(robot_files: int, folder: Path) -> bool:
-    for number in range(robot_files):
-        extends = f"extends: {number + 1}.yaml\n" if number + 1 < robot_files else "urdf: a.urdf\n"
-        (folder / f"{number}.yaml").write_text(f"robot: bot\n{extends}", encoding="utf-8")
-    return read_robot(folder / "0.yaml", Files.of(folder / "0.yaml"), Findings()) is not None
-
-
-def parsed(text: str) -> tuple[Any, Findings]:
-    findings = Findings()
-    return xml.parse(text.encode(), "a.xml", findings, "S103"), findings
-
-
-@limit("physics.description.urdf_reader.MAX_LINKS", at=3)
-def _(links: int) -> bool:
-    elements = "".join(f'<link name="l{number}"/>' for number in range(links))
-    root, findings = parsed(f"<robot>{elements}</robot>")
-    return len(list(urdf_reader._named(root, "link", findings))) == links and not findings.items
-
-
-@limit("physics.description.absent_packages.MAX_NAMED", at=3)
-def _(number: int) -> bool:
-    findings = Findings()
-    absent = [absent_packages.AbsentPackage(f"p{item}", SPAN, []) for item in range(number)]
-    absent_packages.report(absent, [], [], findings, failed=True)
-    return len(findings.items) == number
-
-
-@limit("physics.description.xacro_macros.MAX_PARAMETERS", at=50)
-def _(characters: int) -> bool:
-    parameters = "a:=1".rjust(characters)
-    root, _ = parsed(
-        f'<robot xmlns:xacro="http://ros.org/wiki/xacro"><xacro:macro name="m" params="{parameters}">'
-        '<link name="l"/></xacro:macro></robot>'
-    )
-    return robot_macros(root)[0].parameters == {"a": "1"}
-
-
-@limit("physics.files.xml.MAX_DEPTH", at=20)
-def _(levels: int) -> bool:
-    """Levels after expansion by xacro."""
-    from xml.dom import minidom
-
-    text = "<a>" * levels + "</a>" * levels
-    return accepts(lambda: list(dom.elements(minidom.parseString(text).documentElement, SPAN)), dom.UnwritableError)
-
-
-# Files
-
-
-@limit("physics.files.xml.MAX_BYTES", at=50)
-def _(size: int, folder: Path) -> bool:
-    (folder / "a.xml").write_text("<a/>".ljust(size), encoding="utf-8")
-    return xml.read(folder / "a.xml", Findings(), "S103") is not None
-
-
-@limit("physics.files.xml.MAX_DEPTH", at=20)
-def _(levels: int) -> bool:
-    return parsed("<a>" * levels + "</a>" * levels)[0] is not None
-
-
-@limit("physics.files.xml.MAX_ELEMENTS", at=20)
-def _(elements: int) -> bool:
-    return parsed(f"<a>{'<b/>' * (elements - 1)}</a>")[0] is not None
-
-
-@limit("physics.files.bounds.MAX_CELLS", at=20_000)
-def _(cells: int) -> bool:
-    """Cells of a texture, beside those of its element and of the elements around it."""
-
-    def weight(height: float) -> tuple[float, Any]:
-        return weigh(parsed(f'<mujoco><asset><texture width="1" height="{height:.0f}"/></asset></mujoco>')[0], 0.0)
-
-    return weight(1 + cells - weight(1)[0])[1] is None
-
-
-@limit("physics.files.conversion.MAX_REASON", at=20)
-def _(letters: int) -> bool:
-    head = json.dumps({"failure": "x" * letters, "files": []}).encode()
-    (answer,) = conversion._answers(len(head).to_bytes(8, "little") + head)
-    return isinstance(answer, MeshError) and str(answer) == "x" * letters
-
-
-@limit("physics.files.conversion.MAX_HEAD_BYTES", at=100)
-def _(size: int) -> bool:
-    head = json.dumps({"failure": "", "files": []}).encode().ljust(size)
-    return list(conversion._answers(len(head).to_bytes(8, "little") + head)) == [[]]
-
-
-@limit("physics.files.meshes.MAX_STL_TRIANGLES", at=3)
-def _(triangles: int) -> bool:
-    return not meshes.needs_conversion(bytes(80) + triangles.to_bytes(4, "little") + bytes(50 * triangles), ".stl")
-
-
-TETRAHEDRON = "v 0 0 0\nv 1 0 0\nv 0 2 0\nv 0 0 3\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n"
-
-
-@limit("physics.files.meshes.MAX_CONVERTED_BYTES", at=100)
-def _(size: int) -> bool:
-    return accepts(lambda: meshes.convert(TETRAHEDRON.ljust(size, "\n").encode(), ".obj"), MeshError)
-
-
-@limit("physics.files.meshes.MAX_TRIANGLES", at=6)
-def _(triangles: int) -> bool:
-    """Each use of the geometry has two triangles, as one set of one triangle each."""
-    more = "<node>" + instance() + "</node>"
-    data = collada(more * (triangles // 2) + more.replace("#g", "#one") * (triangles % 2))
-    single = data[data.index(b'<geometry id="g">') : data.index(b"</library_geometries>")]
-    single = single.replace(b'"g"', b'"one"').replace(b'"p"', b'"p1"').replace(b'"a"', b'"a1"').replace(b"#a", b"#a1")
-    single = single.replace(b"#p", b"#p1").replace(b'"v"', b'"v1"').replace(b"#v", b"#v1")
-    single = single[: single.index(b"</triangles>") + 12] + b"</mesh></geometry>"
-    data = data.replace(b"</library_geometries>", single + b"</library_geometries>")
-    return accepts(lambda: meshes.convert(data, ".dae"), MeshError)
-
-
-@limit("physics.files.meshes.MAX_NODES", at=6)
-def _(nodes: int) -> bool:
-    """A geometry counts as a node, in the node that has it."""
-    data = collada(f"<node>{instance()}</node>" + "<node></node>" * (nodes - 2))
-    return accepts(lambda: meshes.convert(data, ".dae"), MeshError)
-
-
-@limit("physics.files.packages.MAX_DEPTH")
-def _(levels: int, folder: Path) -> bool:
-    place = folder.joinpath("paths", *map(str, range(levels)))
-    place.mkdir(parents=True)
-    (place / "package.xml").write_text("<package><name>deep</name></package>", encoding="utf-8")
-    return Packages(folder, (folder / "paths",), Files((folder,))).find("deep") is not None
-
-
-@limit("physics.files.references.MAX_FILE_BYTES", at=10)
-def _(size: int, folder: Path) -> bool:
-    (folder / "a").write_bytes(bytes(size))
-    return accepts(lambda: references._content(folder / "a"), references._UnreadableError)
-
-
-# SDF
-
-
-def is_in_scope(folder: Path, content: str) -> bool:
-    with contextlib.suppress(SdfError):
-        return not scope(folder, document(content))[1].errors
-    return False
-
-
-@limit("physics.sdf.sdf_files.MAX_DEPTH")
-def _(levels: int, folder: Path) -> bool:
-    content = link("l")
-    for number in range(levels):
-        content = model(content, f"m{number}")
-    return is_in_scope(folder, model(content))
-
-
-@limit("physics.sdf.sdf_files.MAX_MODELS", at=4)
-def _(models: int, folder: Path) -> bool:
-    return is_in_scope(folder, model("".join(model(link("l"), f"m{number}") for number in range(models - 1))))
-
-
-@limit("physics.sdf.sdf_files.MAX_URI", at=20)
-def _(letters: int, folder: Path) -> bool:
-    text = document(model(link("l"), "other"))
-    name = f"{'a' * (letters - 4)}.sdf"
-    (folder / name).write_text(text, encoding="utf-8")
-    return is_in_scope(folder, model(f"{link('l')}<include><uri>{name}</uri></include>"))
-
-
-@limit("physics.sdf.sdf_files._MAX_MISSING", at=3)
-def _(missing: int, folder: Path) -> bool:
-    """A model that exists is not found after too many that do not."""
-    (folder / "a.sdf").write_text(document(model(link("l"), "other")), encoding="utf-8")
-    absent = "".join(f"<include><uri>model://absent{number}</uri></include>" for number in range(missing))
-    made, _ = scope(folder, document(model(link("l") + absent + "<include><uri>a.sdf</uri></include>")))
-    return "other" in made.models
-
-
-@limit("physics.sdf.sdf_files._MAX_NEIGHBOURS", at=3)
-def _(models: int, folder: Path) -> bool:
-    for number in range(models):
-        (folder / str(number)).mkdir()
-        (folder / str(number) / "model.config").touch()
-    return len(sdf_files.model_folders(folder / "0" / "model.sdf")) == models
-
-
-@limit("physics.sdf.sdf_frames._MAX_ATTACHED", at=4)
-def _(frames: int, folder: Path) -> bool:
-    chain = "".join(f'<frame name="f{number}" attached_to="f{number + 1}"/>' for number in range(frames - 1))
-    made, _ = scope(folder, document(model(link("l") + f'{chain}<frame name="f{frames - 1}" attached_to="l"/>')))
-    return accepts(lambda: frame(made, "f0").link(), SdfError)
-
-
-@limit("physics.sdf.sdf_frames._LONGEST", at=20)
-def _(letters: int, folder: Path) -> bool:
-    inner = "l" * (letters - 7)
-    made, _ = scope(folder, document(model(model(link(inner), "inner"))))
-    return made.find(f"inner::{inner}") is not None
-
-
-@limit("physics.sdf.sdf_frames._MAX_COMPARED", at=3)
-def _(names: int, folder: Path) -> bool:
-    made, _ = scope(folder, document(model("".join(link(f"l{number}") for number in range(names - 1)) + link("wheel"))))
-    with contextlib.suppress(SdfError):
-        made.require("wheell", made.element)
-    try:
-        made.require("wheell", made.element)
-    except SdfError as error:
-        return "did you mean 'wheel'" in repr(vars(error))
-    return False
-
-
-@limit("physics.sdf.sdf_values._FARTHEST")
-def _(metres: float) -> bool:
-    root, _ = parsed(f"<pose>{metres!r} 0 0 0 0 0</pose>")
-    return accepts(lambda: sdf_values.pose_of(root), SdfError)
-
-
-# Importing
-
-
-@limit("physics.importing.controllers_file._MOST")
-def _(number: float) -> bool:
-    controller = controllers_file.Controller("a", "b", SPAN, {"x": Value(SPAN, number)})
-    return controller.number("x") == number
-
-
-# Worlds, sensors and maps
+from tests.physics.occupancy.test_localizability import judged, room
 
 
 @limit("devices.camera.LARGEST_PICTURE")
@@ -283,6 +39,17 @@ def _(overlaps: int) -> bool:
 @limit("physics.loading.SLOWEST", lower=True)
 def _(rate: float, folder: Path) -> bool:
     return "tick_rate" not in str(Project(folder).scene(f"physics: {{tick_rate: {rate!r}}}\n").errors())
+
+
+@limit("physics.dynamics.command_limits.FASTEST_WHEEL")
+def _(speed: float) -> bool:
+    """The commanded speed of a wheel whose robot file has no limit."""
+    wheel = SimpleNamespace(kind="joint", facts={"joint": "wheel", "effort": 1.0})
+    robot = SimpleNamespace(facts={"joints": ["wheel"], "wheel_radii": {"wheel": 0.1}}, descendants=lambda: [wheel])
+    arrays = {key: [0] for key in ("body_rootid", "jnt_bodyid", "jnt_dofadr", "jnt_limited")}
+    model = SimpleNamespace(**arrays, body_subtreemass=[1.0], dof_M0=[1.0])
+    ((slowest, fastest),) = command_limits.command_limits(model, robot, [0])["velocity"]  # type: ignore[arg-type]
+    return slowest <= -speed and speed <= fastest
 
 
 @limit("physics.dynamics.conveyors.FASTEST")
@@ -322,3 +89,26 @@ def _(metres: float) -> bool:
 def _(cells: int) -> bool:
     grid = Grid.around((0.0, 0.0), (float(cells), 1.0), 1.0, (0.0, 0.0))
     return accepts(lambda: occupancy_map._check_size(grid), UsageError)
+
+
+@limit("physics.occupancy.localizability.LARGEST_CELL")
+def _(metres: float) -> bool:
+    """The map has no free place, which is refused next."""
+    chart = room(1.0, 1.0)
+    full = replace(chart, grid=replace(chart.grid, cell=metres), cells=np.full_like(chart.cells, OCCUPIED))
+    with pytest.raises(UsageError) as caught:
+        judged(full)
+    return "no free place" in str(caught.value)
+
+
+@limit("physics.occupancy.localizability.MOST_PLACES", at=2)
+def _(places: int) -> bool:
+    """A corridor with one row of places, which are half a metre apart."""
+    return accepts(lambda: judged(room(1.0 + 0.5 * (places - 1), 1.0)), UsageError)
+
+
+@limit("physics.sensors.fast.rays.MAX_TRIANGLES", at=10)
+def _(triangles: int) -> bool:
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(rays, "count_triangles", lambda model, visible: triangles)
+        return not rays.why_not(mujoco.MjModel.from_xml_string("<mujoco/>"))

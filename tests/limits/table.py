@@ -26,11 +26,12 @@ from typing import Any
 import pytest
 
 ROOT = Path(__file__).parents[2]
-_NAME = re.compile(
+_NAME = (
     r"_?(MAX|MOST|LONGEST|LARGEST|FARTHEST|FASTEST|SLOWEST|STRONGEST|BRIGHTEST|SMALLEST|SHORTEST)(_[A-Z_0-9]+)?"
     r"|([A-Z_]+_)?(LIMIT|TIMEOUT|BOUND|BACKLOG|PATIENCE|SECONDS)"
 )
-"""Names of constants that are limits."""
+"""Matches the names of constants that are limits."""
+_NAMES = re.compile(rf"^ *({_NAME})\b.*=", re.MULTILINE)
 Number = int | float
 
 
@@ -43,22 +44,24 @@ class Limit:
         accepts: returns whether an input of a size is accepted.
         at: value of the limit in the test; None: its own value.
         lower: whether the limit is the least legal value.
+        step: difference between the limit and the size beyond it; None: 1, or the next floating point number.
     """
 
     name: str
     accepts: Callable[..., bool]
     at: Number | None
     lower: bool
+    step: Number | None
 
     def try_it(self, folder: Path, monkeypatch: pytest.MonkeyPatch) -> tuple[bool, bool]:
         """Return whether an input at the limit is accepted, and whether one beyond it is."""
         value = self.at if self.at is not None else limit_value(self.name)
         if self.at is not None:
             _replace(self.name, self.at, monkeypatch)
-        if isinstance(value, int):
-            beyond: Number = value - 1 if self.lower else value + 1
-        else:
-            beyond = math.nextafter(value, -math.inf if self.lower else math.inf)
+        sign = -1 if self.lower else 1
+        beyond: Number = math.nextafter(value, sign * math.inf)
+        if self.step is not None or isinstance(value, int):
+            beyond = value + sign * (self.step or 1)
         tries = []
         for size in (value, beyond):
             place = folder / f"{len(tries)}"
@@ -72,12 +75,12 @@ LIMITS: list[Limit] = []
 
 
 def limit(
-    *names: str, at: Number | None = None, lower: bool = False
+    *names: str, at: Number | None = None, lower: bool = False, step: Number | None = None
 ) -> Callable[[Callable[..., bool]], Callable[..., bool]]:
     """Enter a function into the table that tries limits; it takes the size of an input, and a folder if it needs one."""
 
     def enter(accepts: Callable[..., bool]) -> Callable[..., bool]:
-        LIMITS.extend(Limit(name, accepts, at, lower) for name in names)
+        LIMITS.extend(Limit(name, accepts, at, lower, step) for name in names)
         return accepts
 
     return enter
@@ -86,7 +89,8 @@ def limit(
 def named_limits() -> Iterator[str]:
     """Yield the names of all limits: constants of modules and classes with a number as value."""
     for module, text in _modules().items():
-        yield from (f"{module}.{name}" for name in _constants(ast.parse(text)))
+        if _NAMES.search(text):
+            yield from (f"{module}.{name}" for name in _constants(ast.parse(text)))
 
 
 @cache
@@ -108,7 +112,12 @@ def _constants(body: ast.Module | ast.ClassDef) -> Iterator[str]:
         targets += [statement.target] if isinstance(statement, ast.AnnAssign) else []
         for target in targets:
             value = statement.value if isinstance(statement, ast.Assign | ast.AnnAssign) else None
-            if isinstance(target, ast.Name) and _NAME.fullmatch(target.id) and value is not None and _is_number(value):
+            if (
+                isinstance(target, ast.Name)
+                and re.fullmatch(_NAME, target.id)
+                and value is not None
+                and _is_number(value)
+            ):
                 yield target.id
 
 
@@ -146,8 +155,10 @@ def _replace(name: str, value: Number, monkeypatch: pytest.MonkeyPatch) -> None:
 def _importers(home: str, constant: str) -> Iterator[str]:
     """Yield the names of the modules that import a constant by its name."""
     for module, text in _modules().items():
-        if constant in text and any(
-            isinstance(node, ast.ImportFrom) and node.module == home and constant in [alias.name for alias in node.names]
+        if f"from {home} import" in text and any(
+            isinstance(node, ast.ImportFrom)
+            and node.module == home
+            and constant in [alias.name for alias in node.names]
             for node in ast.walk(ast.parse(text))
         ):
             yield f"graphengine.{module}"

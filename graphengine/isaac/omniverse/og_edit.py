@@ -48,9 +48,9 @@ def steps(commands: Any) -> Iterator[tuple[str, Any]]:
 
 def name_lost(error: OmniGraphError, commands: Any, done: int) -> None:
     """Add a note to an error that lists the commands that were not executed: those after the first `done` commands."""
-    lost = islice(steps(commands), done, done + MAX_LOST)
+    lost = islice(steps(commands), done, done + MAX_LOST + 1)
     names = [f"{key} {str(item[0] if isinstance(item, tuple) else item)[:MAX_NAME]}" for key, item in lost]
-    error.add_note(", ".join(names) + " …" * (len(names) == MAX_LOST))
+    error.add_note(", ".join(names[:MAX_LOST]) + " …" * (len(names) > MAX_LOST))
 
 
 class Edit:

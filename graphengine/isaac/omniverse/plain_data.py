@@ -62,6 +62,7 @@ class _Reading:
             return _text(value)
         if isinstance(value, np.generic | np.ndarray):
             self.count(value.size)
+            self.items -= value.size + 1  # they are counted again
             return self.plain(value.tolist(), depth)
         if isinstance(value, list | tuple | set | frozenset | range):
             ordered = sorted(value) if isinstance(value, set | frozenset) else value

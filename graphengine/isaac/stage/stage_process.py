@@ -67,7 +67,7 @@ class StageReading:
 
     def _read(self, prim: Usd.Prim) -> None:
         """Store the variant selections of a prim, and the prim itself if it concerns graphs."""
-        for name in prim.GetVariantSets().GetNames() if len(self.contents.choices) < MOST_CHOICES else ():
+        for name in prim.GetVariantSets().GetNames()[: MOST_CHOICES - len(self.contents.choices)]:
             variants = prim.GetVariantSet(name)
             known = ", ".join(variants.GetVariantNames())
             self.contents.choices.append(f"{prim.GetPath()}: {name} = {variants.GetVariantSelection()}, of {known}")

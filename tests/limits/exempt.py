@@ -1,0 +1,136 @@
+"""Limits without an entry in the table: those that have a test elsewhere, and those that bound no input.
+
+A limit on time is in `TESTED` too: its test gives the package a peer that does not answer, or something that never ends.
+"""
+
+from __future__ import annotations
+
+TESTED = {
+    "api.navigation.true_poses.PATIENCE": "tests/api/navigation/test_true_poses.py::test_a_run_that_never_answers_is_refused",
+    "compiler.budget.MAX_PARTS": "tests/compiler/test_budget.py::test_a_graph_may_hold_as_many_parts_as_the_limit",
+    "compiler.planning.regions.MAX_PUSHERS": (
+        "tests/compiler/test_scale.py::test_pushers_below_pushers_run_to_a_depth_and_beyond_it_are_refused"
+    ),
+    "control.lines.PATIENCE": (
+        "tests/control/test_channel.py::test_a_line_that_arrives_a_byte_at_a_time_has_no_more_time_than_others"
+    ),
+    "control.simulation_interfaces.filters.PATIENCE": (
+        "tests/control/test_simulation_interfaces.py::test_an_expression_that_would_take_for_ever_is_given_up"
+    ),
+    "format.process_limits.SMALLEST": "tests/cli/test_limits.py::test_too_little_memory_has_its_own_exit_code",
+    "isaac.script.script_reader.SECONDS": "tests/isaac/script/test_hostile.py::test_it_is_contained_and_told",
+    "isaac.script.script_process.ENDING_SECONDS": "tests/isaac/script/test_hostile.py::test_it_is_contained_and_told",
+    "isaac.script.script_reader.STARTING_SECONDS": (
+        "tests/sandbox/test_confinement.py::test_a_process_that_takes_too_long_is_ended"
+    ),
+    "isaac.stage.stage_process.MAX_MEMORY_BYTES": (
+        "tests/sandbox/test_confinement.py::test_the_environment_is_empty_and_memory_ends"
+    ),
+    "isaac.stage.stage_reader.MAX_SECONDS": (
+        "tests/sandbox/test_confinement.py::test_a_process_that_takes_too_long_is_ended"
+    ),
+    "physics.description.mjcf_trial.MAX_MEMORY_BYTES": (
+        "tests/sandbox/test_confinement.py::test_the_environment_is_empty_and_memory_ends"
+    ),
+    "physics.description.mjcf_trial.MAX_SECONDS": (
+        "tests/physics/description/test_mjcf.py::test_a_model_that_keeps_the_compiler_busy_without_end_is_refused"
+    ),
+    "physics.description.xacro.MAX_SECONDS": (
+        "tests/physics/description/test_xacro.py::test_xacro_that_takes_too_long_is_ended"
+    ),
+    "physics.dynamics.settling.SETTLE_LIMIT": (
+        "tests/physics/dynamics/test_settling.py::"
+        "test_what_swings_faster_than_the_bound_is_not_at_rest_though_it_often_turns_around"
+    ),
+    "physics.files.conversion.MAX_SECONDS": (
+        "tests/physics/files/test_conversion.py::test_a_file_that_takes_too_long_is_ended"
+    ),
+    "physics.sensors.fast.rays.PATIENCE": (
+        "tests/physics/sensors/test_rays.py::test_that_compiling_takes_its_time_is_told"
+    ),
+    "recording.recorder.CHUNK_SECONDS": (
+        "tests/recording/test_recorder.py::test_a_chunk_of_many_bytes_is_written_before_its_second_is_over"
+    ),
+    "ros.foxglove.foxglove_server.BACKLOG": (
+        "tests/ros/test_foxglove.py::test_a_client_that_does_not_read_delays_neither_the_tick_nor_the_end"
+    ),
+    "ros.foxglove.foxglove_server.MAX_PUBLISHED": (
+        "tests/ros/test_foxglove.py::test_clients_together_may_advertise_a_limited_number_of_topics"
+    ),
+    "ros.network_graph.PATIENCE": "tests/ros/test_watch.py::test_a_peer_without_a_name_is_given_time_to_tell_it",
+    "ros.service_endpoints.MAX_OPEN": (
+        "tests/nodes/test_services.py::test_more_requests_than_can_wait_are_refused_and_that_is_told"
+    ),
+    "ros.service_endpoints.PATIENCE": "tests/nodes/test_services.py::test_a_server_that_never_comes_is_told_once",
+    "ros.transports.dds.cyclone_log.MAX_KINDS": (
+        "tests/ros/test_malformed.py::test_forged_packets_are_logged_by_kind_and_then_counted_once_a_minute"
+    ),
+    "ros.transports.dds.cyclone_log._MAX_SIZE": (
+        "tests/ros/test_malformed.py::test_complaints_that_were_read_are_thrown_away"
+    ),
+    "runtime.pacer.Pacer.PATIENCE": (
+        "tests/runtime/test_run.py::test_a_run_that_cannot_keep_up_does_not_race_to_catch_up"
+    ),
+    "sandbox.confinement.MAX_CPU_SECONDS": (
+        "tests/sandbox/test_confinement.py::test_a_process_sees_no_environment_and_ends_in_its_seconds"
+    ),
+    "sandbox.confinement.MAX_MEMORY_BYTES": (
+        "tests/sandbox/test_confinement.py::test_the_environment_is_empty_and_memory_ends"
+    ),
+    "sandbox.confinement.MAX_THREADS": (
+        "tests/sandbox/test_confinement.py::test_threads_of_a_confined_process_are_counted_also_those_of_root"
+    ),
+    "sandbox.untrusted.MAX_SOURCES": (
+        "tests/sandbox/test_untrusted.py::test_the_lines_of_all_files_together_are_quoted_up_to_a_number_of_bytes"
+    ),
+    "scene.graph_loading.MAX_SCENE_PARTS": (
+        "tests/compiler/test_budget.py::test_graphs_of_a_scene_hold_so_much_together"
+    ),
+    "view.page_server.MAX_MESSAGE": ("tests/view/test_page_server.py::test_who_sends_anything_else_is_disconnected"),
+    "view.page_server.MAX_VIEWERS": "tests/view/test_page_server.py::test_there_are_no_more_viewers_than_allowed",
+}
+"""Test by the limit that it covers."""
+
+BOUNDS_NO_INPUT = {
+    "a wait of a command for a peer, after which it says so or goes on": (
+        "api.navigation.initial_pose.PATIENCE",
+        "cli.action.send_goal.CANCEL_PATIENCE",
+        "cli.live.SERVER_PATIENCE",
+        "cli.nav2.goals.CLOCK_PATIENCE",
+        "cli.topic.pub.PATIENCE",
+        "control.runs.PATIENCE",
+        "ros.parameter_client.PATIENCE",
+    ),
+    "a setting that another program gets": (
+        "api.nav2.nav2_parameters.BOND_TIMEOUT",
+        "ros.transports.dds.cyclone.MAX_BLOCKING_MS",
+        "ros.transports.dds.cyclone._MAX_PARTICIPANTS",
+    ),
+    "a default that the user can change": ("cli.calibrate.BOUND",),
+    "part of a formula, an algorithm or a choice between two ways to the same result": (
+        "api.calibration.diagnosis.SLOWEST",
+        "api.calibration.imu_noise.LARGEST_RATE",
+        "api.calibration.odometry_errors.FARTHEST",
+        "api.calibration.wheel_geometry.SLOWEST",
+        "messages.message_template.Encoder.PATIENCE",
+        "messages.message_template.MAX_PATCHED",
+        "nodes.wheeled_robots.stanley.FASTEST_TURN",
+        "nodes.wheeled_robots.stanley.SLOWEST",
+        "physics.importing.arm_gains.FASTEST",
+        "physics.importing.resting.SECONDS",
+        "runtime.file_watch.MOST",
+    ),
+    "what a picture or the page shows": (
+        "api.recording_view.LONGEST_SEEK",
+        "physics.pictures.views.FARTHEST",
+        "physics.pictures.views.LARGEST",
+        "view.scene.body_dragging.FARTHEST",
+        "view.scene.contact_arrows.LONGEST",
+        "view.scene.frame_axes.MOST_NAMES",
+        "view.scene.lidar_hits.BRIGHTEST",
+        "view.scene.robot_trails.MOST_POINTS",
+        "view.scene.viewer_controls.FARTHEST",
+    ),
+    "examples in a finding; the others are counted": ("isaac.script.losses.MOST_ASKED",),
+}
+"""Limits by the reason why nothing that users or strangers give is refused or cut by them."""

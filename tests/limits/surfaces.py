@@ -1,0 +1,252 @@
+"""Limits of the rooms api, cli, drawing and view, and of the nodes."""
+
+from __future__ import annotations
+
+import argparse
+import threading
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+
+import graphengine as ge
+from graphengine.api.navigation.true_poses import TruePoses
+from graphengine.cli import import_graph, import_report, replay
+from graphengine.cli.import_urdf import check_source
+from graphengine.drawing import manual_layout, view_model
+from graphengine.drawing.geometry import GAP, LayoutBox
+from graphengine.drawing.view_model import make_graph_view
+from graphengine.format.diagnostics import Findings
+from graphengine.format.errors import BadValueError, UsageError
+from graphengine.messages import messages
+from graphengine.messages.definitions import DEFINITIONS
+from graphengine.messages.endpoints import EndpointClaim, QoS
+from graphengine.messages.interfaces import MessageTypeError
+from graphengine.nodes.data.sequences import checked_length
+from graphengine.nodes.data.strings import check_text_length
+from graphengine.nodes.ros2 import joint_trajectory, transform_listener
+from graphengine.nodes.ros2.fields import Layout
+from graphengine.nodes.ros2.gripper_command import ROS2GripperCommand
+from graphengine.nodes.ros2.image_compression import compressed
+from graphengine.nodes.ros2.joint_trajectory import TrajectoryError
+from graphengine.nodes.ros2.robot_action import RobotActionNode
+from graphengine.nodes.wheeled_robots.quintic import QuinticPathPlanner
+from graphengine.runtime.command_queue import CommandQueue
+from graphengine.view import live_findings
+from graphengine.view.live_topics import LiveTopics
+from graphengine.view.page_server import PageServer
+from graphengine.view.scene import shape_surfaces
+from graphengine.view.viewers import Viewers
+from tests.limits.table import accepts, limit
+
+# api, cli and drawing
+
+
+@limit("api.navigation.true_poses.MAX_SAMPLES", at=4)
+def _(samples: int) -> bool:
+    poses = TruePoses.__new__(TruePoses)
+    poses._times, poses._poses, poses._lock, poses._namespace = [], [], threading.Lock(), "bot"
+    robot = {"namespace": "bot", "position": (0.0, 0.0, 0.0), "orientation": (0.0, 0.0, 0.0, 1.0)}
+    for time in range(samples):
+        state = {"time": time, "state": "playing", "robots": [robot]}
+        poses._client = SimpleNamespace(ask=lambda name, state=state: state)  # type: ignore[assignment]
+        poses._sample()
+    return len(poses._times) == samples
+
+
+@limit("api.diagnostics.MOST_FAULTS", at=3)
+def _(faults: int, folder: Path) -> bool:
+    (folder / "g.yaml").write_text("graph: g\nnodes: {T: OnPlaybackTick}\n", encoding="utf-8")
+    with ge.load(folder / "g.yaml").session(log=lambda *_: None) as session:
+        for number in range(faults):
+            session._runner._take_peer_fault(f"{number}")
+        return len(session._runner._faults) == faults
+
+
+def findings_of(notes: int) -> Findings:
+    findings = Findings()
+    for number in range(notes):
+        findings.add("N302", f"note {number}")
+    return findings
+
+
+@limit("cli.import_graph.LONGEST")
+def _(notes: int) -> bool:
+    return "more" not in str(list(import_graph._notes(findings_of(notes))))
+
+
+@limit("cli.import_report.LONGEST")
+def _(remarks: int) -> bool:
+    return "more" not in str(import_report._some("lost", ["a"] * remarks))
+
+
+@limit("cli.import_urdf.LONGEST_WAIT")
+def _(seconds: float, folder: Path) -> bool:
+    lists: dict[str, Any] = {key: [] for key in ("allow", "package_path", "arguments", "macro", "without")}
+    given = argparse.Namespace(**lists, file=folder, topic=None, node=None, timeout=seconds)
+    return accepts(lambda: check_source(given), UsageError)
+
+
+@limit("cli.replay.LONGEST")
+def _(characters: int) -> bool:
+    return replay._short("x" * (characters - 2)) == repr("x" * (characters - 2))
+
+
+@limit("drawing.manual_layout.MAX_STRETCH", step=0.01)
+def _(factor: float) -> bool:
+    """Two boxes that do not overlap when the distance of their left sides grows by the factor."""
+    distance = 100.0
+    needed = factor * distance - GAP[0] - manual_layout._CLEAR
+    boxes = [LayoutBox(needed, 1.0, place=(0.0, 0.0)), LayoutBox(needed, 1.0, place=(distance, 0.0))]
+    return len(manual_layout._stretched(boxes)) == 2
+
+
+@limit("drawing.view_model.MAX_NODES", at=3)
+def _(nodes: int) -> bool:
+    flat = SimpleNamespace(nodes=[None] * nodes)
+    graph: Any = SimpleNamespace(flat=flat, name="g", instances=[])
+    try:
+        make_graph_view(graph, Findings())
+    except UsageError:
+        return False
+    except AttributeError:  # such a graph cannot be drawn
+        pass
+    return True
+
+
+@limit("drawing.view_model.FARTHEST")
+def _(pixels: float) -> bool:
+    return view_model._place([0.0, -pixels]) is not None
+
+
+# view
+
+
+@limit("view.live_findings.MOST", at=3)
+def _(findings: int) -> bool:
+    return len(live_findings.finding_rows([f"error G101: {number}" for number in range(findings)])) == findings
+
+
+@limit("view.viewers.MAX_ASKED", at=3)
+def _(requests: int) -> bool:
+    made = Viewers(CommandQueue(), None, read_only=False)  # type: ignore[arg-type]
+    for _ in range(requests):
+        made.ask({})
+    return len(made._asked) == requests
+
+
+@limit("view.live_topics.MOST_TOPICS", at=3)
+def _(topics: int) -> bool:
+    network = SimpleNamespace(publishers=[], tap=lambda tap: None)
+    claims = [EndpointClaim("/n", "g", f"/{number}", "a/msg/B", "subscribe", QoS()) for number in range(topics)]
+    session: Any = SimpleNamespace(version=0, services=SimpleNamespace(network=network, claims=claims))
+    return len(LiveTopics(session, None).rows(0.0)) == topics  # type: ignore[arg-type]
+
+
+@limit("view.live_topics.LARGEST", at=3)
+def _(size: int) -> bool:
+    newest = SimpleNamespace(type="a/msg/B", latest_data=bytes(size))
+    topics = LiveTopics(SimpleNamespace(version=0), lambda topic: newest)  # type: ignore[arg-type]
+    topics.watch(["/a"])
+    return next(topics.messages()).data is not None
+
+
+@limit("view.page_server.MAX_UNREAD", at=10)
+def _(characters: int) -> bool:
+    aborted: list[bool] = []
+    server = PageServer.__new__(PageServer)
+    connection = SimpleNamespace(transport=SimpleNamespace(abort=lambda: aborted.append(True)))
+    viewer = SimpleNamespace(answer=lambda text: None, unread=characters, connection=connection)
+    server.viewers = {1: viewer}  # type: ignore[dict-item]
+    server._answer_viewer(1, "")
+    return not aborted
+
+
+@limit("view.scene.shape_surfaces.LARGEST_TEXTURE")
+def _(pixels: int) -> bool:
+    return shape_surfaces._image(np.zeros((2, pixels, 3), np.uint8)).width == pixels
+
+
+# nodes
+
+
+@limit("nodes.data.sequences.MAX_LENGTH")
+def _(elements: int) -> bool:
+    return accepts(lambda: checked_length("size", elements), BadValueError)
+
+
+@limit("nodes.data.sequences.MAX_LENGTH")
+def _(letters: int) -> bool:
+    return accepts(lambda: check_text_length("suffix", letters), BadValueError)
+
+
+@limit("nodes.ros2.image_compression._LONGEST")
+def _(pixels: int) -> bool:
+    header, data = messages.Header(messages.Time(0, 0), ""), np.zeros(pixels, np.uint8)
+    return accepts(lambda: compressed(header, "mono8", (pixels, 1), data, "jpeg"), BadValueError)
+
+
+def points(number: int, position: float = 0.0) -> list[Any]:
+    return [SimpleNamespace(positions=[position], velocities=[], accelerations=[], effort=[])] * number
+
+
+@limit("nodes.ros2.joint_trajectory.MAX_POINTS", at=3)
+def _(number: int) -> bool:
+    return accepts(lambda: joint_trajectory._check_numbers(points(number), 1), TrajectoryError)
+
+
+@limit("nodes.ros2.joint_trajectory._LARGEST")
+def _(position: float) -> bool:
+    return accepts(lambda: joint_trajectory._check_numbers(points(1, -position), 1), TrajectoryError)
+
+
+@limit("nodes.ros2.transform_listener._FARTHEST")
+def _(metres: float) -> bool:
+    rotation = messages.Quaternion(0.0, 0.0, 0.0, 1.0)
+    transform = messages.Transform(messages.Vector3(0.0, 0.0, -metres), rotation)
+    return transform_listener._pose(transform) is not None
+
+
+class AcceptedError(Exception):
+    """A goal was accepted."""
+
+
+@limit("nodes.ros2.gripper_command._LARGEST")
+def _(number: float) -> bool:
+    def accept() -> None:
+        raise AcceptedError
+
+    given = (0.0, -number, number, "")
+    node = SimpleNamespace(
+        read=lambda command: given, logger=SimpleNamespace(log=print), server=SimpleNamespace(action="/a")
+    )
+    goal = SimpleNamespace(message=SimpleNamespace(command=None), accept=accept, reject=lambda: None)
+    return not accepts(lambda: ROS2GripperCommand.begin(node, goal), AcceptedError)  # type: ignore[arg-type]
+
+
+@limit("nodes.ros2.robot_action._LARGEST")
+def _(position: float) -> bool:
+    node: Any = SimpleNamespace(commanded=("a",), exec_out=1)
+    RobotActionNode.command(node, np.array([-position]), np.array([position]))
+    return node.position_command == [-position] and node.velocity_command == [position]
+
+
+@limit("nodes.ros2.fields.MAX_PORTS", at=3)
+def _(fields: int, folder: Path) -> bool:
+    (folder / "my_msgs" / "msg").mkdir(parents=True)
+    text = "".join(f"int32 field{number}\n" for number in range(fields))
+    (folder / "my_msgs" / "msg" / "Long.msg").write_text(text, encoding="utf-8")
+    definitions = DEFINITIONS.extended([folder])
+    return accepts(lambda: Layout(definitions.message_class("my_msgs/msg/Long"), definitions).leaves, MessageTypeError)
+
+
+@limit("nodes.wheeled_robots.quintic.SHORTEST_STEP", lower=True)
+def _(seconds: float) -> bool:
+    planner = QuinticPathPlanner()
+    planner.step = seconds
+    try:
+        planner.plan((0.0, 0.0, 0.0), (1.0, 0.0, 0.0))
+    except BadValueError as error:
+        return error.port != "step"
+    return True
