@@ -29,7 +29,7 @@ from graphengine.sandbox import untrusted
 from graphengine.sandbox.confinement import ProcessError, ask
 from graphengine.sandbox.expressions import ForbiddenError, Guard, compiled
 from graphengine.scene import build
-from tests.limits.table import accepts, limit
+from tests.limits.table import accepts, limit, repeat
 
 # format
 
@@ -249,7 +249,7 @@ def _(depth: int) -> bool:
 @limit("node.mailbox.EventQueue.LIMIT")
 def _(events: int) -> bool:
     queue = EventQueue("event:bell")
-    return accepts(lambda: [queue.post() for _ in range(events)], ContextError)
+    return accepts(lambda: repeat(events, queue.post), ContextError)
 
 
 @limit("node.prims.attributes.BRIGHTEST")

@@ -22,7 +22,7 @@ from graphengine.isaac.recorded_graph import RecordedGraph, RecordedNode, Record
 from graphengine.isaac.script import script_process, script_reader
 from graphengine.isaac.script.import_finder import ImportFinder
 from graphengine.isaac.script.losses import Losses
-from graphengine.isaac.script.script_reader import ScriptAnswer
+from graphengine.isaac.script.script_answer import ScriptAnswer
 from graphengine.isaac.stage import graphs, stage_reader, usd_conversion
 from graphengine.isaac.stage.prim_spans import PrimSpans
 from graphengine.isaac.stage.stage_contents import StageContents, StagePrim
@@ -31,7 +31,7 @@ from graphengine.sandbox.untrusted import encoded
 from tests.isaac.harness import composed, graph
 from tests.isaac.stage.harness import node, read, read_graph
 from tests.isaac.stage.test_graphs import compound
-from tests.limits.table import accepts, limit
+from tests.limits.table import accepts, limit, repeat
 
 SPAN = Span(Source("a", ()), 1, 1)
 
@@ -129,7 +129,7 @@ def notes() -> ScriptNotes:
 @limit("isaac.omniverse.script_notes.MAX_CALLS", at=3)
 def _(calls: int) -> bool:
     made = notes()
-    return accepts(lambda: [made.idle() for _ in range(calls)], EndlessError)
+    return accepts(lambda: repeat(calls, made.idle), EndlessError)
 
 
 @limit("isaac.omniverse.script_notes.MAX_FRAMES", at=3)
@@ -150,7 +150,7 @@ def _(actions: int) -> bool:
 @limit("isaac.omniverse.graph_recorder.MAX_PARTS", at=3)
 def _(parts: int) -> bool:
     recorder = GraphRecorder(lambda hint: SPAN)
-    return accepts(lambda: [recorder.count() for _ in range(parts)], OmniGraphError)
+    return accepts(lambda: repeat(parts, recorder.count), OmniGraphError)
 
 
 @limit("isaac.script.import_finder.MAX_ABOVE")
@@ -247,7 +247,7 @@ def _(levels: int, folder: Path) -> bool:
 @limit("isaac.stage.graphs.MAX_LEVELS", at=5)
 def _(levels: int) -> bool:
     reader = graphs._GraphReader.__new__(graphs._GraphReader)
-    reader.prims = {"/G": StagePrim("/G", graphs.GRAPH)}
+    reader.prims = {"/G": StagePrim("/G", "OmniGraph")}
     return reader._graph_above("/G" + "/p" * levels) == "/G"
 
 

@@ -30,8 +30,9 @@ from graphengine.sandbox.untrusted import encoded
 from tests.limits.table import accepts, limit
 from tests.physics.bases import Base, Wheel
 from tests.physics.files.test_meshes import collada, instance
+from tests.physics.importing.descriptions import sensor
 from tests.physics.importing.imported_bases import description, imported
-from tests.physics.importing.test_gazebo_sensors import remarks, sensor
+from tests.physics.importing.test_gazebo_sensors import remarks
 from tests.physics.sdf.harness import document, frame, link, model, packages, scope
 
 SPAN = Span(Source("a", ()), 1, 1)
@@ -82,8 +83,9 @@ def _(levels: int) -> bool:
     """Levels after expansion by xacro."""
     from xml.dom import minidom
 
-    text = "<a>" * levels + "</a>" * levels
-    return accepts(lambda: list(dom.elements(minidom.parseString(text).documentElement, SPAN)), dom.UnwritableError)
+    root = minidom.parseString("<a>" * levels + "</a>" * levels).documentElement
+    assert root is not None
+    return accepts(lambda: list(dom.elements(root, SPAN)), dom.UnwritableError)
 
 
 @limit("physics.description.xacro.MAX_ANSWER", at=1000)

@@ -34,7 +34,7 @@ from graphengine.runtime.command_queue import CommandQueue
 from graphengine.runtime.commands import Rate, Step
 from graphengine.runtime.session_core import SessionCore
 from graphengine.scene import build
-from tests.limits.table import accepts, limit
+from tests.limits.table import accepts, limit, repeat
 
 # runtime
 
@@ -121,14 +121,15 @@ def _(parameters: int) -> bool:
 @limit("control.parameter_services.MAX_REQUEST")
 def _(names: int) -> bool:
     services = parameter_services.ParameterServices.__new__(parameter_services.ParameterServices)
-    services.table = {}  # type: ignore[assignment]
+    services.table = {}
     return not services._is_too_long(["a"] * names)
 
 
 @limit("control.channel.MAX_CLIENTS", at=2)
 def _(clients: int) -> bool:
     channel = Channel.__new__(Channel)
-    channel._clients, channel._idle = dict.fromkeys(range(clients - 1)), {}  # type: ignore[arg-type]
+    others: Any = dict.fromkeys(range(clients - 1))
+    channel._clients, channel._idle = others, {}
     return channel._has_room()
 
 
@@ -201,7 +202,7 @@ def _(letters: int) -> bool:
 @limit("recording.player.MAX_CHECKPOINTS", at=4)
 def _(checkpoints: int) -> bool:
     player = RecordingPlayer.__new__(RecordingPlayer)
-    player._checkpoints, player._spacing, player.built = [], 1, 0  # type: ignore[assignment]
+    player._checkpoints, player._spacing, player.built = [], 1, 0
     player._keep = lambda tick: tick  # type: ignore[assignment,method-assign,return-value]
     for _ in range(checkpoints):
         player._add_checkpoint()
@@ -212,8 +213,8 @@ def _(checkpoints: int) -> bool:
 def _(number: int) -> bool:
     found, tick = Recording.__new__(Recording), Tick(1)
     found.path = Path("a.mcap")
-    stream = SimpleNamespace(topic="/a", message_type="std_msgs/msg/String")
-    return accepts(lambda: [found._add(tick, stream, b"") for _ in range(number)], RecordingError)  # type: ignore[arg-type]
+    stream: Any = SimpleNamespace(topic="/a", message_type="std_msgs/msg/String")
+    return accepts(lambda: repeat(number, lambda: found._add(tick, stream, b"")), RecordingError)
 
 
 @limit("recording.reader.MAX_SILENCE", at=3)
@@ -250,14 +251,15 @@ def _(fields: int) -> bool:
 
 @limit("recording.sources.MAX_FILES", at=3)
 def _(files: int, folder: Path) -> bool:
-    workspace = Workspace(folder)
-    return accepts(lambda: [workspace.add(f"project/{number}", b"") for number in range(files)], RecordingError)
+    workspace, names = Workspace(folder), map(str, range(files))
+    return accepts(lambda: repeat(files, lambda: workspace.add(f"project/{next(names)}", b"")), RecordingError)
 
 
 @limit("recording.sources.MAX_BYTES", at=10)
 def _(size: int, folder: Path) -> bool:
     workspace = Workspace(folder)
-    return accepts(lambda: [workspace.add(f"project/{part}", bytes(part)) for part in (5, size - 5)], RecordingError)
+    workspace.add("project/a", bytes(5))
+    return accepts(lambda: workspace.add("project/b", bytes(size - 5)), RecordingError)
 
 
 @limit("recording.sources.MAX_PARTS", at=5)

@@ -229,7 +229,7 @@ def _(number: float) -> bool:
 def _(position: float) -> bool:
     node: Any = SimpleNamespace(commanded=("a",), exec_out=1)
     RobotActionNode.command(node, np.array([-position]), np.array([position]))
-    return node.position_command == [-position] and node.velocity_command == [position]
+    return bool(node.position_command == [-position] and node.velocity_command == [position])
 
 
 @limit("nodes.ros2.fields.MAX_PORTS", at=3)
@@ -243,7 +243,7 @@ def _(fields: int, folder: Path) -> bool:
 
 @limit("nodes.wheeled_robots.quintic.SHORTEST_STEP", lower=True)
 def _(seconds: float) -> bool:
-    planner = QuinticPathPlanner()
+    planner = QuinticPathPlanner(current_position=(0.0, 0.0, 0.0), current_orientation=(0.0, 0.0, 0.0, 1.0))
     planner.step = seconds
     try:
         planner.plan((0.0, 0.0, 0.0), (1.0, 0.0, 0.0))

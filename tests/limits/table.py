@@ -62,7 +62,7 @@ class Limit:
         beyond: Number = math.nextafter(value, sign * math.inf)
         if self.step is not None or isinstance(value, int):
             beyond = value + sign * (self.step or 1)
-        tries = []
+        tries: list[bool] = []
         for size in (value, beyond):
             place = folder / f"{len(tries)}"
             place.mkdir()
@@ -171,3 +171,9 @@ def accepts(action: Callable[[], object], *refusals: type[BaseException]) -> boo
     except refusals:
         return False
     return True
+
+
+def repeat(times: int, action: Callable[[], object]) -> None:
+    """Do something a number of times."""
+    for _ in range(times):
+        action()
