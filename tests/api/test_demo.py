@@ -10,6 +10,7 @@ import pytest
 
 import graphengine as ge
 from tests.api.demo_drive import ROBOT, Drive
+from tests.other_process import in_another_process
 
 SEEDS = (0, 2, 7)  # `python -m tests.bench.demo` drives ten for three minutes each
 A_ROUND = 88.0  # s; the rounds of the seeds take up to 81 s
@@ -76,13 +77,13 @@ def test_a_velocity_on_cmd_vel_takes_over_until_it_ends(sim: ge.Session) -> None
     assert drive.contacts == set()
 
 
-def test_the_same_seed_gives_the_same_bytes_and_another_seed_others(scene: ge.Scene, tmp_path: Path) -> None:
-    recordings = []
-    for name, seed in (("first", 1), ("again", 1), ("other", 2)):
-        path = tmp_path / f"{name}.mcap"
-        with scene.session(seed=seed, record=path) as sim:
-            sim.run(5.0)
-        recordings.append(path.read_bytes())
-    first, again, other = recordings
-    assert first == again
+def recorded(path: Path, seed: int) -> bytes:
+    with ge.load("demo").session(seed=seed, record=path) as sim:
+        sim.run(5.0)
+    return path.read_bytes()
+
+
+def test_the_same_seed_gives_the_same_bytes_in_another_process_and_another_seed_others(tmp_path: Path) -> None:
+    first, other = recorded(tmp_path / "first.mcap", 1), recorded(tmp_path / "other.mcap", 2)
+    assert in_another_process(recorded, tmp_path / "again.mcap", 1) == first
     assert first != other

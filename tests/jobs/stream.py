@@ -25,5 +25,10 @@ def drive(scene: str | Path = "dd100_warehouse", seed: int = 0) -> Recorder:
         return job.recorder
 
 
+def stream_of(scene: str | Path, seed: int) -> list[tuple[str, str, bytes]]:
+    """Topic, type and bytes of each message of a drive."""
+    return drive(scene, seed).stream
+
+
 if __name__ == "__main__":
     sys.stdout.write(f"{drive().digest}\n")

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
 from graphengine.format.errors import ContextError, NodeError, PhysicsError
 from graphengine.node.variable import Variable
 from tests.compiler.conftest import MakePlay
-from tests.compiler.harness import Play
+from tests.compiler.harness import Play, write
+from tests.other_process import in_another_process
 
 SHOWS_TIME = """
     nodes: {Tick: Tick, Show: Do}
@@ -334,8 +337,12 @@ def test_a_second_play_is_like_the_first(play: MakePlay) -> None:
     assert one_play(run) == first
 
 
-def test_two_sessions_of_the_same_files_and_seed_are_alike(play: MakePlay) -> None:
-    assert one_play(play(EVERYTHING)) == one_play(play(EVERYTHING))
+def play_everything(folder: Path) -> list[str]:
+    return one_play(Play(write(folder, EVERYTHING)))
+
+
+def test_two_processes_with_the_same_files_and_seed_play_alike(tmp_path: Path) -> None:
+    assert in_another_process(play_everything, tmp_path) == play_everything(tmp_path)
 
 
 def test_stop_puts_outputs_and_state_back_to_their_defaults(play: MakePlay) -> None:

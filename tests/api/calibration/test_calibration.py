@@ -12,6 +12,7 @@ import pytest
 import graphengine as ge
 from graphengine.api.calibration.figures import Calibration, Motion, Twist
 from tests.api.calibration import bases
+from tests.other_process import in_another_process
 
 
 def calibrate(base: bases.Base, **arguments: object) -> Calibration:
@@ -52,9 +53,12 @@ def test_the_true_odometry_has_no_error(dingo: Calibration) -> None:
     assert figures == pytest.approx((0.0, 0.0, 0.0, 0.0), abs=1e-6)
 
 
-def test_the_same_files_give_the_same_bytes(dingo: Calibration) -> None:
-    again = ge.load("dd100_flat").calibrate()
-    assert json.dumps(again.to_data()) == json.dumps(dingo.to_data())
+def calibrated(scene: str) -> str:
+    return json.dumps(ge.load(scene).calibrate().to_data())
+
+
+def test_the_same_files_give_the_same_bytes_in_another_process(dingo: Calibration) -> None:
+    assert in_another_process(calibrated, "dd100_flat") == json.dumps(dingo.to_data())
 
 
 def test_the_data_is_json_without_the_paths(dingo: Calibration) -> None:

@@ -19,6 +19,7 @@ from graphengine.api.scene import loaded_of
 from graphengine.format.files import find_file
 from tests.api.nav2 import mobile_bases
 from tests.api.nav2.known_parameters import known
+from tests.other_process import in_another_process
 
 
 def files_of(scene: str | Path, **options: Any) -> dict[str, str]:
@@ -165,8 +166,8 @@ def test_slam_has_neither_a_map_nor_amcl() -> None:
     assert nodes["planner_server"]["GridBased"]["allow_unknown"] is True
 
 
-def test_the_same_scene_gives_the_same_bytes() -> None:
-    assert files_of("dd100_flat", calibrated=True) == files_of("dd100_flat", calibrated=True)
+def test_the_same_scene_gives_the_same_bytes_in_another_process() -> None:
+    assert in_another_process(files_of, "dd100_flat", calibrated=True) == files_of("dd100_flat", calibrated=True)
 
 
 @pytest.mark.parametrize("robots", [["dd100"], []])

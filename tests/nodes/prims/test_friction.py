@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
+import contextlib
 import math
+from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pytest
 
 from graphengine.format.errors import BadValueError, CheckError
 from graphengine.nodes.prims import WritePrimAttribute
 from graphengine.testing import RecordingContext
 from tests.nodes.harness import Player, Playing, ready
+from tests.other_process import in_another_process
 
 SLOPE = """
 <mujoco>
@@ -92,8 +94,14 @@ def test_a_block_slides_while_its_friction_is_below_the_tangent_of_the_slope(pla
     assert stopped < 1e-3
 
 
-def test_two_runs_in_which_friction_is_written_are_the_same(play: Player) -> None:
-    assert np.array(slide(play)).tobytes() == np.array(slide(play)).tobytes()
+def slide_in(folder: Path) -> list[float]:
+    player = Player(folder)
+    with contextlib.closing(player):
+        return slide(player)
+
+
+def test_runs_of_two_processes_in_which_friction_is_written_are_the_same(tmp_path: Path) -> None:
+    assert in_another_process(slide_in, tmp_path) == slide_in(tmp_path)
 
 
 def test_a_stop_and_a_robot_more_leave_friction_as_it_should_be(play: Player) -> None:
