@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import threading
-import time
 from collections.abc import Callable, Sequence
 from typing import Any
+
+import pytest
 
 from graphengine.messages import messages
 from graphengine.messages.endpoints import QoS
 from graphengine.messages.goals import ABORTED, SUCCEEDED
+from graphengine.ros.action_caller import ActionCaller
 from graphengine.ros.transport import Transport
 from tests.action_peer import ActionServerPeer
 
@@ -75,14 +77,29 @@ class Nav2Peer(ActionServerPeer):
         self._thread.join()
 
 
+HEARD = set[bytes]()
+"""UUIDs of the goals whose feedback a client in this process has heard; see `watch_feedback`."""
+
+
+def watch_feedback(patch: pytest.MonkeyPatch) -> None:
+    """Let clients in this process note in `HEARD` which feedback they have heard; `reach` waits for that."""
+    take = ActionCaller._hear
+
+    def hear(caller: ActionCaller, data: bytes) -> None:
+        take(caller, data)
+        HEARD.add(data[4:20])  # after the header of CDR
+
+    patch.setattr(ActionCaller, "_hear", hear)
+
+
 def reach(peer: Nav2Peer, goal: bytes) -> None:
     """Accept the goal, drive there in one step, and succeed."""
     peer.answer_goal()
     if peer.wait(lambda: goal in peer.asked):
         there = peer.messages[peer.goals.index(goal)].pose.pose.position
         peer.feedback(goal, there.x + 0.03, there.y - 0.04, left=0.05, recoveries=2)
-        time.sleep(0.3)
-        peer.answer_result(SUCCEEDED)
+        if peer.wait(lambda: goal in HEARD):
+            peer.answer_result(SUCCEEDED)
 
 
 def abort(peer: Nav2Peer, goal: bytes) -> None:

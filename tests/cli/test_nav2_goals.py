@@ -65,6 +65,7 @@ def goals(graphrun: Graphrun, monkeypatch: pytest.MonkeyPatch) -> Graphrun:
     """`graphrun nav2 goals` in this process; without a clock, it waits only shortly for one."""
     monkeypatch.setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", RANGE)
     monkeypatch.setattr("graphengine.cli.nav2.goals.CLOCK_PATIENCE", 0.5)
+    nav2_peer.watch_feedback(monkeypatch)
     return lambda *given, **ended: graphrun("nav2", "goals", *given, "--transport", "dds", **ended)
 
 

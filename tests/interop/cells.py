@@ -20,7 +20,7 @@ from graphengine.ros.network import LiveNetwork
 from graphengine.ros.tf_tree import FrameTree
 from tests.action_graph import FIBONACCI, GOAL, SERVER
 from tests.interop.ends import Cell, CellError, Ours, Peer, Run, UnreachableError, seconds_until
-from tests.interop.samples import TYPES, Tally
+from tests.interop.samples import GREETING, TYPES, Tally
 
 TOPIC, SERVICE, ACTION = "/interop/topic", "/interop/service", "/fibonacci"
 SET_BOOL = "std_srvs/srv/SetBool"
@@ -124,11 +124,13 @@ def back(
         lambda: ends().publishers(topic) and peer.matched(topic=topic)["matched"], "both ends find each other"
     )
     found = time.monotonic() - begun
-    time.sleep(0.2)  # that a reader of ours is matched is not told; it is soon after the writer is known
-    if size:  # Fast DDS may lose the first large message to Cyclone DDS: the page says so
-        peer.send(topic=topic, kind=kind, count=1, rate=1.0, size=size)
-        time.sleep(1.0)
-        tally.clear()
+
+    def greet() -> bool:
+        peer.send(topic=topic, kind=kind, count=1, rate=1.0, size=size, first=GREETING)
+        return tally.greeted.wait(1.0)
+
+    # That a reader of ours is matched is not told, and Fast DDS may lose the first large message to Cyclone DDS.
+    seconds_until(greet, "a first message arrives")
     took = peer.send(topic=topic, kind=kind, count=count, rate=rate, size=size)["seconds"]
     report = settled(tally.report, count)
     return arrived("<-", report, count, took, found, is_sure=qos.reliability == "reliable")
@@ -419,7 +421,7 @@ def late_joiner(cell: Cell) -> str:
     to_ros = gapless(lambda: peer.heard(topic=f"{TOPIC}/forth"), 500)
     peer.talk(topic=f"{TOPIC}/back", kind="text", depth=500)
     peer.stream(topic=f"{TOPIC}/back", kind="text", count=500, rate=50.0)
-    time.sleep(1.0)
+    seconds_until(lambda: peer.sent(topic=f"{TOPIC}/back")["last"] >= 50, "messages are sent")
     begun = time.monotonic()
     tally = cell.ours("interop_late").listen(f"{TOPIC}/back", "text", QoS(depth=500))
     back = first(tally.report, begun)

@@ -29,7 +29,7 @@ from rosidl_runtime_py.utilities import get_message
 from std_srvs.srv import SetBool
 from tf2_ros import Buffer, StaticTransformBroadcaster, TransformBroadcaster, TransformListener
 
-from tests.interop.samples import TYPES, Tally, fill, paced
+from tests.interop.samples import GREETING, TYPES, Tally, fill, paced
 
 PATIENCE = 20.0
 
@@ -61,6 +61,7 @@ class Peer:
         self._tallies: dict[str, Tally] = {}
         self._readers: dict[str, Any] = {}
         self._writers: dict[str, Any] = {}
+        self._sent: dict[str, int] = {}
         self._events: list[str] = []
         self._kept: list[Any] = []
 
@@ -82,14 +83,19 @@ class Peer:
             get_message(TYPES[kind]), topic, profile(**qos), event_callbacks=callbacks
         )
 
-    def send(self, topic: str, kind: str, count: int, rate: float, size: int = 0) -> dict[str, Any]:
+    def send(self, topic: str, kind: str, count: int, rate: float, size: int = 0, first: int = 0) -> dict[str, Any]:
         data, doubles = array("B", bytes([7]) * size), lambda values: array("d", values)
 
         def one(number: int) -> None:
             message = fill(get_message(TYPES[kind])(), kind, number, doubles, lambda name: get_message(name)(), data)
             self._writers[topic].publish(message)
+            self._sent[topic] = number
 
-        return {"seconds": paced(count, rate, one)}
+        return {"seconds": paced(count, rate, one, first)}
+
+    def sent(self, topic: str) -> dict[str, Any]:
+        """Return the number of the last message that was sent on a topic."""
+        return {"last": self._sent.get(topic, GREETING)}
 
     def stream(self, topic: str, kind: str, count: int, rate: float) -> None:
         """Send in the background."""
