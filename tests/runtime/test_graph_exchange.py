@@ -300,9 +300,10 @@ def test_random_numbers_go_on_after_a_reload_that_failed(
     monkeypatch.setattr(run.network, "publisher", refuse)
     generators = dict(run.session.services.generators)
     more = ("  Counter: omni", "  Spare: RandomBoolean\n  Counter: omni")
+    wired = ("  - Tick.tick -> Counter", "  - Tick.tick -> Spare.execIn\n  - Tick.tick -> Counter")
     clock = ("Clock: PublishClock", "Clock: {type: PublishClock, inputs: {topicName: other}}")
     with pytest.raises(GraphError, match="no memory for another topic"):
-        run.reload(*other_type, more, clock)
+        run.reload(*other_type, more, wired, clock)
     assert run.session.services.generators == generators
     run.session.step(5)
     other.session.step(10)
