@@ -25,8 +25,8 @@ DISTRIBUTIONS = {
     "yaml": "pyyaml",
 }
 """Names of packages on PyPI, by the names of their modules where the two differ."""
-OF_ROS = {"rclpy", "rosidl_runtime_py"}
-"""Modules of an installed ROS 2, which PyPI does not have."""
+OF_ROS = {"rclpy"}
+"""Modules of an installed ROS 2; the extra `ros` has them for some systems."""
 OF_TESTS = {"pytest"}
 """What only a user's tests import, by a fixture that `graphengine.testing` makes for them."""
 

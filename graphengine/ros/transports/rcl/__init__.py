@@ -8,7 +8,7 @@ from graphengine.ros.transport import JoinOptions, Transport, TransportKind
 def import_error() -> str | None:
     """Return the reason why rclpy cannot be imported, such as another Python version; None if it can be imported."""
     try:
-        for module in ("rclpy.executors", "rclpy.node", "rosidl_runtime_py.utilities"):
+        for module in ("rclpy.executors", "rclpy.node"):
             importlib.import_module(module)
     except Exception as error:
         if isinstance(error, ModuleNotFoundError) and error.name == "rclpy":

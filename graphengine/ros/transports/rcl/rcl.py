@@ -18,7 +18,7 @@ from graphengine.ros.domain import Domain
 from graphengine.ros.network_graph import Direction, NetworkGraph, NetworkNode, full_name, split_name
 from graphengine.ros.transport import Deliver, DeliverRequest, DeliverResponse
 from graphengine.ros.transports.rcl.rcl_endpoints import RclEnd, RclReader, RclWriter
-from graphengine.ros.transports.rcl.rcl_profiles import part_of_action, to_endpoint, to_profile
+from graphengine.ros.transports.rcl.rcl_profiles import ros_class, to_endpoint, to_profile
 from graphengine.ros.transports.rcl.rcl_services import RclClient, RclServer
 from graphengine.ros.transports.ros_node import ROSOUT, RosNode
 
@@ -170,17 +170,14 @@ class RclTransport(RosNode):
 
     def _open(self, end: _End, kind: str, qos: QoS, **more: Any) -> _End:
         """Create the rclpy object of an endpoint, and return the endpoint; `kind` is the message or service type."""
-        from rosidl_runtime_py import utilities
-
-        find = utilities.get_service if end.peer else utilities.get_message
         what = f"{end.name} cannot be created with the type {kind}"
         with self._lock, warnings.catch_warnings():
             # Jazzy's rclpy warns of a class of its own that it uses for the event of a publisher.
             warnings.simplefilter("ignore", DeprecationWarning)
             self._admit(end.name)
             try:
-                found = part_of_action(kind) or find(kind)
-            except (AttributeError, ImportError, RuntimeError, ValueError) as error:
+                found = ros_class(kind)
+            except (AttributeError, ImportError, ValueError) as error:
                 remedy = "build its package and source the workspace, or use --transport dds"
                 raise MessageTypeError(f"{what}: {error}", kind.rpartition("/")[2], remedy) from error
             try:

@@ -1,7 +1,8 @@
-"""Converts QoS profiles and endpoints between rclpy and graphengine, and finds the rclpy classes of action parts."""
+"""Converts QoS profiles and endpoints between rclpy and graphengine, and finds the Python classes of ROS 2 types."""
 
 from __future__ import annotations
 
+import importlib
 from collections.abc import Mapping
 from typing import Any
 
@@ -91,11 +92,16 @@ _PARTS_OF_ACTIONS = {
 """Attribute of the `Impl` of a Python action class, by suffix of the service or message type."""
 
 
-def part_of_action(message_type: str) -> Any | None:
-    """Return the Python class of an action's service or message, such as `…/action/Fibonacci_SendGoal`; else None."""
-    from rosidl_runtime_py import utilities
+def ros_class(kind: str) -> Any:
+    """Return the Python class that rclpy needs for a message type, a service type, or a part such as `…/action/Fibonacci_SendGoal`.
 
-    action, _, part = message_type.rpartition("_")
-    if "/action/" not in message_type or part not in _PARTS_OF_ACTIONS:
-        return None
-    return getattr(utilities.get_action(action).Impl, _PARTS_OF_ACTIONS[part])
+    Raises:
+        AttributeError, ImportError: the package or the type is not installed.
+        ValueError: the type has no package.
+    """
+    module, _, name = kind.rpartition("/")
+    found = importlib.import_module(module.replace("/", "."))
+    action, _, part = name.rpartition("_")
+    if module.endswith("/action") and part in _PARTS_OF_ACTIONS:
+        return getattr(getattr(found, action).Impl, _PARTS_OF_ACTIONS[part])
+    return getattr(found, name)

@@ -1,0 +1,69 @@
+"""The Python classes of ROS 2 types, found without a package beside those that rclpy itself needs."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import pytest
+
+from graphengine.ros.transports.rcl.rcl_profiles import ros_class
+from tests.ros.contract import needs_rclpy
+
+MESSAGES = "class Tag: pass\n"
+ACTIONS = """class Walk:
+    class Impl:
+        class SendGoalService: pass
+        class GetResultService: pass
+        class FeedbackMessage: pass
+class Slow_Walk: pass
+"""
+
+
+@pytest.fixture
+def installed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A package of types on the path of modules, as rosidl generates it."""
+    for folder, text in (("msg", MESSAGES), ("srv", "class Ask: pass\n"), ("action", ACTIONS)):
+        path = tmp_path / "generated_msgs" / folder / "__init__.py"
+        path.parent.mkdir(parents=True)
+        path.write_text(text, encoding="utf-8")
+    (tmp_path / "generated_msgs" / "__init__.py").touch()
+    monkeypatch.syspath_prepend(tmp_path)
+    for name in [name for name in sys.modules if name.startswith("generated_msgs")]:
+        monkeypatch.delitem(sys.modules, name)
+
+
+@pytest.mark.usefixtures("installed")
+@pytest.mark.parametrize(
+    ("kind", "name"),
+    [
+        ("generated_msgs/msg/Tag", "Tag"),
+        ("generated_msgs/srv/Ask", "Ask"),
+        ("generated_msgs/action/Walk", "Walk"),
+        ("generated_msgs/action/Slow_Walk", "Slow_Walk"),
+        ("generated_msgs/action/Walk_SendGoal", "Walk.Impl.SendGoalService"),
+        ("generated_msgs/action/Walk_GetResult", "Walk.Impl.GetResultService"),
+        ("generated_msgs/action/Walk_FeedbackMessage", "Walk.Impl.FeedbackMessage"),
+    ],
+)
+def test_a_type_is_a_class_of_its_package_and_a_part_of_an_action_one_of_the_action(kind: str, name: str) -> None:
+    found = ros_class(kind)
+    assert (found.__module__, found.__qualname__) == (kind.rpartition("/")[0].replace("/", "."), name)
+
+
+@pytest.mark.usefixtures("installed")
+@pytest.mark.parametrize("kind", ["absent_msgs/msg/Tag", "generated_msgs/msg/Absent", "Tag"])
+def test_a_type_that_is_not_installed_has_no_class(kind: str) -> None:
+    with pytest.raises((AttributeError, ImportError, ValueError)):
+        ros_class(kind)
+
+
+@pytest.mark.parametrize(
+    "kind",
+    [
+        pytest.param(kind, marks=needs_rclpy)
+        for kind in ("nav_msgs/msg/Odometry", "std_srvs/srv/SetBool", "action_msgs/srv/CancelGoal")
+    ],
+)
+def test_classes_of_ros_are_found(kind: str) -> None:
+    assert ros_class(kind).__name__ == kind.rpartition("/")[2]
