@@ -93,7 +93,7 @@ _PARTS_OF_ACTIONS = {
 
 
 def ros_class(kind: str) -> Any:
-    """Return the Python class that rclpy needs for a message type, a service type, or a part such as `…/action/Fibonacci_SendGoal`.
+    """Return the Python class of a message or service type, or of a part of an action such as `…/action/Fibonacci_SendGoal`.
 
     Raises:
         AttributeError, ImportError: the package or the type is not installed.
