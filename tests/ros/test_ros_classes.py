@@ -10,20 +10,23 @@ import pytest
 from graphengine.ros.transports.rcl.rcl_profiles import ros_class
 from tests.ros.contract import needs_rclpy
 
-MESSAGES = "class Tag: pass\n"
-ACTIONS = """class Walk:
+MESSAGE = "class {0}:\n    get_fields_and_field_types = None\n"
+SERVICE = "class {0}:\n    class Request: pass\n"
+ACTIONS = f"""
+{MESSAGE.format("Feedback")}
+{SERVICE.format("Service")}
+class Walk:
     class Impl:
-        class SendGoalService: pass
-        class GetResultService: pass
-        class FeedbackMessage: pass
-class Slow_Walk: pass
+        SendGoalService = GetResultService = Service
+        FeedbackMessage = Feedback
+{MESSAGE.format("Slow_Walk")}
 """
 
 
 @pytest.fixture
 def installed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A package of types on the path of modules, as rosidl generates it."""
-    for folder, text in (("msg", MESSAGES), ("srv", "class Ask: pass\n"), ("action", ACTIONS)):
+    for folder, text in (("msg", MESSAGE.format("Tag")), ("srv", SERVICE.format("Ask")), ("action", ACTIONS)):
         path = tmp_path / "generated_msgs" / folder / "__init__.py"
         path.parent.mkdir(parents=True)
         path.write_text(text, encoding="utf-8")
@@ -35,27 +38,30 @@ def installed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.mark.usefixtures("installed")
 @pytest.mark.parametrize(
-    ("kind", "name"),
+    ("kind", "service", "name"),
     [
-        ("generated_msgs/msg/Tag", "Tag"),
-        ("generated_msgs/srv/Ask", "Ask"),
-        ("generated_msgs/action/Walk", "Walk"),
-        ("generated_msgs/action/Slow_Walk", "Slow_Walk"),
-        ("generated_msgs/action/Walk_SendGoal", "Walk.Impl.SendGoalService"),
-        ("generated_msgs/action/Walk_GetResult", "Walk.Impl.GetResultService"),
-        ("generated_msgs/action/Walk_FeedbackMessage", "Walk.Impl.FeedbackMessage"),
+        ("generated_msgs/msg/Tag", False, "Tag"),
+        ("generated_msgs/srv/Ask", True, "Ask"),
+        ("generated_msgs/action/Slow_Walk", False, "Slow_Walk"),
+        ("generated_msgs/action/Walk_SendGoal", True, "Service"),
+        ("generated_msgs/action/Walk_GetResult", True, "Service"),
+        ("generated_msgs/action/Walk_FeedbackMessage", False, "Feedback"),
     ],
 )
-def test_a_type_is_a_class_of_its_package_and_a_part_of_an_action_one_of_the_action(kind: str, name: str) -> None:
-    found = ros_class(kind)
-    assert (found.__module__, found.__qualname__) == (kind.rpartition("/")[0].replace("/", "."), name)
+def test_a_type_is_a_class_of_its_package_and_a_part_of_an_action_one_of_the_action(
+    kind: str, service: bool, name: str
+) -> None:
+    found = ros_class(kind, service=service)
+    assert (found.__module__, found.__name__) == (kind.rpartition("/")[0].replace("/", "."), name)
+    with pytest.raises(ValueError, match="it is not a message" if service else "it is not a service"):
+        ros_class(kind, service=not service)
 
 
 @pytest.mark.usefixtures("installed")
 @pytest.mark.parametrize("kind", ["absent_msgs/msg/Tag", "generated_msgs/msg/Absent", "Tag"])
 def test_a_type_that_is_not_installed_has_no_class(kind: str) -> None:
     with pytest.raises((AttributeError, ImportError, ValueError)):
-        ros_class(kind)
+        ros_class(kind, service=False)
 
 
 @pytest.mark.parametrize(
@@ -66,4 +72,4 @@ def test_a_type_that_is_not_installed_has_no_class(kind: str) -> None:
     ],
 )
 def test_classes_of_ros_are_found(kind: str) -> None:
-    assert ros_class(kind).__name__ == kind.rpartition("/")[2]
+    assert ros_class(kind, service="/srv/" in kind).__name__ == kind.rpartition("/")[2]

@@ -176,7 +176,7 @@ class RclTransport(RosNode):
             warnings.simplefilter("ignore", DeprecationWarning)
             self._admit(end.name)
             try:
-                found = ros_class(kind)
+                found = ros_class(kind, service=bool(end.peer))
             except (AttributeError, ImportError, ValueError) as error:
                 remedy = "build its package and source the workspace, or use --transport dds"
                 raise MessageTypeError(f"{what}: {error}", kind.rpartition("/")[2], remedy) from error

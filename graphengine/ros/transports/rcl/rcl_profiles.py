@@ -92,16 +92,20 @@ _PARTS_OF_ACTIONS = {
 """Attribute of the `Impl` of a Python action class, by suffix of the service or message type."""
 
 
-def ros_class(kind: str) -> Any:
+def ros_class(kind: str, *, service: bool) -> Any:
     """Return the Python class of a message or service type, or of a part of an action such as `…/action/Fibonacci_SendGoal`.
 
     Raises:
         AttributeError, ImportError: the package or the type is not installed.
-        ValueError: the type has no package.
+        ValueError: the type is not a service, or not a message.
     """
     module, _, name = kind.rpartition("/")
     found = importlib.import_module(module.replace("/", "."))
     action, _, part = name.rpartition("_")
     if module.endswith("/action") and part in _PARTS_OF_ACTIONS:
-        return getattr(getattr(found, action).Impl, _PARTS_OF_ACTIONS[part])
-    return getattr(found, name)
+        found = getattr(getattr(found, action).Impl, _PARTS_OF_ACTIONS[part])
+    else:
+        found = getattr(found, name)
+    if not hasattr(found, "Request" if service else "get_fields_and_field_types"):
+        raise ValueError(f"it is not a {'service' if service else 'message'}")
+    return found
