@@ -58,7 +58,7 @@ class AccessDeniedError(Exception):
 def ask(module: str, request: bytes, seconds: float) -> bytes:
     """Run a Python module in a new process, write the request to its stdin, and return its stdout.
 
-    The process gets none of the environment variables of this process.
+    The process gets none of the environment variables of this process, and starts once.
 
     Raises:
         ProcessError: the process runs for more than `seconds`, fails, or writes more than `MAX_ANSWER_BYTES`.
@@ -66,6 +66,7 @@ def ask(module: str, request: bytes, seconds: float) -> bytes:
     command = [sys.executable, "-P", "-s", "-m", module]
     environment = {"PYTHONPATH": os.pathsep.join(filter(None, sys.path)), "PYTHONHASHSEED": "0"}
     environment["OPENBLAS_NUM_THREADS"] = "1"  # each thread uses part of the limited memory
+    environment["_ROS_WHEELS_BOOTSTRAP_COMPLETE"] = "1"  # else wheels of ROS 2 from PyPI start the process twice
     pipe = subprocess.PIPE
     with (
         subprocess.Popen(

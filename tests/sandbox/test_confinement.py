@@ -218,3 +218,30 @@ def test_a_process_sees_no_environment_and_ends_in_its_seconds(tmp_path: Path, m
     code += "print('SECRET' in os.environ, resource.getrlimit(resource.RLIMIT_CPU), sys.stdin.read())"
     (tmp_path / "telling.py").write_text(code, encoding="utf-8")
     assert ask("telling", b"request", 60) == b"False (20, 20) request\n"
+
+
+BOOTSTRAPPER = """
+import os, sys
+with open({starts!r}, "a") as file:
+    file.write("start\\n")
+if not os.environ.get("_ROS_WHEELS_BOOTSTRAP_COMPLETE"):
+    os.execve(sys.executable, sys.orig_argv, os.environ | {{"_ROS_WHEELS_BOOTSTRAP_COMPLETE": "1"}})
+"""
+"""What the wheels of ROS 2 from PyPI do at each start of Python, with a file that counts the starts."""
+
+
+def test_a_confined_process_starts_once_beside_the_wheels_of_ros(tmp_path: Path) -> None:
+    starts, venv = tmp_path / "starts", tmp_path / "venv"
+    subprocess.run([sys.executable, "-m", "venv", "--without-pip", str(venv)], check=True)
+    (site,) = venv.glob("lib/python*/site-packages")
+    (site / "bootstrapper_of_wheels.py").write_text(BOOTSTRAPPER.format(starts=str(starts)), encoding="utf-8")
+    (site / "bootstrapper.pth").write_text("import bootstrapper_of_wheels\n", encoding="utf-8")
+    asking = "from graphengine.sandbox.confinement import ask; print(ask('platform', b'', 60).decode())"
+    environment = {name: value for name, value in os.environ.items() if name != "_ROS_WHEELS_BOOTSTRAP_COMPLETE"}
+    environment["PYTHONPATH"] = os.pathsep.join(filter(None, sys.path))
+    done = subprocess.run(
+        [venv / "bin" / "python", "-c", asking], env=environment, capture_output=True, text=True, timeout=60
+    )
+    assert "Linux" in done.stdout, done.stderr
+    outer, confined = 2, 1
+    assert starts.read_text(encoding="utf-8").count("start") == outer + confined
