@@ -100,15 +100,19 @@ class Parser(argparse.ArgumentParser):
 
 
 class Version(argparse.Action):
-    """The option `--version`: print the version. With `--verbose`, also print which sandbox features the kernel has."""
+    """The option `--version`. With `--verbose`, it also prints the kernel's sandbox features and the usable transports."""
 
     def __call__(self, parser: argparse.ArgumentParser, *_: object) -> NoReturn:
-        """Print the version, and the sandbox features if `--verbose` is given; exit with code 0."""
+        """Print the version; if `--verbose` is given, also what this machine offers; exit with code 0."""
         print(f"graphrun {__version__}")
         if parser.get_default("verbose"):
+            from graphengine.cli.common import clean
+            from graphengine.ros.transports.select import transport_states
             from graphengine.sandbox.borders import describe
 
             print(f"confinement: {describe()}")
+            for name, state in transport_states().items():
+                print(f"transport {name}:", clean(state.replace("\n", "\n  ")))
         parser.exit()
 
 
@@ -136,7 +140,9 @@ def make_parser(*whole: str) -> argparse.ArgumentParser:
     )
     parser.add_argument("--version", action=Version, nargs=0, help="show the version and exit")
     parser.add_argument(
-        "--verbose", action="store_true", help="with --version: also show which sandbox features this kernel has"
+        "--verbose",
+        action="store_true",
+        help="with --version: also show which sandbox features and transports can be used",
     )
     verbs = parser.add_subparsers(dest="verb", metavar="VERB", required=True)
     for name, summary in VERBS.items():

@@ -61,6 +61,7 @@ class TransportKind:
         auto: rank among the transports that `--transport auto` tries, lowest first; None: a user must choose it by name.
         missing: returns the reason why the transport cannot be used on this machine, followed by remedies on further lines;
             None if it can be used.
+        not_for_auto: returns the reason why `auto` leaves out a transport that can be used; None if it does not.
     """
 
     name: str
@@ -69,6 +70,7 @@ class TransportKind:
     reaches_others: bool = True
     auto: int | None = None
     missing: Callable[[], str | None] = lambda: None
+    not_for_auto: Callable[[], str | None] = lambda: None
 
 
 _POLL = 0.01

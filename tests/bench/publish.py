@@ -158,7 +158,7 @@ def keep_to(core: int) -> None:
 
 def join(name: str) -> Transport:
     """What the reader reads with: rclpy where it is installed."""
-    return DdsTransport(JoinOptions(DOMAIN, name)) if rcl.import_error() else RclTransport(JoinOptions(DOMAIN, name))
+    return DdsTransport(JoinOptions(DOMAIN, name)) if rcl.missing() else RclTransport(JoinOptions(DOMAIN, name))
 
 
 def read_everything(topics: Sequence[str]) -> None:
@@ -197,7 +197,7 @@ def reading(how: str, topics: Sequence[str], matched: Callable[[], bool]) -> Ite
 def compare(turns: int) -> None:
     """The ways in turns, without a reader and with one."""
     network = LiveNetwork(lambda _: DdsTransport(JoinOptions(DOMAIN, "ours")), DOMAIN.id, print)
-    theirs = None if rcl.import_error() else RclTransport(JoinOptions(DOMAIN, "theirs"))
+    theirs = None if rcl.missing() else RclTransport(JoinOptions(DOMAIN, "theirs"))
     keep_to(0)
     print(
         f"us of processor and clock for a message, medians of {turns}; {theirs.description if theirs else 'no rclpy'}"

@@ -79,3 +79,16 @@ def test_the_version_is_that_of_the_package(graphrun: Graphrun) -> None:
     from graphengine import __version__
 
     assert graphrun("--version").out == f"graphrun {__version__}\n"
+
+
+def test_the_version_with_more_words_says_which_transports_can_be_used_and_what_to_do_about_others(
+    graphrun: Graphrun, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(sys.modules, "cyclonedds", None)
+    said = graphrun("--version", "--verbose", code=0).out
+    assert "\ntransport memory: can be used\n" in said
+    assert "\ntransport dds: import of cyclonedds halted" in said
+    assert (
+        "\n  use one of these, or a sourced ROS 2 with --transport rclpy, or no network with --transport memory\n"
+        in said
+    )

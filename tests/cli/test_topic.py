@@ -445,9 +445,11 @@ def test_mistakes_are_told_in_words(
 
 
 def test_without_ros_rclpy_is_refused_with_the_reason(graphrun: Graphrun, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setitem(sys.modules, "rclpy.executors", None)
+    for name in [name for name in sys.modules if name.partition(".")[0] == "rclpy"]:
+        monkeypatch.delitem(sys.modules, name)
+    monkeypatch.setattr(sys, "path", [path for path in sys.path if not (Path(path) / "rclpy").is_dir()])
     result = graphrun("topic", "list", "--transport", "rclpy", code=1, out="")
-    assert result.err.startswith("error: rclpy cannot be used: ")
+    assert result.err.startswith("error: rclpy cannot be used: no ROS 2 is sourced\n")
 
 
 # Verbs that go on until they are ended

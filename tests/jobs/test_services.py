@@ -27,7 +27,7 @@ ONCE = "  Once: OgnIsaacRunOneSimulationFrame\n"
 CALLING = f"graph: calling\n{CLIENT.replace('Tick.tick -> Client', 'Once.step -> Client')}"
 CALLING = extended(CALLING, ONCE, "Tick.tick -> Once.execIn")
 CYCLONE = "rmw_cyclonedds_cpp"
-MISSING = rcl.import_error()
+MISSING = rcl.missing()
 ON_CYCLONE = os.environ.get("RMW_IMPLEMENTATION") == CYCLONE
 
 

@@ -24,7 +24,7 @@ Join: TypeAlias = Callable[..., AnyTransport]
 STRING = "std_msgs/msg/String"
 DEFAULT = QoS()
 
-RCLPY_MISSING = rcl.import_error()
+RCLPY_MISSING = rcl.missing()
 needs_rclpy = [pytest.mark.ros, pytest.mark.skipif(RCLPY_MISSING is not None, reason=str(RCLPY_MISSING))]
 RCLPY = pytest.param("rclpy", marks=needs_rclpy)
 # The node called alice is of the first kind, all others are of the second.

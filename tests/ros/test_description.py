@@ -100,7 +100,7 @@ def test_a_node_that_leaves_a_call_unanswered_is_told() -> None:
 
 
 @pytest.mark.ros
-@pytest.mark.skipif(rcl.import_error() is not None, reason=str(rcl.import_error()))
+@pytest.mark.skipif(rcl.missing() is not None, reason=str(rcl.missing()))
 @pytest.mark.parametrize("own", ["rclpy", "dds"])
 def test_the_parameter_of_a_node_is_read(domain: Domain, own: str) -> None:
     if own == "dds" and rmw() != "rmw_cyclonedds_cpp":
@@ -145,7 +145,7 @@ def test_the_parameter_of_a_node_is_read(domain: Domain, own: str) -> None:
 
 
 @pytest.mark.ros
-@pytest.mark.skipif(rcl.import_error() is not None, reason=str(rcl.import_error()))
+@pytest.mark.skipif(rcl.missing() is not None, reason=str(rcl.missing()))
 def test_a_node_that_does_not_answer_is_told(domain: Domain) -> None:
     import rclpy
     from rclpy.node import Node

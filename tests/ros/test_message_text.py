@@ -16,7 +16,7 @@ from graphengine.messages.definitions import DEFINITIONS
 from graphengine.messages.message_text import Style, TypedValue, to_csv, to_expression, to_plain_text, to_yaml
 from graphengine.ros.transports import rcl
 
-MISSING = rcl.import_error()
+MISSING = rcl.missing()
 needs_ros = [pytest.mark.ros, pytest.mark.skipif(MISSING is not None, reason=str(MISSING))]
 PACKAGES = ("std_msgs", "geometry_msgs", "sensor_msgs", "nav_msgs", "tf2_msgs", "diagnostic_msgs", "rcl_interfaces")
 TYPES = [name for name in DEFINITIONS.names() if name.startswith(PACKAGES) and "/msg/" in name]

@@ -14,7 +14,7 @@ import graphengine as ge
 from graphengine.ros.transports import rcl
 from tests.waiting import eventually
 
-MISSING = rcl.import_error()
+MISSING = rcl.missing()
 pytestmark = [pytest.mark.ros, pytest.mark.skipif(MISSING is not None, reason=str(MISSING))]
 
 SCENE = """scene: shared

@@ -25,6 +25,12 @@ def transport_helps(*, reaching_others: bool = False) -> dict[str, str]:
     return {AUTO: f"the first of {ranked} that can be used", **shown, **broken}
 
 
+def transport_states() -> dict[str, str]:
+    """Return for each transport, by name, `can be used`, or the reason why not, followed by remedies on further lines."""
+    kinds, broken = _load_all()
+    return {kind.name: _missing(kind) or "can be used" for kind in kinds} | broken
+
+
 def find_transport(name: str) -> TransportKind:
     """Return the transport with this name, without a check that it can be used on this machine.
 
@@ -49,31 +55,41 @@ def open_transport(name: str, options: JoinOptions) -> Transport:
         TopicError: the node's name or namespace is not legal in ROS 2.
         TransportError: `find_transport` raises it, the transport cannot be used here, or it cannot join the domain.
     """
-    kind, because = _chosen() if name == AUTO else (find_transport(name), "")
-    if name != AUTO and (missing := _missing(kind)) is not None:
-        raise TransportError(f"{name} cannot be used: {missing}")
+    if name != AUTO:
+        kind = find_transport(name)
+        if (missing := _missing(kind)) is not None:
+            raise TransportError(f"{name} cannot be used: {missing}")
+        return _open(kind, options)
+    kinds, broken = _load_all()
+    reasons, remedies = list(broken.values()), list[str]()
+    for kind in kinds:
+        if kind.auto is None:
+            continue
+        if (missing := _missing(kind)) is not None:
+            why, *further = missing.splitlines()
+            reasons.append(f"{kind.name} cannot be used ({why})")
+            remedies += further
+        elif (left_out := kind.not_for_auto()) is not None:
+            reasons.append(f"{kind.name} is left out ({left_out})")
+        else:
+            because = f"chosen because {' and '.join(reasons) or f'{kind.name} is installed'}"
+            try:
+                return _open(kind, replace(options, because=because))
+            except TransportError as error:
+                if not isinstance(error.__cause__, ImportError):
+                    raise
+                reasons.append(f"{kind.name} cannot be imported ({_line(error.__cause__)})")
+    raise TransportError("\n".join([f"no transport can be used: {'; '.join(reasons)}", *remedies]))
+
+
+def _open(kind: TransportKind, options: JoinOptions) -> Transport:
     try:
-        return kind.open(replace(options, because=because))
+        return kind.open(options)
     except GraphError:
         raise
     except Exception as error:  # a package may fail in any way
         what = f"transport {kind.name!r} cannot join domain {options.domain.id}"
         raise TransportError(f"{what}: {_line(error)}") from error
-
-
-def _chosen() -> tuple[TransportKind, str]:
-    """Return the transport that `auto` chooses, and the reason."""
-    kinds, broken = _load_all()
-    reasons, remedies = list(broken.values()), list[str]()
-    for kind in kinds:
-        if kind.auto is not None:
-            missing = _missing(kind)
-            if missing is None:
-                return kind, f"chosen because {' and '.join(reasons) or f'{kind.name} is installed'}"
-            why, *further = missing.splitlines()
-            reasons.append(f"{kind.name} cannot be imported ({why})")
-            remedies += further
-    raise TransportError("\n".join([f"no transport can be used: {'; '.join(reasons)}", *remedies]))
 
 
 def _missing(kind: TransportKind) -> str | None:

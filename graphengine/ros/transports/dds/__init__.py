@@ -20,7 +20,7 @@ def _missing() -> str | None:
         importlib.import_module("cyclonedds")
     except ImportError as error:
         where = "PyPI has cyclonedds for Linux on x86_64, for macOS and for Windows, and for Python 3.11 to 3.13"
-        remedy = "source a ROS 2 installation and use --transport rclpy, or run without a network: --transport memory"
+        remedy = "use one of these, or a sourced ROS 2 with --transport rclpy, or no network with --transport memory"
         return f"{error}\n{where}\n{remedy}"
     return None
 

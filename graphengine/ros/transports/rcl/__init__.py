@@ -1,20 +1,19 @@
 """The transport `rclpy`, which uses an installed ROS 2."""
 
-import importlib
-
 from graphengine.ros.transport import JoinOptions, Transport, TransportKind
 
 
-def import_error() -> str | None:
-    """Return the reason why rclpy cannot be imported, such as another Python version; None if it can be imported."""
-    try:
-        for module in ("rclpy.executors", "rclpy.node"):
-            importlib.import_module(module)
-    except Exception as error:
-        if isinstance(error, ModuleNotFoundError) and error.name == "rclpy":
-            return "no ROS 2 is sourced"
-        return f"{type(error).__name__}: {error}".splitlines()[0]
-    return None
+def missing() -> str | None:
+    """Return the reason why rclpy cannot be used, such as another Python version; None if it can be used."""
+    from graphengine.ros.transports.rcl import installation
+
+    return installation.missing()
+
+
+def _not_for_auto() -> str | None:
+    from graphengine.ros.transports.rcl import installation
+
+    return "it is from PyPI: --transport rclpy uses it" if installation.is_from_wheels() else None
 
 
 def _open(options: JoinOptions) -> Transport:
@@ -24,5 +23,10 @@ def _open(options: JoinOptions) -> Transport:
 
 
 TRANSPORT = TransportKind(
-    "rclpy", "ROS 2 programs through a sourced ROS 2 installation", _open, auto=1, missing=import_error
+    "rclpy",
+    "ROS 2 programs through rclpy of an installed ROS 2",
+    _open,
+    auto=1,
+    missing=missing,
+    not_for_auto=_not_for_auto,
 )

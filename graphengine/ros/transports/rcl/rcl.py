@@ -17,6 +17,7 @@ from graphengine.messages.interfaces import MessageTypeError
 from graphengine.ros.domain import Domain
 from graphengine.ros.network_graph import Direction, NetworkGraph, NetworkNode, full_name, split_name
 from graphengine.ros.transport import Deliver, DeliverRequest, DeliverResponse
+from graphengine.ros.transports.rcl.installation import is_from_wheels
 from graphengine.ros.transports.rcl.rcl_endpoints import RclEnd, RclReader, RclWriter
 from graphengine.ros.transports.rcl.rcl_profiles import ros_class, to_endpoint, to_profile
 from graphengine.ros.transports.rcl.rcl_services import RclClient, RclServer
@@ -178,7 +179,8 @@ class RclTransport(RosNode):
             try:
                 found = ros_class(kind, service=bool(end.peer))
             except (AttributeError, ImportError, ValueError) as error:
-                remedy = "build its package and source the workspace, or use --transport dds"
+                source = "" if is_from_wheels() else ", or build its package and source the workspace"
+                remedy = f"use --transport dds{source}"
                 raise MessageTypeError(f"{what}: {error}", kind.rpartition("/")[2], remedy) from error
             try:
                 create = getattr(self._node_of(end), f"create_{end.kind}")
