@@ -8,6 +8,7 @@ from collections.abc import Iterator
 
 import pytest
 
+from tests.ros import needs
 from tests.waiting import reserved_domain
 
 pytest.register_assert_rewrite(
@@ -18,6 +19,12 @@ pytest.register_assert_rewrite(
 signal.signal(signal.SIGINT, signal.default_int_handler)
 os.environ.pop("PYTHONDONTWRITEBYTECODE", None)  # each program that a test starts would compile all modules anew
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # to start threads takes a third of the time of an import of numpy
+
+
+def pytest_runtest_setup(item: pytest.Item) -> None:
+    """Skip a test that is marked `ros` if rclpy, or what its mark names, is missing."""
+    if marks := list(item.iter_markers("ros")):
+        needs.skip_for(needs.rclpy(), *(reason for mark in marks for reason in mark.args))
 
 
 @pytest.fixture

@@ -22,11 +22,12 @@ DISTRIBUTIONS = {
     "foxglove": "foxglove-sdk",
     "mujoco": "mujoco-core",
     "pxr": "usd-core",
+    "rclpy": "ros-jazzy-rclpy",
     "yaml": "pyyaml",
 }
 """Names of packages on PyPI, by the names of their modules where the two differ."""
-OF_ROS = {"rclpy"}
-"""Modules of an installed ROS 2; the extra `ros` has them for some systems."""
+OF_ROS_TYPES = {"ros-jazzy-common-interfaces"}
+"""What the extra `ros` has beside rclpy: messages and services, whose modules are imported by the names of their types."""
 OF_TESTS = {"pytest"}
 """What only a user's tests import, by a fixture that `graphengine.testing` makes for them."""
 
@@ -50,8 +51,29 @@ def test_what_is_imported_is_declared_and_what_is_declared_is_imported() -> None
     modules = {name for name in graph.modules if name.partition(".")[0] != "graphengine"}
     extras = PROJECT["optional-dependencies"]
     offered = [text for name, texts in extras.items() if name != "test" for text in texts]
-    imported = {DISTRIBUTIONS.get(name, name) for name in modules - sys.stdlib_module_names - OF_ROS - OF_TESTS}
-    assert imported == declared(*PROJECT["dependencies"], *offered)
+    imported = {DISTRIBUTIONS.get(name, name) for name in modules - sys.stdlib_module_names - OF_TESTS}
+    assert imported == declared(*PROJECT["dependencies"], *offered) - OF_ROS_TYPES
+
+
+@pytest.mark.parametrize(
+    ("python", "system", "machine", "has_wheels"),
+    [
+        ("3.11", "linux", "x86_64", True),
+        ("3.13", "linux", "x86_64", True),
+        ("3.14", "linux", "x86_64", False),
+        ("3.12", "linux", "aarch64", False),
+        ("3.12", "darwin", "arm64", False),
+    ],
+)
+def test_wheels_of_ros_are_pinned_and_required_by_their_extra_where_they_exist(
+    python: str, system: str, machine: str, has_wheels: bool
+) -> None:
+    found = [Requirement(text) for text in PROJECT["optional-dependencies"]["ros"]]
+    assert {one.name for one in found} == {"ros-jazzy-rclpy", *OF_ROS_TYPES}
+    assert all(str(one.specifier).startswith("==") for one in found)
+    here = {"python_version": python, "sys_platform": system, "platform_machine": machine}
+    assert {one.marker is not None and one.marker.evaluate(dict(here)) for one in found} == {has_wheels}
+    assert not {one.name for one in found} & required(**here)
 
 
 @pytest.mark.parametrize(
@@ -88,7 +110,7 @@ def test_a_run_without_cyclonedds_says_what_to_do(transport: str) -> None:
     result = run(f"{missing} sys.exit(main(['run', 'dd100_flat', '--for', '1s', '--transport', {transport!r}]))")
     assert result.returncode == 1
     assert "PyPI has cyclonedds for Linux" in result.stderr
-    assert "--transport rclpy, or run without a network: --transport memory" in result.stderr
+    assert "a sourced ROS 2 with --transport rclpy, or no network with --transport memory" in result.stderr
     assert "Traceback" not in result.stderr
 
 

@@ -21,9 +21,11 @@ from tests.control.simulators import CRATE, WORLD, Client
 from tests.control.test_simulate_steps import ACTION, HIDDEN, identity
 from tests.jobs.harness import ROOT
 from tests.physics.harness import Project
+from tests.ros import needs
 from tests.waiting import PATIENCE
 
 OK, QUITTING = 1, 3
+RCLPY = pytest.param("rclpy", marks=pytest.mark.ros(needs.types("simulation_interfaces")))
 
 
 @contextlib.contextmanager
@@ -42,10 +44,8 @@ def running(folder: Path, transport: str, domain: int, *namespace: str) -> Itera
         process.stderr.close()
 
 
-@pytest.mark.parametrize("kind", ["dds", pytest.param("rclpy", marks=pytest.mark.ros)])
+@pytest.mark.parametrize("kind", ["dds", RCLPY])
 def test_a_run_of_another_process_is_controlled(tmp_path: Path, domain_id: int, kind: str) -> None:
-    if kind == "rclpy":
-        pytest.importorskip("simulation_interfaces")
     with running(tmp_path, kind, domain_id) as process:
         there = Domain(domain_id, "LOCALHOST")
         transport = (DdsTransport if kind == "dds" else RclTransport)(JoinOptions(there, "client"))
@@ -73,10 +73,8 @@ def entities(client: Client, namespace: str) -> list[str]:
     return list(client.ask(f"{namespace}/get_entities", "simulation_interfaces/srv/GetEntities").entities)
 
 
-@pytest.mark.parametrize("kind", ["dds", pytest.param("rclpy", marks=pytest.mark.ros)])
+@pytest.mark.parametrize("kind", ["dds", RCLPY])
 def test_two_runs_in_one_domain_are_told_apart_by_their_namespaces(tmp_path: Path, domain_id: int, kind: str) -> None:
-    if kind == "rclpy":
-        pytest.importorskip("simulation_interfaces")
     with running(tmp_path, kind, domain_id, "/one") as one, running(tmp_path, kind, domain_id, "/two") as two:
         there = Domain(domain_id, "LOCALHOST")
         transport = (DdsTransport if kind == "dds" else RclTransport)(JoinOptions(there, "client"))

@@ -8,12 +8,7 @@ from tests.interop.cells import COLUMNS, MAY_FAIL, ROWS
 from tests.interop.matrix import missing, run_column
 from tests.interop.result import Result
 
-MISSING = missing()
-pytestmark = [
-    pytest.mark.ros,
-    pytest.mark.skipif(MISSING is not None, reason=str(MISSING)),
-    pytest.mark.timeout(3600),
-]
+pytestmark = [pytest.mark.ros(missing()), pytest.mark.timeout(3600)]
 
 
 @pytest.fixture(scope="module", params=COLUMNS, ids=" ".join)

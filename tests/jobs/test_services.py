@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import shutil
 import subprocess
 import threading
 from importlib import import_module
@@ -16,9 +15,9 @@ from graphengine.messages import messages
 from graphengine.messages.endpoints import QoS
 from graphengine.ros.domain import Domain
 from graphengine.ros.transport import JoinOptions
-from graphengine.ros.transports import rcl
 from graphengine.ros.transports.dds.dds import DdsTransport
 from tests.cli.harness import live
+from tests.ros import needs
 from tests.service_graph import ANSWER, ASK, CLIENT, SERVER, SET_BOOL, extended
 from tests.waiting import PATIENCE, eventually
 
@@ -26,9 +25,6 @@ LIGHT = f"graph: light\n{SERVER}"
 ONCE = "  Once: OgnIsaacRunOneSimulationFrame\n"
 CALLING = f"graph: calling\n{CLIENT.replace('Tick.tick -> Client', 'Once.step -> Client')}"
 CALLING = extended(CALLING, ONCE, "Tick.tick -> Once.execIn")
-CYCLONE = "rmw_cyclonedds_cpp"
-MISSING = rcl.missing()
-ON_CYCLONE = os.environ.get("RMW_IMPLEMENTATION") == CYCLONE
 
 
 class Surroundings:
@@ -97,10 +93,7 @@ def test_a_graph_asks_a_server_that_comes_later(around: Surroundings) -> None:
     assert (asked, said) == ([True], ["it is on"])
 
 
-@pytest.mark.ros
-@pytest.mark.skipif(MISSING is not None, reason=str(MISSING))
-@pytest.mark.skipif(not ON_CYCLONE, reason=f"services cross to {CYCLONE} only")
-@pytest.mark.skipif(shutil.which("ros2") is None, reason="ros2cli is not there")
+@pytest.mark.ros(needs.ros2cli(), needs.cyclone())
 def test_ros2_service_call_is_answered(around: Surroundings) -> None:
     command = ["ros2", "service", "call", "/light", SET_BOOL, "{data: true}"]
     with live("run", around.graph(LIGHT), "--transport", "dds", env=around.variables) as running:
@@ -114,14 +107,7 @@ def test_ros2_service_call_is_answered(around: Surroundings) -> None:
 
 
 @pytest.mark.ros
-@pytest.mark.skipif(MISSING is not None, reason=str(MISSING))
-@pytest.mark.parametrize(
-    "transport",
-    [
-        "rclpy",
-        pytest.param("dds", marks=pytest.mark.skipif(not ON_CYCLONE, reason=f"services cross to {CYCLONE} only")),
-    ],
-)
+@pytest.mark.parametrize("transport", ["rclpy", pytest.param("dds", marks=pytest.mark.ros(needs.cyclone()))])
 def test_a_graph_asks_a_server_of_rclpy(around: Surroundings, transport: str) -> None:
     import rclpy
     from rclpy.executors import SingleThreadedExecutor

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -11,9 +12,9 @@ from mcap.reader import make_reader
 
 from graphengine.scene.loaded_scene import Options
 from tests.recording.harness import CMD_VEL, DRIVE, record
+from tests.ros import needs
 
-rosbag2_py: Any = pytest.importorskip("rosbag2_py")
-pytestmark = pytest.mark.ros
+pytestmark = pytest.mark.ros(needs.module("rosbag2_py"))
 
 TICKS = 125
 
@@ -26,6 +27,7 @@ def drive(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, list[tuple[st
 
 
 def opened(path: Path) -> Any:
+    rosbag2_py = import_module("rosbag2_py")
     reader = rosbag2_py.SequentialReader()
     reader.open(rosbag2_py.StorageOptions(str(path), "mcap"), rosbag2_py.ConverterOptions("cdr", "cdr"))
     return reader
@@ -52,7 +54,7 @@ def test_it_has_each_topic_once_with_its_messages_and_profile(
     topics = [found.topic_metadata for found in metadata.topics_with_message_count]
     assert len(topics) == len(counts)
     for topic in topics:
-        (offered,) = map(rosbag2_py.convert_rclcpp_qos_to_rclpy_qos, topic.offered_qos_profiles)
+        (offered,) = map(import_module("rosbag2_py").convert_rclcpp_qos_to_rclpy_qos, topic.offered_qos_profiles)
         latched = topic.name.endswith(("tf_static", "robot_description"))
         assert (offered.durability.name == "TRANSIENT_LOCAL") == latched
         assert offered.reliability.name == "RELIABLE"

@@ -12,7 +12,6 @@ from graphengine.messages.endpoints import QoS
 from graphengine.messages.messages import String, decode, encode
 from graphengine.ros.foxglove.foxglove_transport import FoxgloveTransport
 from graphengine.ros.transport import Writer
-from graphengine.ros.transports import rcl
 from graphengine.ros.transports.dds.dds import DdsTransport
 from graphengine.ros.transports.memory.memory import MemoryTransport
 from graphengine.ros.transports.rcl.rcl import RclTransport
@@ -24,11 +23,9 @@ Join: TypeAlias = Callable[..., AnyTransport]
 STRING = "std_msgs/msg/String"
 DEFAULT = QoS()
 
-RCLPY_MISSING = rcl.missing()
-needs_rclpy = [pytest.mark.ros, pytest.mark.skipif(RCLPY_MISSING is not None, reason=str(RCLPY_MISSING))]
-RCLPY = pytest.param("rclpy", marks=needs_rclpy)
+RCLPY = pytest.param("rclpy", marks=pytest.mark.ros)
 # The node called alice is of the first kind, all others are of the second.
-MIXED = [pytest.param(kind, marks=needs_rclpy) for kind in ("dds to rclpy", "rclpy to dds")]
+MIXED = [pytest.param(kind, marks=pytest.mark.ros) for kind in ("dds to rclpy", "rclpy to dds")]
 # The name of a transport that another package brings, if this variable has one: `-k NAME` runs the contract for it alone.
 BROUGHT = os.environ.get("GRAPHENGINE_TRANSPORT", "").split()
 # Another transport that Foxglove sees keeps the contract too.

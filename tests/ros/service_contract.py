@@ -13,12 +13,6 @@ TYPE = "diagnostic_msgs/srv/AddDiagnostics"  # text in requests, and in answers
 SERVICES = QoS()
 
 
-def rmw() -> str:
-    import rclpy
-
-    return str(rclpy.get_rmw_implementation_identifier())
-
-
 def question(text: str) -> bytes:
     request = DEFINITIONS.initial(f"{TYPE}_Request")
     request.load_namespace = text

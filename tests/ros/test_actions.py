@@ -21,19 +21,20 @@ from graphengine.scene import build
 from tests.action_graph import CLIENT, FIBONACCI, GOAL, SERVER
 from tests.action_peer import ActionServerPeer
 from tests.jobs.harness import ROOT
-from tests.ros.contract import ALL, RCLPY, AnyTransport, Join
-from tests.ros.service_contract import rmw
+from tests.ros import needs
+from tests.ros.contract import ALL, AnyTransport, Join
 from tests.waiting import PATIENCE, eventually
 
+OF_ROS = pytest.param("rclpy", marks=pytest.mark.ros(needs.types("example_interfaces")))
 SLOW = SERVER.replace("duration: 3", "duration: 1000000")
 
 
 @pytest.fixture(params=ALL)
 def kind(request: pytest.FixtureRequest) -> str:
     if "rclpy" in request.param:
-        pytest.importorskip("example_interfaces.action")
-    if " to " in request.param and rmw() != "rmw_cyclonedds_cpp":
-        pytest.skip(f"services do not cross between Cyclone DDS and {rmw()}, nor do they in ROS 2")
+        needs.skip_for(needs.types("example_interfaces"))
+    if " to " in request.param:
+        needs.skip_for(needs.cyclone())
     return str(request.param)
 
 
@@ -160,7 +161,7 @@ def running(folder: Path, transport: str, domain: int, text: str) -> Iterator[su
         process.wait(PATIENCE)
 
 
-@pytest.mark.parametrize("kind", ["dds", RCLPY])
+@pytest.mark.parametrize("kind", ["dds", OF_ROS])
 def test_a_run_of_another_process_pursues_goals_and_aborts_them_at_its_end(
     tmp_path: Path, domain_id: int, join: Join, kind: str
 ) -> None:

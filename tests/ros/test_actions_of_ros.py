@@ -7,7 +7,6 @@ import json
 import os
 import queue
 import re
-import shutil
 import subprocess
 import sys
 import threading
@@ -20,21 +19,18 @@ import pytest
 from graphengine.messages.goals import ABORTED, CANCELED, SUCCEEDED
 from tests.action_graph import GOAL, SERVER
 from tests.jobs.harness import ROOT
-from tests.ros.contract import Join, needs_rclpy
-from tests.ros.service_contract import rmw
+from tests.ros import needs
+from tests.ros.contract import Join
 from tests.ros.test_actions import SLOW, calling, running
 from tests.waiting import PATIENCE, eventually
 
-pytestmark = needs_rclpy
+pytestmark = pytest.mark.ros(needs.types("example_interfaces"))
 
 FIBONACCI = "example_interfaces/action/Fibonacci"
 
 
-@pytest.fixture(params=["dds", "rclpy"])
+@pytest.fixture(params=[pytest.param("dds", marks=pytest.mark.ros(needs.cyclone())), "rclpy"])
 def kind(request: pytest.FixtureRequest) -> str:
-    pytest.importorskip("example_interfaces.action")
-    if request.param == "dds" and rmw() != "rmw_cyclonedds_cpp":
-        pytest.skip(f"services do not cross between Cyclone DDS and {rmw()}, nor do they in ROS 2")
     return str(request.param)
 
 
@@ -185,7 +181,7 @@ def output(command: list[str], environment: dict[str, str]) -> str:
     return re.sub(r"ID: [0-9a-f]{32}", "ID", done.stdout)
 
 
-@pytest.mark.skipif(shutil.which("ros2") is None, reason="no ros2 command")
+@pytest.mark.ros(needs.ros2cli())
 def test_the_verbs_of_ros2_action_and_graphrun_action_print_the_same(
     tmp_path: Path, domain_id: int, kind: str, environment: dict[str, str]
 ) -> None:

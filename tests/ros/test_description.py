@@ -15,12 +15,11 @@ from graphengine.messages.qos import LATCHED
 from graphengine.ros.description import from_node, from_topic
 from graphengine.ros.domain import Domain
 from graphengine.ros.transport import JoinOptions
-from graphengine.ros.transports import rcl
 from graphengine.ros.transports.dds.dds import DdsTransport
 from graphengine.ros.transports.memory.memory import MemoryTransport
 from graphengine.ros.transports.rcl.rcl import RclTransport, discovery
+from tests.ros import needs
 from tests.ros.conftest import OpenDds
-from tests.ros.service_contract import rmw
 
 PARAMETERS = "rcl_interfaces/srv/GetParameters"
 STRING = "std_msgs/msg/String"
@@ -100,11 +99,8 @@ def test_a_node_that_leaves_a_call_unanswered_is_told() -> None:
 
 
 @pytest.mark.ros
-@pytest.mark.skipif(rcl.missing() is not None, reason=str(rcl.missing()))
-@pytest.mark.parametrize("own", ["rclpy", "dds"])
+@pytest.mark.parametrize("own", ["rclpy", pytest.param("dds", marks=pytest.mark.ros(needs.cyclone()))])
 def test_the_parameter_of_a_node_is_read(domain: Domain, own: str) -> None:
-    if own == "dds" and rmw() != "rmw_cyclonedds_cpp":
-        pytest.skip("services do not cross between RMWs")
     import rclpy
     from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
     from rclpy.node import Node
@@ -145,7 +141,6 @@ def test_the_parameter_of_a_node_is_read(domain: Domain, own: str) -> None:
 
 
 @pytest.mark.ros
-@pytest.mark.skipif(rcl.missing() is not None, reason=str(rcl.missing()))
 def test_a_node_that_does_not_answer_is_told(domain: Domain) -> None:
     import rclpy
     from rclpy.node import Node

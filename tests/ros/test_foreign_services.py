@@ -12,22 +12,21 @@ from graphengine.messages.messages import decode, encode
 from graphengine.ros.domain import Domain
 from graphengine.ros.transport import JoinOptions
 from graphengine.ros.transports.rcl.rcl import RclTransport
-from tests.ros.contract import AnyTransport, needs_rclpy
-from tests.ros.service_contract import NAME, Client, Server, foreign, rmw
+from tests.ros import needs
+from tests.ros.contract import AnyTransport
+from tests.ros.service_contract import NAME, Client, Server, foreign
 from tests.waiting import eventually
 
 
 @pytest.fixture
 def fast(domain: Domain) -> Iterator[RclTransport]:
     """A node on Fast DDS."""
-    if rmw() != "rmw_fastrtps_cpp":
-        pytest.skip("RMW_IMPLEMENTATION is not rmw_fastrtps_cpp")
     transport = RclTransport(JoinOptions(domain, "fast"))
     yield transport
     transport.close()
 
 
-@pytest.mark.parametrize("kind", [pytest.param("dds", marks=needs_rclpy)])
+@pytest.mark.parametrize("kind", [pytest.param("dds", marks=pytest.mark.ros(needs.fast_dds()))])
 def test_a_client_on_fast_dds_is_not_heard_and_people_are_told(bob: AnyTransport, fast: RclTransport) -> None:
     service_type = "rcl_interfaces/srv/GetParameters"
     asked: list[bytes] = []
@@ -51,7 +50,7 @@ def test_a_client_on_fast_dds_is_not_heard_and_people_are_told(bob: AnyTransport
     assert eventually(lambda: [decode(data, f"{service_type}_Request") for data in asked] == [request])
 
 
-@pytest.mark.parametrize("kind", [pytest.param("dds", marks=needs_rclpy)])
+@pytest.mark.parametrize("kind", [pytest.param("dds", marks=pytest.mark.ros(needs.fast_dds()))])
 def test_a_server_on_fast_dds_is_not_ready_and_people_are_told(bob: AnyTransport, fast: RclTransport) -> None:
     client, server = Client(bob), Server(fast)
     assert eventually(lambda: foreign(bob) == ["a server on rmw_fastrtps_cpp is unreachable"])

@@ -10,10 +10,10 @@ import pytest
 from graphengine.messages import messages
 from graphengine.messages.definitions import DEFINITIONS
 from graphengine.messages.endpoints import QoS
-from tests.ros.contract import Join, needs_rclpy
+from tests.ros.contract import Join
 from tests.waiting import eventually
 
-pytestmark = needs_rclpy
+pytestmark = pytest.mark.ros
 
 IMAGE = "sensor_msgs/msg/Image"
 COUNT = 60

@@ -25,7 +25,7 @@ from graphengine.ros.transports.dds.cyclone_log import CycloneLog
 from graphengine.ros.transports.memory.memory import MemoryTransport
 from tests.messages.test_messages import random_message
 from tests.ros.conftest import StartPeer
-from tests.ros.contract import STRING, AnyTransport, Inbox, needs_rclpy, text
+from tests.ros.contract import STRING, AnyTransport, Inbox, text
 from tests.waiting import eventually
 
 TYPES = [STRING, "geometry_msgs/msg/Twist", "sensor_msgs/msg/JointState", "tf2_msgs/msg/TFMessage"]
@@ -147,7 +147,7 @@ def test_a_forged_message_is_dropped_and_counted_and_the_next_ones_come(
     assert capfd.readouterr().err == ""
 
 
-@pytest.mark.parametrize("kind", [pytest.param("rclpy to dds", marks=needs_rclpy)])
+@pytest.mark.parametrize("kind", [pytest.param("rclpy to dds", marks=pytest.mark.ros)])
 def test_rubbish_from_a_node_of_ros_is_dropped_and_counted(alice: AnyTransport, bob: AnyTransport) -> None:
     inbox = Inbox()
     bob.reader("/chatter", STRING, QoS(), inbox)

@@ -14,12 +14,12 @@ from graphengine.format.errors import TransportError
 from graphengine.messages import messages
 from graphengine.messages.definitions import DEFINITIONS
 from graphengine.messages.message_text import Style, TypedValue, to_csv, to_expression, to_plain_text, to_yaml
-from graphengine.ros.transports import rcl
+from graphengine.ros.transports.rcl.rcl_profiles import ros_class
+from tests.ros import needs
 
-MISSING = rcl.missing()
-needs_ros = [pytest.mark.ros, pytest.mark.skipif(MISSING is not None, reason=str(MISSING))]
 PACKAGES = ("std_msgs", "geometry_msgs", "sensor_msgs", "nav_msgs", "tf2_msgs", "diagnostic_msgs", "rcl_interfaces")
 TYPES = [name for name in DEFINITIONS.names() if name.startswith(PACKAGES) and "/msg/" in name]
+OF_ROS = [pytest.param(name, marks=pytest.mark.ros(needs.types(name.partition("/")[0]))) for name in TYPES]
 STYLES = [Style(), Style(2), Style(128), Style(arrays=False), Style(1, texts=False), Style(3, flow=True)]
 
 
@@ -54,10 +54,9 @@ def value(kind: Any, seed: int, depth: int) -> Any:
 def of_ros(message_type: str) -> Any:
     """The same message as rclpy has it."""
     from rclpy.serialization import deserialize_message
-    from rosidl_runtime_py.utilities import get_message
 
     data = messages.encode(full(message_type))
-    return deserialize_message(data, get_message(message_type))
+    return deserialize_message(data, ros_class(message_type, service=False))
 
 
 def ours(message_type: str) -> TypedValue:
@@ -65,7 +64,8 @@ def ours(message_type: str) -> TypedValue:
     return TypedValue.of(messages.decode(messages.encode(full(message_type)), message_type))
 
 
-@pytest.mark.parametrize("message_type", [pytest.param(name, marks=needs_ros) for name in TYPES])
+@pytest.mark.ros(needs.module("rosidl_runtime_py"))
+@pytest.mark.parametrize("message_type", TYPES)
 def test_every_message_reads_as_ros2cli_shows_it(message_type: str) -> None:
     runtime = importlib.import_module("rosidl_runtime_py")
     part, theirs = ours(message_type), of_ros(message_type)
@@ -73,12 +73,12 @@ def test_every_message_reads_as_ros2cli_shows_it(message_type: str) -> None:
         options = {"truncate_length": style.longest, "no_arr": not style.arrays, "no_str": not style.texts}
         assert to_yaml(part, style) == runtime.message_to_yaml(theirs, **options, flow_style=style.flow)
         assert to_csv(part, style) == runtime.message_to_csv(theirs, **options)
-    assert to_expression(part) == repr(theirs)
 
 
-@pytest.mark.parametrize("message_type", [pytest.param(name, marks=needs_ros) for name in TYPES])
-def test_a_field_alone_reads_as_ros2cli_shows_it(message_type: str) -> None:
+@pytest.mark.parametrize("message_type", OF_ROS)
+def test_an_expression_and_a_field_alone_read_as_ros2cli_shows_them(message_type: str) -> None:
     theirs = of_ros(message_type)
+    assert to_expression(ours(message_type)) == repr(theirs)
     for name, part in ours(message_type).fields():
         if not part.is_message:
             assert to_plain_text(part) == str(getattr(theirs, name))

@@ -21,7 +21,7 @@ from graphengine.ros.transport import JoinOptions
 from graphengine.ros.transports.dds.dds import DdsTransport
 from graphengine.ros.transports.rcl.rcl import RclTransport
 from tests.ros.conftest import OpenDds
-from tests.ros.contract import RCLPY_MISSING, Inbox, text
+from tests.ros.contract import Inbox, text
 from tests.waiting import eventually
 
 PAIR, ASK, STRING = "my_msgs/msg/Pair", "my_msgs/srv/Ask", "std_msgs/msg/String"
@@ -106,7 +106,6 @@ def test_a_reader_with_another_definition_is_reported(ours: Side, theirs: Side) 
 
 
 @pytest.mark.ros
-@pytest.mark.skipif(RCLPY_MISSING is not None, reason=str(RCLPY_MISSING))
 @pytest.mark.parametrize("peer", ["dds", "rclpy"])
 def test_rclpy_drops_the_messages_of_a_topic_while_one_of_another_definition_is_there(
     domain: Domain, tmp_path: Path, peer: str

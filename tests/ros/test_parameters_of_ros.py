@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import shutil
 import subprocess
 import sys
 from collections.abc import Callable, Iterator
@@ -13,11 +12,10 @@ import pytest
 import yaml
 
 from tests.parameter_scene import LIMIT, NODE, NODES, write_scene
-from tests.ros.contract import needs_rclpy
-from tests.ros.service_contract import rmw
+from tests.ros import needs
 from tests.waiting import PATIENCE, eventually
 
-pytestmark = [*needs_rclpy, pytest.mark.skipif(shutil.which("ros2") is None, reason="no ros2cli is sourced")]
+pytestmark = pytest.mark.ros(needs.ros2cli())
 
 GRAPHRUN = (sys.executable, "-m", "graphengine.cli")
 TRIES = 5
@@ -25,10 +23,8 @@ TRIES = 5
 Ask = Callable[..., str]
 
 
-@pytest.fixture(params=["dds", "rclpy"])
+@pytest.fixture(params=[pytest.param("dds", marks=pytest.mark.ros(needs.cyclone())), "rclpy"])
 def transport(request: pytest.FixtureRequest) -> str:
-    if request.param == "dds" and rmw() != "rmw_cyclonedds_cpp":
-        pytest.skip(f"services do not cross between Cyclone DDS and {rmw()}, nor do they in ROS 2")
     return str(request.param)
 
 

@@ -18,7 +18,6 @@ from graphengine.ros.transport import JoinOptions
 from graphengine.ros.transports import rcl
 from graphengine.ros.transports.select import open_transport
 from tests.jobs.harness import ROOT
-from tests.ros.contract import needs_rclpy
 
 LOADED = importlib.machinery.EXTENSION_SUFFIXES[0]
 OF_ANOTHER_PYTHON = ".cpython-39-sparc64-linux-gnu.so"
@@ -160,7 +159,8 @@ def test_one_that_cannot_be_imported_after_all_is_passed_over_by_auto(install: I
         open_transport("rclpy", options)
 
 
-@pytest.mark.parametrize("rmw", [pytest.param("rmw_of_nobody_cpp", marks=needs_rclpy)])
+@pytest.mark.ros
+@pytest.mark.parametrize("rmw", ["rmw_of_nobody_cpp"])
 def test_an_rmw_that_is_not_installed_is_said_before_rclpy_can_end_the_process(rmw: str) -> None:
     command = [sys.executable, "-m", "graphengine.cli", "topic", "list", "--transport", "rclpy"]
     environment = {**os.environ, "RMW_IMPLEMENTATION": rmw}

@@ -8,7 +8,6 @@ from pathlib import Path
 import pytest
 
 from graphengine.ros.transports.rcl.rcl_profiles import ros_class
-from tests.ros.contract import needs_rclpy
 
 MESSAGE = "class {0}:\n    get_fields_and_field_types = None\n"
 SERVICE = "class {0}:\n    class Request: pass\n"
@@ -64,12 +63,7 @@ def test_a_type_that_is_not_installed_has_no_class(kind: str) -> None:
         ros_class(kind, service=False)
 
 
-@pytest.mark.parametrize(
-    "kind",
-    [
-        pytest.param(kind, marks=needs_rclpy)
-        for kind in ("nav_msgs/msg/Odometry", "std_srvs/srv/SetBool", "action_msgs/srv/CancelGoal")
-    ],
-)
+@pytest.mark.ros
+@pytest.mark.parametrize("kind", ["nav_msgs/msg/Odometry", "std_srvs/srv/SetBool", "action_msgs/srv/CancelGoal"])
 def test_classes_of_ros_are_found(kind: str) -> None:
     assert ros_class(kind, service="/srv/" in kind).__name__ == kind.rpartition("/")[2]

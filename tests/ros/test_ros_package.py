@@ -20,17 +20,11 @@ from graphengine.ros.transport import JoinOptions
 from graphengine.ros.transports.dds.dds import DdsTransport
 from graphengine_ros.engine import EngineNotFoundError, graphrun_command
 from tests.jobs.harness import ROOT
-from tests.ros.contract import needs_rclpy
+from tests.ros import needs
 from tests.waiting import PATIENCE, eventually
 
 PACKAGE = ROOT / "ros" / "graphengine_ros"
 RUN_BY = [sys.executable, "-P", "-m", "graphengine.cli"]
-
-needs_workspace = [
-    *needs_rclpy,
-    pytest.mark.skipif(shutil.which("colcon") is None, reason="no colcon"),
-    pytest.mark.skipif(shutil.which("ros2") is None, reason="no ros2 command"),
-]
 
 
 def test_the_package_has_the_version_and_the_license_of_the_project() -> None:
@@ -158,11 +152,9 @@ def members(session: int) -> list[int]:
     return found
 
 
-@pytest.mark.ros
+@pytest.mark.ros(needs.ros2cli(), needs.program("colcon", "colcon"))
 @pytest.mark.parametrize("transport", ["dds", "rclpy"])
 class TestLaunch:
-    pytestmark = needs_workspace
-
     def test_starts_the_run_and_the_robots_state_and_ctrl_c_ends_all(
         self, workspace: Workspace, domain_id: int, transport: str
     ) -> None:
@@ -196,10 +188,8 @@ class TestLaunch:
         assert "no robot 'dd10' in the scene; robots: dd100" in said
 
 
-@pytest.mark.ros
+@pytest.mark.ros(needs.ros2cli(), needs.program("colcon", "colcon"))
 class TestRun:
-    pytestmark = needs_workspace
-
     def test_ros2_run_passes_arguments_and_finds_files_of_packages(self, workspace: Workspace) -> None:
         scenes = workspace.folder / "install" / "graphengine_ros" / "share" / "graphengine_ros" / "scenes"
         scenes.mkdir()

@@ -10,8 +10,9 @@ import pytest
 from graphengine.format.errors import TransportError
 from graphengine.ros.domain import Domain
 from graphengine.ros.transport import JoinOptions, Transport, TransportKind
-from graphengine.ros.transports import rcl, select
+from graphengine.ros.transports import select
 from graphengine.ros.transports.select import open_transport, transport_helps
+from tests.ros import needs
 
 
 @pytest.fixture
@@ -89,8 +90,7 @@ def test_a_transport_that_fails_in_its_own_way_while_joining_is_an_error_of_one_
         open_transport("radio", JoinOptions(domain))
 
 
-@pytest.mark.ros
-@pytest.mark.skipif(rcl.missing() is not None, reason=str(rcl.missing()))
+@pytest.mark.ros(needs.sourced())
 def test_with_rclpy_rclpy_is_chosen_and_says_why(domain_id: int) -> None:
     with closing(open_transport("auto", JoinOptions(Domain(domain_id, "LOCALHOST"), "alice"))) as transport:
         assert transport.description.startswith("rclpy (rmw_")

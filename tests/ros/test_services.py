@@ -12,8 +12,9 @@ from graphengine.messages.endpoints import QoS
 from graphengine.messages.interfaces import MessageTypeError
 from graphengine.ros.network_graph import NetworkGraph, NetworkNode
 from graphengine.ros.transport import TransportServer
+from tests.ros import needs
 from tests.ros.contract import ALL, MIXED, NETWORKED, RCLPY, SEEN, AnyTransport, Join
-from tests.ros.service_contract import NAME, TYPE, Client, Server, foreign, question, reply, rmw
+from tests.ros.service_contract import NAME, TYPE, Client, Server, foreign, question, reply
 from tests.waiting import eventually
 
 BEST_EFFORT = QoS(reliability="bestEffort")
@@ -21,8 +22,8 @@ BEST_EFFORT = QoS(reliability="bestEffort")
 
 @pytest.fixture(params=ALL)
 def kind(request: pytest.FixtureRequest) -> str:
-    if " to " in request.param and rmw() != "rmw_cyclonedds_cpp":
-        pytest.skip(f"services do not cross between Cyclone DDS and {rmw()}, nor do they in ROS 2")
+    if " to " in request.param:
+        needs.skip_for(needs.cyclone())
     return str(request.param)
 
 

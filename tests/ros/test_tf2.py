@@ -11,11 +11,10 @@ from typing import Any
 import pytest
 
 import graphengine as ge
-from graphengine.ros.transports import rcl
+from tests.ros import needs
 from tests.waiting import eventually
 
-MISSING = rcl.missing()
-pytestmark = [pytest.mark.ros, pytest.mark.skipif(MISSING is not None, reason=str(MISSING))]
+pytestmark = pytest.mark.ros(needs.module("tf2_ros"))
 
 SCENE = """scene: shared
 world: worlds/flat_grid.xml
@@ -30,7 +29,7 @@ graphs:
 @pytest.fixture
 def buffer(domain_id: int) -> Iterator[Any]:
     """A tf2 buffer of a node with use_sim_time, filled by a listener that another thread spins."""
-    tf2_ros = pytest.importorskip("tf2_ros")
+    tf2_ros = import_module("tf2_ros")
     rclpy, parameter = import_module("rclpy"), import_module("rclpy.parameter").Parameter
     context = rclpy.Context()
     rclpy.init(context=context, domain_id=domain_id)

@@ -18,16 +18,15 @@ from graphengine.ros.transports.select import open_transport
 from tests import arm_robot, arm_scene
 from tests.cli.harness import live
 from tests.nodes.harness import write
+from tests.ros import needs
 from tests.trajectories import FOLLOW, goal, trajectory
 from tests.waiting import PATIENCE, eventually
 
 ACTION = "/joint_trajectory_controller/follow_joint_trajectory"
 
 
-@pytest.mark.parametrize("kind", ["dds", pytest.param("rclpy", marks=pytest.mark.ros)])
+@pytest.mark.parametrize("kind", ["dds", pytest.param("rclpy", marks=pytest.mark.ros(needs.types("control_msgs")))])
 def test_fifty_points_are_followed_by_a_run_of_another_process(tmp_path: Path, domain_id: int, kind: str) -> None:
-    if kind == "rclpy":
-        pytest.importorskip("control_msgs")
     write(tmp_path, arm_scene.files())
     around = {"ROS_DOMAIN_ID": str(domain_id), "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"}
     if kind == "rclpy":

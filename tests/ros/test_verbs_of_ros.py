@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import shutil
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -12,13 +11,12 @@ from pathlib import Path
 import pytest
 
 from tests.jobs.harness import ROOT
-from tests.ros.contract import needs_rclpy
-from tests.ros.service_contract import rmw
+from tests.ros import needs
 from tests.ros.test_actions import running
 from tests.service_graph import SERVER
 from tests.waiting import PATIENCE, eventually
 
-pytestmark = [*needs_rclpy, pytest.mark.skipif(shutil.which("ros2") is None, reason="no ros2 command")]
+pytestmark = pytest.mark.ros(needs.ros2cli())
 
 VERBS = [
     ("service", "list"),
@@ -34,10 +32,8 @@ VERBS = [
 ]
 
 
-@pytest.fixture(params=["dds", "rclpy"])
+@pytest.fixture(params=[pytest.param("dds", marks=pytest.mark.ros(needs.cyclone())), "rclpy"])
 def kind(request: pytest.FixtureRequest) -> str:
-    if request.param == "dds" and rmw() != "rmw_cyclonedds_cpp":
-        pytest.skip(f"services do not cross between Cyclone DDS and {rmw()}, nor do they in ROS 2")
     return str(request.param)
 
 

@@ -17,8 +17,8 @@ from graphengine.ros.domain import Domain
 from graphengine.ros.transport import JoinOptions
 from graphengine.ros.transports.dds.dds import DdsTransport
 from graphengine.ros.transports.rcl.rcl import RclTransport, discovery
+from tests.ros import needs
 from tests.ros.conftest import OpenDds
-from tests.ros.contract import RCLPY_MISSING
 from tests.waiting import eventually
 
 WIDE, MANY = "example_interfaces/msg/WString", "my_msgs/msg/Many"
@@ -89,8 +89,7 @@ def test_wide_strings_cross_between_two_nodes(known: Definitions, dds: OpenDds) 
     assert set(heard) == {"Grüße"}
 
 
-@pytest.mark.ros
-@pytest.mark.skipif(RCLPY_MISSING is not None, reason=str(RCLPY_MISSING))
+@pytest.mark.ros(needs.types("example_interfaces"))
 @pytest.mark.parametrize("own", ["dds", "rclpy"])
 def test_wide_strings_cross_to_and_from_a_node_of_ros(known: Definitions, domain: Domain, own: str) -> None:
     import rclpy
