@@ -97,8 +97,8 @@ def dds(domain: Domain) -> Iterator[OpenDds]:
     """Opens nodes of the DDS transport in the test's domain."""
     opened: list[DdsTransport] = []
 
-    def open_node(name: str, **options: Any) -> DdsTransport:
-        opened.append(DdsTransport(JoinOptions(domain, name, **options)))
+    def open_node(name: str, announces: bool = True, **options: Any) -> DdsTransport:
+        opened.append(DdsTransport(JoinOptions(domain, name, **options), announces=announces))
         return opened[-1]
 
     yield open_node

@@ -12,6 +12,7 @@ from cyclonedds.topic import Topic
 from hypothesis import given
 from hypothesis import strategies as st
 
+from graphengine.messages.definitions import DEFINITIONS
 from graphengine.messages.endpoints import QoS
 from graphengine.messages.messages import Gid, NodeEntitiesInfo, ParticipantEntitiesInfo, String, encode
 from graphengine.messages.qos import LATCHED
@@ -48,10 +49,10 @@ class Stranger:
         self.participant = cyclone.join(domain, user_data)
         self.writers: list[Any] = []
 
-    def write(self, topic: str) -> Any:
+    def write(self, topic: str, user_data: str = "") -> Any:
         """A writer of texts on a DDS topic."""
         described = Topic(self.participant, topic, idl_type(STRING))
-        policies = cyclone.endpoint_qos(discovery.TELLING, "")
+        policies = cyclone.endpoint_qos(discovery.TELLING, user_data)
         self.writers.append(DataWriter(self.participant, described, qos=policies))
         return self.writers[-1]
 
@@ -87,6 +88,51 @@ def test_a_ros_process_that_has_told_nothing_is_waited_for(alice: DdsTransport, 
     silent.write("rt/chatter")
     graph = alice.graph()
     assert (graph.complete, graph.named) == (True, False)
+
+
+def test_endpoints_of_a_process_that_announces_no_node_tell_its_name(alice: DdsTransport, dds: OpenDds) -> None:
+    bob = dds("bob", node_namespace="/robot", announces=False)
+    bob.writer("/chatter", STRING, QoS())
+    server = bob.server("/add", "std_srvs/srv/Trigger", QoS(), lambda request_id, data: None, "/other/node")
+    bob.client("/call", "std_srvs/srv/Trigger", QoS(), lambda number, data: None)
+
+    def services() -> dict[str, tuple[list[str], list[str]]]:
+        return {
+            node.name: ([name for name, _ in node.servers], [name for name, _ in node.clients])
+            for node in alice.graph().nodes
+        }
+
+    assert eventually(
+        lambda: services() == {"/alice": ([], []), "/other/node": (["/add"], []), "/robot/bob": ([], ["/call"])}
+    )
+    graph = alice.graph()
+    assert (graph.complete, graph.named) == (True, True)
+    assert {end.topic for end in graph.endpoints if end.node != "alice"} == {"/chatter"}
+    (writer,) = graph.publishers("/chatter")
+    assert (writer.full_node, writer.type_hash) == ("/robot/bob", DEFINITIONS.type_hash(STRING))
+    server.close()
+    bob.close()
+    assert eventually(lambda: list(services()) == ["/alice"])
+
+
+def test_endpoints_that_name_an_announced_node_are_endpoints_of_this_node(alice: DdsTransport, dds: OpenDds) -> None:
+    dds("bob", announces=False).server("/add", "std_srvs/srv/Trigger", QoS(), lambda request_id, data: None)
+    dds("bob").client("/call", "std_srvs/srv/Trigger", QoS(), lambda number, data: None)
+    both = [("/add", "std_srvs/srv/Trigger")], [("/call", "std_srvs/srv/Trigger")]
+    assert eventually(
+        lambda: (
+            [(list(node.servers), list(node.clients)) for node in alice.graph().nodes if node.name == "/bob"] == [both]
+        )
+    )
+
+
+@pytest.mark.parametrize(
+    "user_data", ["node=;", "node=bob;", "node=/bob", "mynode=/bob;", "typehash=node=/bob;", "node=\xff"]
+)
+def test_user_data_that_name_no_node_are_passed_over(alice: DdsTransport, join: Join, user_data: str) -> None:
+    join("").write("rt/chatter", user_data)
+    assert eventually(lambda: alice.graph().publishers("/chatter"))
+    assert [end.full_node for end in alice.graph().publishers("/chatter")] == [""]
 
 
 def test_rubbish_about_nodes_is_passed_over(alice: DdsTransport, dds: OpenDds, join: Join) -> None:

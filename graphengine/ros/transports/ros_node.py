@@ -33,7 +33,8 @@ class RosNode(Stateful):
         TransportError: the domain cannot be joined.
     """
 
-    _rosout: Writer
+    _rosout: Writer | None = None
+    """Writer for /rosout; None if the process does not announce the node."""
 
     def __init__(self, options: JoinOptions) -> None:
         self._domain, self._name, self._namespace = options.domain, options.node_name, options.node_namespace
@@ -99,7 +100,7 @@ class RosNode(Stateful):
         logger = f"{self._namespace}/{self._name}".strip("/").replace("/", ".")
         level = _LEVELS.get(severity, messages.Log.INFO)
         with self._lock:
-            if not self._closed:
+            if self._rosout is not None and not self._closed:
                 self._rosout.write(messages.encode(messages.Log(stamp, level, logger, text, "", "", 0)))
 
     def close(self) -> None:

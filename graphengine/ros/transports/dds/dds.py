@@ -26,7 +26,7 @@ from graphengine.messages import names
 from graphengine.messages.endpoints import QoS
 from graphengine.messages.qos import PARAMETER_EVENTS, settled
 from graphengine.ros.network_graph import Direction, NetworkGraph, split_name
-from graphengine.ros.transport import Deliver, DeliverRequest, DeliverResponse
+from graphengine.ros.transport import Deliver, DeliverRequest, DeliverResponse, JoinOptions
 from graphengine.ros.transports.dds import cyclone, dds_services, discovery
 from graphengine.ros.transports.dds.cyclone_log import LOG
 from graphengine.ros.transports.dds.dds_endpoints import DdsEnd, DdsReader, DdsWriter, gid_of
@@ -53,7 +53,17 @@ class _DdsTopic:
 
 
 class DdsTransport(RosNode):
-    """A transport that joins a DDS domain as a ROS 2 node, without an installed ROS 2."""
+    """A transport that joins a DDS domain as a ROS 2 node, without an installed ROS 2.
+
+    Args:
+        options: domain and name of the node.
+        announces: whether the process announces the node on `ros_discovery_info` and has its topics, such as /rosout. Without,
+            ROS 2 programs see endpoints of no node; each endpoint tells other graphengine processes the name of its node.
+    """
+
+    def __init__(self, options: JoinOptions, announces: bool = True) -> None:
+        self._announces = announces
+        super().__init__(options)
 
     def _join(self) -> str:
         domain = self._domain
@@ -66,15 +76,16 @@ class DdsTransport(RosNode):
         self._discovery: Discovery | None = None
         self._thread = threading.Thread(target=self._receive, name=f"dds domain {domain.id}", daemon=True)
         # An enclave is what makes ROS 2 take a participant for one of its own.
-        self._participant = cyclone.join(domain, "enclave=/;")
+        self._participant = cyclone.join(domain, "enclave=/;" if self._announces else "")
         self._gid = gid_of(self._participant)
         try:
             self._wake = GuardCondition(self._participant)
             self._waitset = WaitSet(self._participant)
             self._waitset.attach(self._wake)
-            self._told = self._endpoint(DataWriter, discovery.TOPIC, discovery.TYPE, discovery.TELLING)
-            self._rosout = self.writer(*ROSOUT)
-            self.writer("/parameter_events", "rcl_interfaces/msg/ParameterEvent", PARAMETER_EVENTS)
+            if self._announces:
+                self._told = self._endpoint(DataWriter, discovery.TOPIC, discovery.TYPE, discovery.TELLING)
+                self._rosout = self.writer(*ROSOUT)
+                self.writer("/parameter_events", "rcl_interfaces/msg/ParameterEvent", PARAMETER_EVENTS)
         except BaseException:
             cyclone.leave(domain, self._participant)
             raise
@@ -113,7 +124,7 @@ class DdsTransport(RosNode):
         """
         self._check_node(node)
         with self._lock:
-            pair = self._pair("service", service, service_type, qos)
+            pair = self._pair("service", service, service_type, qos, node)
             server = DdsServer(service, self._remove, pair, deliver)
             server.node = node
             return self._open(server)
@@ -162,15 +173,27 @@ class DdsTransport(RosNode):
     def _count_servers(self, services: Iterable[str]) -> Mapping[str, int]:
         return self._discovery.servers if self._discovery is not None else {}
 
-    def _endpoint(self, make: Callable[..., Any], topic: str, message_type: str, qos: QoS, identity: str = "") -> Any:
-        """Create a DDS writer or reader; `identity` is user data that a service's reader and writer share, empty for a topic."""
+    def _endpoint(
+        self, make: Callable[..., Any], topic: str, message_type: str, qos: QoS, identity: str = "", node: str = ""
+    ) -> Any:
+        """Create a DDS writer or reader.
+
+        Args:
+            make: class of the entity.
+            topic: name of the DDS topic.
+            message_type: as in `nav_msgs/msg/Odometry`.
+            qos: profile of the endpoint.
+            identity: user data that a service's reader and writer share; empty for a topic.
+            node: full name of the node that has the endpoint; empty for the transport's own node.
+        """
         shown = names.ros_name(topic)
         self._admit(shown)
         known = self._topics.get(topic)
         if known and known.message_type != message_type:
             what = f"{shown} has the type {known.message_type} in this process"
             raise TransportError(f"{what}; it cannot also have the type {message_type}")
-        policies = cyclone.endpoint_qos(qos, f"{identity}typehash={self._definitions.type_hash(message_type)};")
+        owner = "" if self._announces else discovery.owner_data(node or self.node)
+        policies = cyclone.endpoint_qos(qos, f"{identity}{owner}typehash={self._definitions.type_hash(message_type)};")
         try:
             described = idl_type(message_type, self._definitions, is_call=bool(identity))
             entity = known.entity if known else Topic(self._participant, topic, described)
@@ -180,14 +203,14 @@ class DdsTransport(RosNode):
         self._topics.setdefault(topic, _DdsTopic(message_type, entity)).endpoints += 1
         return made
 
-    def _pair(self, role: str, service: str, service_type: str, qos: QoS) -> Pair:
+    def _pair(self, role: str, service: str, service_type: str, qos: QoS, node: str = "") -> Pair:
         """Create the DDS reader and writer of a service server or client; equal user data identify them as a pair."""
         asked, answered = zip(names.service_topics(service), self._definitions.service_parts(service_type), strict=True)
         heard, told = (asked, answered) if role == "service" else (answered, asked)
         identity = f"{role}id={dds_services.identity(self._gid, next(self._service_numbers))};"
-        reader = self._endpoint(DataReader, *heard, qos, identity)
+        reader = self._endpoint(DataReader, *heard, qos, identity, node)
         try:
-            writer = self._endpoint(DataWriter, *told, qos, identity)
+            writer = self._endpoint(DataWriter, *told, qos, identity, node)
         except BaseException:
             self._discard(reader)
             raise
@@ -230,7 +253,8 @@ class DdsTransport(RosNode):
         return [discovery.DiscoveredNode(*split_name(node), *gids) for node, gids in nodes.items()]
 
     def _announce(self, *nodes: discovery.DiscoveredNode) -> None:
-        cyclone.write(self._told, discovery.announcement(self._gid, nodes))
+        if self._announces:
+            cyclone.write(self._told, discovery.announcement(self._gid, nodes))
 
     def _receive(self) -> None:
         while not self._closed:

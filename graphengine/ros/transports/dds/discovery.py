@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections import Counter
 from collections.abc import Iterator, Sequence, Sized
 from dataclasses import dataclass, replace
@@ -18,7 +19,7 @@ from cyclonedds.core import InstanceState
 from graphengine.format.errors import TransportError
 from graphengine.messages import messages, names
 from graphengine.messages.qos import LATCHED
-from graphengine.ros.network_graph import Direction, Endpoint, NetworkGraph, NetworkNode, full_name
+from graphengine.ros.network_graph import Direction, Endpoint, NetworkGraph, NetworkNode, full_name, split_name
 from graphengine.ros.transports import vendors
 from graphengine.ros.transports.dds import cyclone
 
@@ -32,6 +33,7 @@ HEARING = replace(LATCHED, history="keepAll")
 _BATCH = 50
 """Number of samples to read at a time while holding the lock `READING_POLICIES`, which services need too."""
 _ENCLAVE = b"enclave="
+_OWNER = re.compile(rb"(?:^|;)node=([^;]*/[^;]+);")
 _PREFIX = 12
 """Length of the prefix that the GIDs of a participant and its endpoints share, bytes."""
 
@@ -62,6 +64,11 @@ def announcement(participant: bytes, nodes: Sequence[DiscoveredNode]) -> bytes:
     return b"".join(parts)
 
 
+def owner_data(node: str) -> str:
+    """Return user data that name the node of an endpoint, for a process that does not announce its nodes on `TOPIC`."""
+    return f"node={node};"
+
+
 def _count(items: Sized) -> bytes:
     return len(items).to_bytes(4, "little")
 
@@ -83,6 +90,8 @@ class Discovery:
         """GID prefixes of ROS 2 participants that have not announced their nodes yet."""
         self._nodes: dict[bytes, list[DiscoveredNode]] = {}
         """Announced nodes, by the GID prefix of their participant."""
+        self._owners: dict[bytes, str] = {}
+        """Full name of an endpoint's node by GID, for endpoints with `owner_data`."""
         self._endpoints: dict[bytes, Endpoint | None] = {}
         """Endpoints by GID; None for an endpoint whose DDS topic is not a ROS 2 topic, such as a service's request topic."""
         self._services: dict[bytes, tuple[str, str, Direction]] = {}
@@ -106,7 +115,7 @@ class Discovery:
         return Counter(name for name, _, direction in self._services.values() if direction == "subscribe")
 
     def _drawn(self) -> NetworkGraph:
-        nodes = [node for told in self._nodes.values() for node in told]
+        nodes = self._all_nodes()
         owners = {gid: (node.name, node.namespace) for node in nodes for gid in (*node.readers, *node.writers)}
         owned = [(end, *owners.get(end.gid, ("", ""))) for end in self._endpoints.values() if end is not None]
         found = [replace(end, node=node, namespace=namespace) for end, node, namespace in owned]
@@ -115,9 +124,24 @@ class Discovery:
         services = ((name, kind) for name, kind, _ in self._services.values())
         return NetworkGraph(found, complete, not self._silent, services, map(self._with_services, nodes))
 
+    def _all_nodes(self) -> list[DiscoveredNode]:
+        """Return the announced nodes with the endpoints that name them in their `owner_data`; a name may occur twice."""
+        owned: dict[str, list[bytes]] = {}
+        for gid, node in self._owners.items():
+            owned.setdefault(node, []).append(gid)
+        announced = [node for told in self._nodes.values() for node in told]
+        nodes = [
+            replace(node, readers=[*node.readers, *owned.pop(full_name(node.namespace, node.name), ())])
+            for node in announced
+        ]
+        return nodes + [DiscoveredNode(*split_name(node), gids, ()) for node, gids in owned.items()]
+
     def _with_services(self, node: DiscoveredNode) -> NetworkNode:
-        offered = [self._services[gid][:2] for gid in node.readers if gid in self._services]
-        called = [self._services[gid][:2] for gid in node.writers if gid in self._services]
+        services = [self._services[gid] for gid in (*node.readers, *node.writers) if gid in self._services]
+        offered, called = (
+            [(name, kind) for name, kind, direction in services if direction == role]
+            for role in ("subscribe", "publish")
+        )
         return NetworkNode(full_name(node.namespace, node.name), offered, called)
 
     def _hear_participants(self) -> None:
@@ -136,11 +160,13 @@ class Discovery:
             gid: bytes = sample.key.bytes
             if _is_there(sample):
                 self._endpoints[gid] = _endpoint(gid, direction, sample)
+                if owner := _OWNER.search(cyclone.user_data(sample.qos)):
+                    self._owners[gid] = owner[1].decode(errors="replace")
                 if service := _service(sample):
                     self._services[gid] = (*service, direction)
             else:
-                self._endpoints.pop(gid, None)
-                self._services.pop(gid, None)
+                for known in (self._endpoints, self._owners, self._services):
+                    known.pop(gid, None)
 
     def _hear_nodes(self) -> None:
         while arrived := cyclone.take(self._told):

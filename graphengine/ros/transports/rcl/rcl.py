@@ -19,7 +19,7 @@ from graphengine.ros.network_graph import Direction, NetworkGraph, NetworkNode, 
 from graphengine.ros.transport import Deliver, DeliverRequest, DeliverResponse
 from graphengine.ros.transports.rcl.installation import is_from_wheels
 from graphengine.ros.transports.rcl.rcl_endpoints import RclEnd, RclReader, RclWriter
-from graphengine.ros.transports.rcl.rcl_profiles import ros_class, to_endpoint, to_profile
+from graphengine.ros.transports.rcl.rcl_profiles import UNKNOWN_NODE, ros_class, to_endpoint, to_profile
 from graphengine.ros.transports.rcl.rcl_services import RclClient, RclServer
 from graphengine.ros.transports.ros_node import ROSOUT, RosNode
 
@@ -130,12 +130,13 @@ class RclTransport(RosNode):
             "publish": self._node.get_publishers_info_by_topic,
             "subscribe": self._node.get_subscriptions_info_by_topic,
         }
-        found = []
+        found: list[Any] = []
         for topic, direction in asked:
             with self._lock:  # not for all of them, as other threads wait for it
                 self._admit()
-                found += [to_endpoint(topic, info) for info in ask[direction](topic)]
-        return NetworkGraph(found, named=all(end.node for end in found), services=services, nodes=nodes)
+                found += [(topic, info) for info in ask[direction](topic)]
+        named = all(info.node_name != UNKNOWN_NODE for _, info in found)
+        return NetworkGraph((to_endpoint(*end) for end in found), named=named, services=services, nodes=nodes)
 
     def _nodes(self) -> Iterator[NetworkNode]:
         """Yield all known nodes with their services; of several nodes with the same name, rclpy reports one node's services."""

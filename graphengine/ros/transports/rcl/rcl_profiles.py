@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import importlib
 from collections.abc import Mapping
 from typing import Any
@@ -10,8 +11,10 @@ from graphengine.messages.endpoints import QoS
 from graphengine.messages.qos import settled
 from graphengine.ros.network_graph import Endpoint
 
-_UNKNOWN_NODE = "_NODE_NAME_UNKNOWN_"
+UNKNOWN_NODE = "_NODE_NAME_UNKNOWN_"
 """Node name that rclpy gives an endpoint whose process has not announced its nodes yet."""
+_NO_NODE = "_CREATED_BY_BARE_DDS_APP_"
+"""Node name that rclpy gives an endpoint of a process that is no ROS 2 program."""
 
 
 def to_profile(qos: QoS) -> Any:
@@ -34,7 +37,7 @@ def to_profile(qos: QoS) -> Any:
 
 def to_endpoint(topic: str, info: Any) -> Endpoint:
     """Return an endpoint of a topic from rclpy's `TopicEndpointInfo`."""
-    owned = info.node_name != _UNKNOWN_NODE
+    owned = info.node_name not in (UNKNOWN_NODE, _NO_NODE)
     return Endpoint(
         gid=bytes(info.endpoint_gid),
         direction="publish" if info.endpoint_type.name == "PUBLISHER" else "subscribe",
@@ -109,3 +112,11 @@ def ros_class(kind: str, *, service: bool) -> Any:
     if not hasattr(found, "Request" if service else "get_fields_and_field_types"):
         raise ValueError(f"it is not a {'service' if service else 'message'}")
     return found
+
+
+def is_installed(kind: str) -> bool:
+    """Return whether `ros_class` finds a message or a service class."""
+    for service in (False, True):
+        with contextlib.suppress(AttributeError, ImportError, ValueError):
+            return ros_class(kind, service=service) is not None
+    return False
