@@ -35,7 +35,7 @@ class JoinOptions:
         environ: environment variables, such as RMW_IMPLEMENTATION.
         definitions: message types.
         patient: whether writers wait for slow reliable readers, up to 100 ms per message, instead of overwriting unread
-            messages; for runs that are not in real time. Only the transport `dds` supports this option.
+            messages; for runs that are not in real time. Only endpoints on embedded DDS support this option.
         because: reason why `--transport auto` chose this transport, for its description; empty if the user chose it.
     """
 

@@ -24,7 +24,7 @@ from graphengine.ros.transports.dds.dds import DdsTransport
 from graphengine.ros.transports.memory.memory import MemoryTransport
 from graphengine.ros.transports.select import open_transport
 from tests import waiting
-from tests.ros.contract import ALL, SEEN, AnyTransport, Join
+from tests.ros.contract import ALL, SEEN, AnyTransport, Join, composed
 
 OpenDds: TypeAlias = Callable[..., DdsTransport]
 StartPeer: TypeAlias = "Callable[..., subprocess.Popen[bytes]]"
@@ -66,6 +66,8 @@ def join(kind: str, domain_id: int, request: pytest.FixtureRequest) -> Iterator[
             transport = FoxgloveTransport(
                 DdsTransport(JoinOptions(Domain(number, "LOCALHOST"), name)), request.getfixturevalue("foxglove")
             )
+        elif kind == "rclpy with dds":
+            transport = composed(JoinOptions(Domain(number, "LOCALHOST"), name), "std_msgs", "diagnostic_msgs")
         else:
             side = kind.partition(" to ")[0] if name == "alice" else kind.rpartition(" to ")[2]
             transport = cast(AnyTransport, open_transport(side, JoinOptions(Domain(number, "LOCALHOST"), name)))

@@ -14,6 +14,7 @@ from collections import Counter
 import pytest
 
 from graphengine.ros.transports import rcl
+from graphengine.ros.transports.rcl import installation
 from graphengine.ros.transports.vendors import CYCLONE_RMW
 
 RMW = os.environ.get("RMW_IMPLEMENTATION") or "rmw_fastrtps_cpp"
@@ -47,6 +48,10 @@ def cyclone() -> str:
 
 def fast_dds() -> str:
     return "" if RMW == "rmw_fastrtps_cpp" else "needs rmw_fastrtps_cpp"
+
+
+def wheels() -> str:
+    return "" if rclpy() or installation.is_from_wheels() else "needs rclpy from PyPI"
 
 
 def sourced() -> str:

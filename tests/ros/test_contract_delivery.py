@@ -13,9 +13,20 @@ from graphengine.messages.endpoints import QoS
 from graphengine.messages.messages import decode
 from graphengine.messages.qos import LATCHED
 from graphengine.ros.transport import Writer, discover
-from graphengine.ros.transports.dds.dds import DdsTransport
 from graphengine.ros.transports.memory.memory import MemoryTransport
-from tests.ros.contract import FAITHFUL, NETWORKED, RCLPY, STRING, AnyTransport, Inbox, Join, chatter, connect, text
+from tests.ros.contract import (
+    COMPOSED,
+    FAITHFUL,
+    NETWORKED,
+    RCLPY,
+    STRING,
+    AnyTransport,
+    Inbox,
+    Join,
+    chatter,
+    connect,
+    text,
+)
 from tests.waiting import PATIENCE, eventually
 
 
@@ -167,7 +178,7 @@ def test_people_can_read_the_log_on_rosout(alice: AnyTransport, join: Join) -> N
     alice.log("error", "nobody hears this")
 
 
-@pytest.mark.parametrize("kind", ["memory", "dds"], indirect=True)
+@pytest.mark.parametrize("kind", ["memory", "dds", COMPOSED], indirect=True)
 def test_who_takes_a_message_can_ask_who_sent_it(alice: AnyTransport, bob: AnyTransport) -> None:
     senders: dict[str, bytes] = {}
     writers = [transport.writer("/map", STRING, LATCHED) for transport in (alice, bob)]
@@ -179,7 +190,7 @@ def test_who_takes_a_message_can_ask_who_sent_it(alice: AnyTransport, bob: AnyTr
     assert eventually(lambda: len(senders) == 2)
     ends = discover(bob, 20.0, lambda graph: len(graph.publishers("/map")) == 2).publishers("/map")
     assert set(senders.values()) == {end.gid for end in ends}
-    if isinstance(bob, DdsTransport):
+    if bob.node:
         names = {end.gid: end.node for end in ends}
         assert {name: names[gid] for name, gid in senders.items()} == {"alice": "alice", "bob": "bob"}
 

@@ -13,7 +13,7 @@ from graphengine.messages.endpoints import QoS
 from graphengine.messages.qos import LATCHED
 from graphengine.ros.transport import Transport, discover
 from tests.ros.conftest import StartPeer
-from tests.ros.contract import FAITHFUL, NETWORKED, RCLPY, STRING, AnyTransport, Inbox, Join, connect, text
+from tests.ros.contract import COMPOSED, FAITHFUL, NETWORKED, RCLPY, STRING, AnyTransport, Inbox, Join, connect, text
 from tests.waiting import eventually
 
 SHORT_LEASE = "<CycloneDDS><Domain><Discovery><LeaseDuration>1s</LeaseDuration></Discovery></Domain></CycloneDDS>"
@@ -112,7 +112,7 @@ def test_a_peer_that_left_and_comes_back_is_served_again(join: Join) -> None:
         assert eventually(lambda: not writer.matched)
 
 
-@pytest.mark.parametrize("kind", ["dds", RCLPY], indirect=True)
+@pytest.mark.parametrize("kind", ["dds", RCLPY, COMPOSED], indirect=True)
 def test_a_peer_that_is_killed_is_given_up_and_its_successor_served(alice: AnyTransport, start_peer: StartPeer) -> None:
     inbox = Inbox()
     ping = alice.writer("/ping", STRING, QoS())

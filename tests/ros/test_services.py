@@ -13,7 +13,7 @@ from graphengine.messages.interfaces import MessageTypeError
 from graphengine.ros.network_graph import NetworkGraph, NetworkNode
 from graphengine.ros.transport import TransportServer
 from tests.ros import needs
-from tests.ros.contract import ALL, MIXED, NETWORKED, RCLPY, SEEN, AnyTransport, Join
+from tests.ros.contract import ALL, COMPOSED, MIXED, NETWORKED, RCLPY, SEEN, AnyTransport, Join
 from tests.ros.service_contract import NAME, TYPE, Client, Server, foreign, question, reply
 from tests.waiting import eventually
 
@@ -288,7 +288,7 @@ def test_an_error_in_a_delivery_does_not_end_deliveries(join: Join, caplog: pyte
     assert told == [f"{NAME}: a message could not be delivered; further errors are not reported"] * 2
 
 
-@pytest.mark.parametrize("kind", ["dds", RCLPY], indirect=True)
+@pytest.mark.parametrize("kind", ["dds", RCLPY, COMPOSED], indirect=True)
 @pytest.mark.parametrize("data", [b"", b"\0\1\0\0", b"\0\1\0\0\xff\xff\xff\xff", b"\0\1\0\0\5\0\0\0a"])
 def test_what_is_no_message_is_not_sent(client: Client, server: Server, data: bytes) -> None:
     with pytest.raises(TransportError, match=NAME):
@@ -322,7 +322,7 @@ def test_the_graph_tells_of_services(alice: AnyTransport, bob: AnyTransport) -> 
     assert eventually(lambda: TYPE not in {kind for _, kind in alice.graph().services})
 
 
-@pytest.mark.parametrize("kind", ["dds", SEEN, RCLPY, *MIXED], indirect=True)
+@pytest.mark.parametrize("kind", ["dds", SEEN, RCLPY, COMPOSED, *MIXED], indirect=True)
 def test_the_graph_has_the_services_of_each_node(alice: AnyTransport, bob: AnyTransport) -> None:
     server, client = Server(bob), Client(bob, "/called")
 

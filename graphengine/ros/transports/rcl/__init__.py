@@ -1,5 +1,9 @@
 """The transport `rclpy`, which uses an installed ROS 2."""
 
+from dataclasses import replace
+from functools import partial
+
+from graphengine.format.errors import TransportError
 from graphengine.ros.transport import JoinOptions, Transport, TransportKind
 
 
@@ -17,9 +21,27 @@ def _not_for_auto() -> str | None:
 
 
 def _open(options: JoinOptions) -> Transport:
+    from graphengine.ros.transports.composed import ComposedTransport
+    from graphengine.ros.transports.rcl import installation
     from graphengine.ros.transports.rcl.rcl import RclTransport
+    from graphengine.ros.transports.rcl.rcl_profiles import is_installed
 
-    return RclTransport(options)
+    hasty = "publishers on rclpy do not wait for slow readers" if options.patient else ""
+    transport = RclTransport(replace(options, because="; ".join(filter(None, (options.because, hasty)))))
+    if installation.is_from_wheels():
+        return ComposedTransport(transport, is_installed, partial(_open_embedded, options))
+    return transport
+
+
+def _open_embedded(options: JoinOptions) -> Transport:
+    """Join the domain with embedded DDS, without announcing the node."""
+    from graphengine.ros.transports import dds
+
+    if (why := dds.TRANSPORT.missing()) is not None:
+        raise TransportError(f"rclpy does not have all types, and dds cannot be used: {why}")
+    from graphengine.ros.transports.dds.dds import DdsTransport
+
+    return DdsTransport(replace(options, because=""), announces=False)
 
 
 TRANSPORT = TransportKind(

@@ -1,0 +1,219 @@
+"""Composes two transports: endpoints of types that the first transport lacks are opened on the second one."""
+
+from __future__ import annotations
+
+import contextlib
+import threading
+from collections import Counter
+from collections.abc import Callable, Collection, Mapping, Sequence
+from typing import Any
+
+from graphengine.format.errors import TransportError
+from graphengine.messages.endpoints import QoS
+from graphengine.messages.names import action_of
+from graphengine.ros.network_graph import Direction, NetworkGraph, NetworkNode
+from graphengine.ros.transport import (
+    Deliver,
+    DeliverRequest,
+    DeliverResponse,
+    Reader,
+    Transport,
+    TransportClient,
+    TransportServer,
+    Writer,
+)
+from graphengine.ros.transports.vendors import CYCLONE, CYCLONE_RMW
+
+_SHOWN = 3
+"""Maximum number of services and actions to name in the description."""
+
+
+class ComposedTransport:
+    """One node on the network whose endpoints are on two transports; the type of an endpoint determines its transport.
+
+    The second transport is opened when the first endpoint needs it. Messages on one topic arrive in order, but there is no
+    order between topics on different transports. Peers on either transport can read and write all topics, if the transports
+    are DDS; services and actions reach only peers on the DDS implementation of their transport.
+
+    Args:
+        first: transport that announces the node, and has its log.
+        has: returns whether the first transport has a message or service type.
+        open_second: joins the same domain as the same node, without announcing it.
+    """
+
+    def __init__(self, first: Transport, has: Callable[[str], bool], open_second: Callable[[], Transport]) -> None:
+        self._first = first
+        self._second: Transport | None = None
+        self._has = has
+        self._open_second = open_second
+        self._lock = threading.Lock()
+        self._closed = False
+        self._actions: dict[str, Transport] = {}
+        """Transport of each action, which also has the parts of the action whose types all actions share."""
+        self._lacking: dict[str, None] = {}
+        """Packages of the types that the first transport lacks, in the order of use."""
+        self._apart: dict[str, None] = {}
+        """Services and actions that were opened on the second transport, in the order of use."""
+        self._delivering = threading.local()
+        """Transport that delivers a message in the current thread, as `transport`."""
+
+    # Endpoints
+
+    def writer(self, topic: str, message_type: str, qos: QoS) -> Writer:
+        """Create a writer on a topic, on the transport of its type."""
+        return self._transport(topic, message_type).writer(topic, message_type, qos)
+
+    def reader(self, topic: str, message_type: str, qos: QoS, deliver: Deliver) -> Reader:
+        """Create a reader on a topic, on the transport of its type."""
+        transport = self._transport(topic, message_type)
+
+        def take(data: bytes) -> None:
+            self._delivering.transport = transport
+            deliver(data)
+
+        return transport.reader(topic, message_type, qos, take)
+
+    def server(
+        self, service: str, service_type: str, qos: QoS, deliver: DeliverRequest, node: str = ""
+    ) -> TransportServer:
+        """Create a server of a service, on the transport of its type."""
+        return self._services(service, service_type).server(service, service_type, qos, deliver, node)
+
+    def client(self, service: str, service_type: str, qos: QoS, deliver: DeliverResponse) -> TransportClient:
+        """Create a client of a service, on the transport of its type."""
+        return self._services(service, service_type).client(service, service_type, qos, deliver)
+
+    def _services(self, service: str, service_type: str) -> Transport:
+        transport = self._transport(service, service_type)
+        if transport is not self._first:
+            self._apart[action_of(service) or service] = None
+        return transport
+
+    def _transport(self, name: str, kind: str) -> Transport:
+        """Return the transport of a topic or service with this name and type; open the second one if it is needed."""
+        action = action_of(name)
+        if action in self._actions and kind.startswith("action_msgs/"):
+            return self._actions[action]
+        if self._has(kind):
+            transport = self._first
+        else:
+            transport = self._opened_second()
+            self._lacking[kind.partition("/")[0]] = None
+        if action:
+            self._actions[action] = transport
+        return transport
+
+    def _opened_second(self) -> Transport:
+        with self._lock:
+            if self._second is None and not self._closed:
+                self._second = self._open_second()
+            # After `close`, either transport raises the error of a closed transport.
+            return self._second or self._first
+
+    @property
+    def _opened(self) -> list[Transport]:
+        return [self._first] if self._second is None else [self._first, self._second]
+
+    # The network
+
+    @property
+    def description(self) -> str:
+        """Description of the first transport, and of the second one if it is open, with its services and actions."""
+        parts = [self._first.description]
+        if self._second is not None and self._lacking:
+            parts.append(f"types of {', '.join(self._lacking)} on {self._second.description.partition(',')[0]}")
+        if apart := list(self._apart):
+            others = f" and {len(apart) - _SHOWN} others" if len(apart) > _SHOWN else ""
+            shown = f"{', '.join(apart[:_SHOWN])}{others}"
+            parts.append(f"only nodes on {CYCLONE_RMW} can use the services and actions {shown}")
+        return "; ".join(parts)
+
+    @property
+    def spin_time(self) -> float:
+        """Typical time that the discovery of existing peers takes on the slower transport, s."""
+        return max(transport.spin_time for transport in self._opened)
+
+    @property
+    def identity(self) -> bytes:
+        """Random bytes that distinguish this process on the network."""
+        return self._first.identity
+
+    @property
+    def node(self) -> str:
+        """Full name of this process's node, which only the first transport announces."""
+        return self._first.node
+
+    @property
+    def source(self) -> bytes:
+        """GID of the writer whose message is being delivered, from the transport that delivers it; empty if unknown."""
+        return getattr(self._delivering, "transport", self._first).source
+
+    @property
+    def foreign_services(self) -> Mapping[str, str]:
+        """Warnings about incompatible peers of services on either transport, by name of the service."""
+        return {name: text for transport in self._opened for name, text in transport.foreign_services.items()}
+
+    @property
+    def rival_services(self) -> Sequence[str]:
+        """Services that another program also offers, as of the last `graph`."""
+        return [service for transport in self._opened for service in transport.rival_services]
+
+    @property
+    def malformed(self) -> Mapping[str, int]:
+        """Number of dropped malformed messages on both transports, by topic or service name."""
+        return sum((Counter(transport.malformed) for transport in self._opened), Counter[str]())
+
+    def graph(self, asked: Collection[tuple[str, Direction]] | None = None) -> NetworkGraph:
+        """Return the graph of the first transport; if the second one is open, endpoints on Cyclone DDS are as it knows them.
+
+        Fast DDS does not notice that an endpoint of a running process on Cyclone DDS is closed. Only embedded DDS knows the nodes
+        of endpoints that other composed transports have on Cyclone DDS; so the second transport is opened for them too.
+
+        Raises:
+            TransportError: the transport is closed.
+        """
+        graph = self._first.graph(asked)
+        if graph.named and any(end.gid.startswith(CYCLONE) and not end.node for end in graph.endpoints):
+            with contextlib.suppress(TransportError):  # they stay without a node
+                self._opened_second()
+        if self._second is None:
+            return graph
+        other = self._second.graph(asked)
+        ends = [end for end in graph.endpoints if not end.gid.startswith(CYCLONE)]
+        ends += [
+            end
+            for end in other.endpoints
+            if end.gid.startswith(CYCLONE) and (asked is None or (end.topic, end.direction) in asked)
+        ]
+        # Of a node that both know, each transport may know services that the other one does not know.
+        named = {node.name: node for node in graph.nodes}
+        nodes = [
+            NetworkNode(node.name, [*node.servers, *same.servers], [*node.clients, *same.clients])
+            for node, same in ((node, named.pop(node.name, node)) for node in other.nodes)
+        ]
+        nodes += named.values()
+        services = [*other.services, *(pair for node in nodes for pair in (*node.servers, *node.clients))]
+        return NetworkGraph(ends, graph.complete and other.complete, graph.named and other.named, services, nodes)
+
+    def log(self, severity: str, text: str) -> None:
+        """Publish a message on /rosout of the node."""
+        self._first.log(severity, text)
+
+    def save(self) -> Any:
+        """Return the states of the open transports."""
+        return [transport.save() for transport in self._opened]
+
+    def restore(self, saved: Any) -> None:
+        """Restore the states that `save` returned; a second transport that was opened later is not changed."""
+        for transport, state in zip(self._opened, saved, strict=False):
+            transport.restore(state)
+
+    def close(self) -> None:
+        """Close both transports with their endpoints; safe to call twice."""
+        with self._lock:
+            self._closed = True
+        try:
+            if self._second is not None:
+                self._second.close()
+        finally:
+            self._first.close()
