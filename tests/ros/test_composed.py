@@ -27,6 +27,8 @@ from graphengine.ros.transports.rcl.rcl import RclTransport, discovery
 from graphengine.ros.transports.rcl.rcl_profiles import is_installed
 from graphengine.ros.transports.select import open_transport
 from graphengine.ros.transports.vendors import CYCLONE, FAST_DDS
+from tests.action_graph import FIBONACCI
+from tests.action_graph import SERVER as FIBONACCI_SERVER
 from tests.jobs.harness import ROOT
 from tests.ros import needs
 from tests.ros.conftest import OpenDds
@@ -37,7 +39,7 @@ from tests.waiting import PATIENCE, eventually
 pytestmark = pytest.mark.ros
 
 TF, ODOMETRY = "tf2_msgs/msg/TFMessage", "nav_msgs/msg/Odometry"
-SET_BOOL, FIBONACCI = "std_srvs/srv/SetBool", "example_interfaces/action/Fibonacci"
+SET_BOOL = "std_srvs/srv/SetBool"
 LACKING = ("std_msgs", "diagnostic_msgs", "example_interfaces", "tf2_msgs")
 """Packages whose types are on embedded DDS in these tests."""
 
@@ -343,24 +345,38 @@ def test_a_node_is_known_by_name_where_no_type_is_lacking(wheels: Callable[..., 
     assert [end.node for end in graph.publishers("/tf")] == ["robot"]
 
 
+def graphrun(domain_id: int, *arguments: str) -> str:
+    """What `graphrun … --transport rclpy` prints in the test's domain, errors too."""
+    done = subprocess.run(
+        [sys.executable, "-m", "graphengine.cli", *arguments, "--transport", "rclpy"],
+        cwd=ROOT,
+        env={**os.environ, "ROS_DOMAIN_ID": str(domain_id), "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"},
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+        timeout=PATIENCE,
+        check=False,
+    )
+    return done.stdout
+
+
 @needs_wheels
 def test_the_verbs_read_topics_that_the_wheels_have_no_type_of(dds: OpenDds, domain_id: int) -> None:
     message = DEFINITIONS.initial(TF)
     message.transforms = [DEFINITIONS.initial("geometry_msgs/msg/TransformStamped")]
     message.transforms[0].child_frame_id = "wheel"
     dds("robot").writer("/tf", TF, LATCHED).write(encode(message))
-    command = [sys.executable, "-m", "graphengine.cli", "topic", "echo", "/tf", "--once", "--transport", "rclpy"]
-    environment = {**os.environ, "ROS_DOMAIN_ID": str(domain_id), "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"}
-    done = subprocess.run(
-        command,
-        cwd=ROOT,
-        env=environment,
-        capture_output=True,
-        text=True,
-        timeout=PATIENCE,
-        check=False,
+    assert "child_frame_id: wheel" in graphrun(domain_id, "topic", "echo", "/tf", "--once")
+
+
+@needs_wheels
+def test_a_run_names_the_actions_that_only_some_peers_can_use_at_its_start(tmp_path: Path, domain_id: int) -> None:
+    path = tmp_path / "graph.yaml"
+    path.write_text(f"format: 1\ngraph: graph\n{FIBONACCI_SERVER}", "utf-8")
+    printed = graphrun(domain_id, "run", str(path), "--for", "0.1", "--no-control")
+    assert (
+        "only nodes on rmw_cyclonedds_cpp can use the services and actions /fibonacci;" in f"{printed.splitlines()[0]};"
     )
-    assert "child_frame_id: wheel" in done.stdout, done.stderr
 
 
 def test_many_services_apart_are_counted(robot: ComposedTransport) -> None:
