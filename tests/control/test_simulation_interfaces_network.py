@@ -15,8 +15,7 @@ import pytest
 
 from graphengine.ros.domain import Domain
 from graphengine.ros.transport import JoinOptions
-from graphengine.ros.transports.dds.dds import DdsTransport
-from graphengine.ros.transports.rcl.rcl import RclTransport
+from graphengine.ros.transports.select import open_transport
 from tests.control.simulators import CRATE, WORLD, Client
 from tests.control.test_simulate_steps import ACTION, HIDDEN, identity
 from tests.jobs.harness import ROOT
@@ -25,7 +24,7 @@ from tests.ros import needs
 from tests.waiting import PATIENCE
 
 OK, QUITTING = 1, 3
-RCLPY = pytest.param("rclpy", marks=pytest.mark.ros(needs.types("simulation_interfaces")))
+RCLPY = pytest.param("rclpy", marks=pytest.mark.ros(needs.carried("simulation_interfaces")))
 
 
 @contextlib.contextmanager
@@ -48,7 +47,7 @@ def running(folder: Path, transport: str, domain: int, *namespace: str) -> Itera
 def test_a_run_of_another_process_is_controlled(tmp_path: Path, domain_id: int, kind: str) -> None:
     with running(tmp_path, kind, domain_id) as process:
         there = Domain(domain_id, "LOCALHOST")
-        transport = (DdsTransport if kind == "dds" else RclTransport)(JoinOptions(there, "client"))
+        transport = open_transport(kind, JoinOptions(there, "client"))
         client = Client(transport)
         try:
             assert list(client.call("get_entities").entities) == ["bot", "ball", "shelf"]
@@ -77,7 +76,7 @@ def entities(client: Client, namespace: str) -> list[str]:
 def test_two_runs_in_one_domain_are_told_apart_by_their_namespaces(tmp_path: Path, domain_id: int, kind: str) -> None:
     with running(tmp_path, kind, domain_id, "/one") as one, running(tmp_path, kind, domain_id, "/two") as two:
         there = Domain(domain_id, "LOCALHOST")
-        transport = (DdsTransport if kind == "dds" else RclTransport)(JoinOptions(there, "client"))
+        transport = open_transport(kind, JoinOptions(there, "client"))
         client = Client(transport)
         try:
             assert entities(client, "one") == entities(client, "two") == ["bot", "ball", "shelf"]

@@ -34,6 +34,11 @@ def types(package: str) -> str:
     return f"needs types of {package}" if importlib.util.find_spec(package) is None else ""
 
 
+def carried(package: str) -> str:
+    """For tests without ends of rclpy's own: rclpy from PyPI has embedded DDS carry the types that it lacks."""
+    return "" if installation.is_from_wheels() else types(package)
+
+
 def program(name: str, package: str) -> str:
     return f"needs {package}" if shutil.which(name) is None else ""
 

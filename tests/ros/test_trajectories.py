@@ -25,7 +25,7 @@ from tests.waiting import PATIENCE, eventually
 ACTION = "/joint_trajectory_controller/follow_joint_trajectory"
 
 
-@pytest.mark.parametrize("kind", ["dds", pytest.param("rclpy", marks=pytest.mark.ros(needs.types("control_msgs")))])
+@pytest.mark.parametrize("kind", ["dds", pytest.param("rclpy", marks=pytest.mark.ros(needs.carried("control_msgs")))])
 def test_fifty_points_are_followed_by_a_run_of_another_process(tmp_path: Path, domain_id: int, kind: str) -> None:
     write(tmp_path, arm_scene.files())
     around = {"ROS_DOMAIN_ID": str(domain_id), "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"}
