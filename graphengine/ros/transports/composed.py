@@ -1,4 +1,4 @@
-"""Composes two transports: endpoints of types that the first transport lacks are opened on the second one."""
+"""Composes two transports into one: endpoints of types that the first one lacks are opened on embedded DDS."""
 
 from __future__ import annotations
 
@@ -31,14 +31,14 @@ _SHOWN = 3
 class ComposedTransport:
     """One node on the network whose endpoints are on two transports; the type of an endpoint determines its transport.
 
-    The second transport is opened when the first endpoint needs it. Messages on one topic arrive in order, but there is no
-    order between topics on different transports. Peers on either transport can read and write all topics, if the transports
-    are DDS; services and actions reach only peers on the DDS implementation of their transport.
+    The second transport is opened for the first endpoint that needs it. Messages on one topic arrive in order; between topics on
+    different transports, the order is undefined. ROS 2 programs on any DDS implementation can use all topics, but only programs
+    on the implementation of its transport can use a service or an action.
 
     Args:
         first: transport that announces the node, and has its log.
         has: returns whether the first transport has a message or service type.
-        open_second: joins the same domain as the same node, without announcing it.
+        open_second: joins the same domain with embedded DDS, without announcing the node.
     """
 
     def __init__(self, first: Transport, has: Callable[[str], bool], open_second: Callable[[], Transport]) -> None:

@@ -57,8 +57,9 @@ class DdsTransport(RosNode):
 
     Args:
         options: domain and name of the node.
-        announces: whether the process announces the node on `ros_discovery_info` and has its topics, such as /rosout. Without,
-            ROS 2 programs see endpoints of no node; each endpoint tells other graphengine processes the name of its node.
+        announces: whether the process announces the node on `ros_discovery_info`, and has writers for /rosout and
+            /parameter_events. If not, ROS 2 programs see endpoints without a node; their user data name the node for other
+            processes of graphengine.
     """
 
     def __init__(self, options: JoinOptions, announces: bool = True) -> None:
