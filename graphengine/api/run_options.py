@@ -33,6 +33,7 @@ class RunOptions:
         environ: environment variables, such as ROS_DOMAIN_ID and the variables that configure ROS 2 discovery.
         fault: function called with each NodeError if `keep_going` is set; None logs the errors.
         foxglove: host and port on which to start a Foxglove server; None starts no server.
+        foxglove_publish: whether Foxglove clients that have the token of the server's address may publish.
         join: function that joins a ROS 2 domain and returns a transport; used instead of `transport`.
         patient: whether DDS writers wait for slow readers.
         parameters: whether the session offers ROS parameters; only transports with a ROS node can.
@@ -55,6 +56,7 @@ class RunOptions:
     join: Callable[[JoinOptions], Transport] | None = None
     patient: bool = False
     foxglove: tuple[str, int] | None = None
+    foxglove_publish: bool = False
     parameters: bool = True
 
 

@@ -142,11 +142,12 @@ class Runner:
         return self.foxglove is not None or name == AUTO or find_transport(name).reaches_others
 
     def _open_foxglove(self, closing: ExitStack) -> FoxgloveServer | None:
-        if self.options.foxglove is None:
+        address, publish = self.options.foxglove, self.options.foxglove_publish
+        if address is None:
             return None
         from graphengine.ros.foxglove import open_server
 
-        server = open_server(self.options.foxglove, self.scene.path.stem, self.scene.definitions)
+        server = open_server(address, self.scene.path.stem, self.scene.definitions, publish=publish)
         closing.callback(server.close)
         return server
 

@@ -44,11 +44,16 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--no-parameters", action="store_true", help="do not offer ROS parameters for inputs and variables"
     )
     foxglove = (
-        "serve all topics to Foxglove at ws://HOST:PORT, in addition to --transport (default host 127.0.0.1); there is no"
-        " password: all users and programs of this machine, including web pages in its browsers, can connect, read, and"
-        " publish to the topics that graphs read"
+        "serve all topics to Foxglove at ws://HOST:PORT, in addition to --transport (default host 127.0.0.1), for reading"
+        " only; Foxglove's SDK checks neither a password nor the origin of a page: all users and programs of this machine,"
+        " including web pages in its browsers, can read the topics"
     )
     parser.add_argument("--foxglove", metavar="[HOST:]PORT", type=address, help=foxglove)
+    publish = (
+        "let Foxglove clients also publish to the topics that graphs read, and so drive robots; the address that is printed"
+        " then contains a token, and the port accepts no client without it"
+    )
+    parser.add_argument("--foxglove-publish", action="store_true", help=publish)
     going = "continue the run after an exception in a node; only the node's branch ends"
     parser.add_argument("--keep-going", action="store_true", help=going)
     bad = (
@@ -115,6 +120,8 @@ def execute(arguments: argparse.Namespace) -> int:
             check_recording(arguments.record, force=arguments.force)
         except UsageError as error:
             raise UsageError(f"--record {error}") from None
+    if arguments.foxglove_publish and arguments.foxglove is None:
+        raise UsageError("--foxglove-publish needs --foxglove [HOST:]PORT")
     scene = open_scene(arguments)
     if scene is None:
         return 1
@@ -127,6 +134,7 @@ def execute(arguments: argparse.Namespace) -> int:
         force=arguments.force,
         simulation_interfaces=arguments.simulation_interfaces,
         foxglove=arguments.foxglove,
+        foxglove_publish=arguments.foxglove_publish,
         parameters=not arguments.no_parameters,
         log=console.say,
         fault=console.fault,

@@ -36,7 +36,17 @@ def recording(tmp_path: Path) -> Path:
 @pytest.fixture
 def run(recording: Path) -> Iterator[Live]:
     """A run that waits at time 0, and is recorded."""
-    words = ("run", "dd100_flat", "--paused", "--foxglove", "0", "--record", str(recording), *MEMORY)
+    words = (
+        "run",
+        "dd100_flat",
+        "--paused",
+        "--foxglove",
+        "0",
+        "--foxglove-publish",
+        "--record",
+        str(recording),
+        *MEMORY,
+    )
     with live(*words) as running:
         assert running.hear(lambda said: "recorded to" in said)
         yield running
@@ -44,7 +54,7 @@ def run(recording: Path) -> Iterator[Live]:
 
 @pytest.fixture
 def client(run: Live) -> Iterator[FoxgloveClient]:
-    found = re.search(r"; Foxglove at (ws://127\.0\.0\.1:\d+);", run.said)
+    found = re.search(r"; Foxglove at (ws://127\.0\.0\.1:\d+/\?token=\S+);", run.said)
     assert found
     with FoxgloveClient(found[1]) as connected:
         yield connected
@@ -70,6 +80,23 @@ def test_a_client_drives_a_robot_and_a_replay_repeats_it(
     assert recorded(recording, CMD_VEL) == client.messages[CMD_VEL]
     replayed = graphrun("replay", str(recording), code=0)
     assert replayed.out.startswith("identical: ")
+
+
+def test_without_the_option_a_client_reads_and_does_not_drive(graphrun: Graphrun) -> None:
+    with live("run", "dd100_flat", "--paused", "--foxglove", "0", *MEMORY) as run:
+        assert run.hear(lambda said: re.search(r"; Foxglove at \S+;", said) is not None)
+        (url,) = re.findall(r"; Foxglove at (ws://127\.0\.0\.1:\d+);", run.said)
+        with FoxgloveClient(url) as client:
+            client.advertise(CMD_VEL, TWIST)(messages.encode(twist(0.5, 0.0)))
+            client.subscribe(ODOM)
+            assert graphrun("ctl", "step", "60").code == 0
+            assert client.until(lambda: len(client.messages[ODOM]) == 60)
+            odometry = messages.decode(client.messages[ODOM][-1], "nav_msgs/msg/Odometry")
+            assert abs(odometry.pose.pose.position.x) < 0.01
+
+
+def test_publishing_needs_a_port(graphrun: Graphrun) -> None:
+    assert "--foxglove-publish needs --foxglove [HOST:]PORT" in graphrun("run", "x", "--foxglove-publish", code=2).err
 
 
 def test_topics_of_robots_come_and_go_with_them(client: FoxgloveClient, graphrun: Graphrun) -> None:

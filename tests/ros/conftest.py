@@ -43,8 +43,8 @@ def kind(request: pytest.FixtureRequest) -> str:
 
 @pytest.fixture
 def foxglove() -> Iterator[FoxgloveServer]:
-    """A server without clients."""
-    server = open_server(("127.0.0.1", 0), "test", DEFINITIONS)
+    """A server without clients, to which clients may publish."""
+    server = open_server(("127.0.0.1", 0), "test", DEFINITIONS, publish=True)
     yield server
     server.close()
 

@@ -9,15 +9,19 @@ import threading
 import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack
+from typing import Any
+from urllib.parse import urlsplit
 
 import pytest
+from websockets.exceptions import ConnectionClosed, InvalidStatus
+from websockets.sync.client import connect as sync_connect
 
 from graphengine.format.errors import TransportError
 from graphengine.messages import messages
 from graphengine.messages.definitions import DEFINITIONS
 from graphengine.messages.endpoints import EndpointClaim, QoS
 from graphengine.messages.qos import LATCHED
-from graphengine.ros.foxglove import foxglove_server, open_server
+from graphengine.ros.foxglove import foxglove_server, open_server, publish_gate
 from graphengine.ros.foxglove.foxglove_server import FoxgloveServer
 from graphengine.ros.foxglove.foxglove_transport import FoxgloveTransport
 from graphengine.ros.network import LOOK_EVERY, LiveNetwork
@@ -325,28 +329,127 @@ def test_clients_are_disconnected_and_the_port_is_free_after_the_end(
     foxglove.close()
     foxglove.close()
     assert client.until(lambda: client.closed)
-    port = int(foxglove.url.rpartition(":")[2])
+    port = urlsplit(foxglove.url).port
+    assert port
     open_server(("127.0.0.1", port), "again", DEFINITIONS).close()
 
 
+def test_by_default_clients_read_and_their_messages_reach_nobody(memory: MemoryTransport) -> None:
+    with ExitStack() as closing:
+        server = open_server(("127.0.0.1", 0), "test", DEFINITIONS)
+        closing.callback(server.close)
+        network = LiveNetwork(lambda domain: FoxgloveTransport(memory, server), 0, print)
+        closing.callback(network.close)
+        subscription, publisher = (
+            network.subscription(claim("subscribe")),
+            network.publisher(claim("publish", "/chatter", STRING)),
+        )
+        client = closing.enter_context(FoxgloveClient(server.url))
+        assert client.info["capabilities"] == []
+        client.advertise("/cmd_vel", TWIST)(encoded(1.0))
+        client.subscribe("/chatter")
+
+        def send() -> None:
+            publisher.publish(messages.String("read"))
+            network.flush()
+
+        assert client.until(lambda: client.messages["/chatter"], send)  # after what it published
+        network.freeze()
+        assert list(subscription.take()) == []
+        assert not network.transport(0).graph().publishers("/cmd_vel")
+
+
+@pytest.mark.parametrize("query", ["", "/", "/?token=", "/?token=x", "/?token=%FF", "/?x=TOKEN", "/TOKEN"])
+@pytest.mark.parametrize("origin", [None, "https://app.foxglove.dev", "http://evil.example", "http://127.0.0.1:1"])
+def test_where_clients_may_publish_nobody_connects_without_the_token(
+    foxglove: FoxgloveServer, caplog: pytest.LogCaptureFixture, query: str, origin: str | None
+) -> None:
+    base, _, token = foxglove.url.partition("/?token=")
+    with pytest.raises(InvalidStatus) as refused, sync_connect(base + query.replace("TOKEN", token), origin=origin):  # type: ignore[arg-type]
+        pass
+    assert refused.value.response.status_code == 403
+    assert [record for record in caplog.records if record.name.startswith("graphengine")] == []
+
+
+def test_the_port_behind_the_gate_takes_no_messages(
+    network: LiveNetwork, foxglove: FoxgloveServer, client: FoxgloveClient
+) -> None:
+    """Another user, or a page that tries all ports, finds the port of the SDK's server too: it is for reading only."""
+    subscription = network.subscription(claim("subscribe"))
+    with FoxgloveClient(f"ws://127.0.0.1:{foxglove._server.port}") as stranger:
+        assert stranger.info["capabilities"] == []
+        stranger.advertise("/cmd_vel", TWIST)(encoded(1.0))
+        stranger.subscribe("/cmd_vel")
+        publish = client.advertise("/cmd_vel", TWIST)
+        assert stranger.until(lambda: stranger.messages["/cmd_vel"], lambda: publish(encoded(2.0)))
+    network.freeze()
+    assert {message.linear.x for message in subscription.take()} == {2.0}
+
+
+@pytest.mark.parametrize(
+    "channel",
+    [
+        {},
+        {"id": -1, "topic": "/cmd_vel", "encoding": "cdr", "schemaName": TWIST},
+        {"id": 2**32, "topic": "/cmd_vel", "encoding": "cdr", "schemaName": TWIST},
+        {"id": True, "topic": "/cmd_vel", "encoding": "cdr", "schemaName": TWIST},
+        {"id": 1, "topic": ["/cmd_vel"], "encoding": "cdr", "schemaName": TWIST},
+        {"id": 1, "topic": "/cmd_vel", "encoding": "cdr", "schemaName": None},
+    ],
+)
+def test_a_channel_that_is_none_is_warned_of(network: LiveNetwork, client: FoxgloveClient, channel: Any) -> None:
+    subscription = network.subscription(claim("subscribe"))
+    client.send({"op": "advertise", "channels": [7, channel]})
+    assert client.until(lambda: client.warnings)
+    assert client.warnings == ["a channel that a client advertises needs an id, a topic and a schema name"]
+    client.advertise("/cmd_vel", TWIST)(encoded(1.0))
+    assert eventually(lambda: subscription.heard)
+
+
+def test_a_publisher_that_was_withdrawn_is_not_heard(network: LiveNetwork, client: FoxgloveClient) -> None:
+    subscription = network.subscription(claim("subscribe", qos=QoS(depth=100)))
+    gone, stays = client.advertise("/cmd_vel", TWIST), client.advertise("/cmd_vel", TWIST)
+    client.send({"op": "unadvertise", "channelIds": [1, "1", None]})
+    gone(encoded(1.0))
+    stays(encoded(2.0))
+    assert eventually(lambda: subscription.heard)
+    network.freeze()
+    assert [message.linear.x for message in subscription.take()] == [2.0]
+
+
+def test_no_more_clients_than_allowed_are_connected(
+    foxglove: FoxgloveServer, client: FoxgloveClient, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(publish_gate, "MAX_CLIENTS", 1)
+    with (
+        sync_connect(foxglove.url, subprotocols=[publish_gate.SUBPROTOCOL]) as second,
+        pytest.raises(ConnectionClosed, match="there are already 1 clients"),
+    ):
+        second.recv(timeout=10)
+
+
 def test_only_this_machine_reaches_the_server_by_default(foxglove: FoxgloveServer) -> None:
-    port = int(foxglove.url.rpartition(":")[2])
+    port = urlsplit(foxglove.url).port
+    assert port
     with socket.socket() as other:
         other.bind(("127.0.0.2", port))  # which a server of all addresses would have taken
 
 
 def test_a_port_that_is_taken_is_an_error_of_one_line(foxglove: FoxgloveServer) -> None:
-    port = int(foxglove.url.rpartition(":")[2])
+    port = urlsplit(foxglove.url).port
+    assert port
     with pytest.raises(TransportError) as error:
         open_server(("127.0.0.1", port), "second", DEFINITIONS)
     assert str(error.value) == f"Foxglove cannot be served at 127.0.0.1:{port}: Address already in use (os error 98)"
+    with pytest.raises(TransportError, match=f"Foxglove cannot be served at 127.0.0.1:{port}: Address already in use"):
+        open_server(("127.0.0.1", port), "second", DEFINITIONS, publish=True)
 
 
 def test_without_the_sdk_the_error_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delitem(sys.modules, "graphengine.ros.foxglove.foxglove_server")
     monkeypatch.setitem(sys.modules, "foxglove", None)
     with pytest.raises(
-        TransportError, match=r"Foxglove needs foxglove-sdk: .*\n  pip install 'graphengine\[foxglove\]'"
+        TransportError, match=r"Foxglove needs foxglove-sdk and websockets: .*\n  pip install 'graphengine\[foxglove\]'"
     ):
         open_server(("127.0.0.1", 0), "test", DEFINITIONS)
 

@@ -14,19 +14,22 @@ Address = tuple[str, int]
 """Host and port to listen on; port 0 selects a free port."""
 
 
-def open_server(address: Address, name: str, definitions: Definitions) -> FoxgloveServer:
+def open_server(address: Address, name: str, definitions: Definitions, *, publish: bool = False) -> FoxgloveServer:
     """Start and return a Foxglove server; a `FoxgloveTransport` adds the topics of a transport to it.
 
     Args:
         address: host and port to listen on.
         name: name of the run, for display in clients.
         definitions: message types.
+        publish: whether clients that have the token, which the server's URL then contains, may publish; nobody may otherwise.
 
     Raises:
-        TransportError: foxglove-sdk is not installed, or the address cannot be used.
+        TransportError: foxglove-sdk or websockets is not installed, or the address cannot be used.
     """
     try:
         from graphengine.ros.foxglove.foxglove_server import FoxgloveServer
     except ImportError as error:
-        raise TransportError(f"Foxglove needs foxglove-sdk: {error}\n  pip install 'graphengine[foxglove]'") from None
-    return FoxgloveServer(address, name, definitions)
+        raise TransportError(
+            f"Foxglove needs foxglove-sdk and websockets: {error}\n  pip install 'graphengine[foxglove]'"
+        ) from None
+    return FoxgloveServer(address, name, definitions, publish=publish)

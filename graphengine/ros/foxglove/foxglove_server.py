@@ -1,4 +1,4 @@
-"""A WebSocket server that sends the topics of a run to Foxglove clients, and receives messages that clients publish.
+"""A WebSocket server that sends the topics of a run to Foxglove clients, and can receive messages that clients publish.
 
 The SDK has its own threads: it sends messages and calls the methods `on_…` there. It keeps no messages for late subscribers; so
 this module keeps the messages of latched topics.
@@ -8,11 +8,12 @@ from __future__ import annotations
 
 import threading
 from collections import deque
+from collections.abc import Collection, Mapping
 from dataclasses import replace
 from typing import Any
 
 from foxglove import Context, Schema, StatusLevel, _foxglove_py, start_server
-from foxglove.websocket import Capability, ChannelView, Client, ClientChannel, ServerListener
+from foxglove.websocket import ChannelView, Client, ServerListener
 
 from graphengine.format.errors import TransportError
 from graphengine.messages import messages
@@ -21,6 +22,7 @@ from graphengine.messages.endpoints import QoS
 from graphengine.messages.message_input import full_type
 from graphengine.messages.qos import settled
 from graphengine.ros.foxglove import Address
+from graphengine.ros.foxglove.publish_gate import PublishGate
 from graphengine.ros.network_graph import Endpoint
 from graphengine.ros.transport import Deliver
 
@@ -138,12 +140,13 @@ class FoxgloveServer(ServerListener):
         address: host and port to listen on.
         name: name of the run, for display in clients.
         definitions: message types.
+        publish: whether clients with the token, which `url` then contains, may publish.
 
     Raises:
         TransportError: the address cannot be used.
     """
 
-    def __init__(self, address: Address, name: str, definitions: Definitions) -> None:
+    def __init__(self, address: Address, name: str, definitions: Definitions, *, publish: bool = False) -> None:
         self._definitions = definitions
         self._closed = False
         self._lock = threading.RLock()
@@ -152,14 +155,14 @@ class FoxgloveServer(ServerListener):
         self._published: dict[tuple[int, int], Endpoint] = {}
         """Publishers of clients, by client id and id of the client's channel."""
         self._context = Context()
+        self._gate: PublishGate | None = None
         host, port = address
         try:
             with self._lock:
                 self._server = start_server(
                     name=name,
-                    host=host,
-                    port=port,
-                    capabilities=[Capability.ClientPublish],
+                    host="127.0.0.1" if publish else host,
+                    port=0 if publish else port,
                     server_listener=self,
                     supported_encodings=[ENCODING],
                     context=self._context,
@@ -172,6 +175,14 @@ class FoxgloveServer(ServerListener):
         # has Python's, waits for that one.
         _foxglove_py.disable_logging()
         self.url = f"ws://{_shown(host)}:{self._server.port}"
+        if publish:
+            try:
+                self._gate = PublishGate(host, port, f"ws://127.0.0.1:{self._server.port}", self)
+            except OSError as error:
+                self.close()
+                text = f"Foxglove cannot be served at {_shown(host)}:{port}: {error.strerror or error}"
+                raise TransportError(text) from None
+            self.url = f"ws://{_shown(host)}:{self._gate.port}/?token={self._gate.token}"
 
     def enter(self, end: ServedEnd) -> None:
         """Start to send the messages of an endpoint to clients; the first endpoint of a topic creates its channel.
@@ -215,6 +226,8 @@ class FoxgloveServer(ServerListener):
             self._closed = True
         stopping = threading.Thread(target=self._server.stop, name="foxglove", daemon=True)
         stopping.start()
+        if self._gate is not None:
+            self._gate.close()
         stopping.join(CLOSING)
 
     # Called by the SDK
@@ -226,30 +239,42 @@ class FoxgloveServer(ServerListener):
                 if served.channel.id() == channel.id:
                     served.repeat()
 
-    def on_client_advertise(self, client: Client, channel: ClientChannel) -> None:
+    # Called by the gate
+
+    def advertise(self, client: int, channel: Mapping[str, Any]) -> None:
         """Accept a client's publisher; warn if no graph of the run reads the topic."""
-        gid = b"foxglove" + client.id.to_bytes(4, "big") + channel.id.to_bytes(4, "big")
-        message_type = full_type(channel.schema_name)
-        published = Endpoint(gid, "publish", channel.topic, message_type, QoS(), node="foxglove", namespace="/")
+        number, topic, encoding, schema = (channel.get(key) for key in ("id", "topic", "encoding", "schemaName"))
+        if (
+            type(number) is not int
+            or not 0 <= number < 2**32
+            or not isinstance(topic, str)
+            or not isinstance(schema, str)
+        ):
+            self._warn("a channel that a client advertises needs an id, a topic and a schema name")
+            return
+        gid = b"foxglove" + (client % 2**32).to_bytes(4, "big") + number.to_bytes(4, "big")
+        published = Endpoint(gid, "publish", topic, full_type(schema), QoS(), node="foxglove", namespace="/")
         with self._lock:
-            if channel.encoding != ENCODING:
-                self._warn(f"{published.topic}: messages in {channel.encoding} are not accepted, only in {ENCODING}")
+            if encoding != ENCODING:
+                self._warn(f"{topic}: messages in {encoding} are not accepted, only in {ENCODING}")
             elif len(self._published) >= MAX_PUBLISHED:
-                self._warn(f"{published.topic}: clients publish more than {MAX_PUBLISHED} topics")
+                self._warn(f"{topic}: clients publish more than {MAX_PUBLISHED} topics")
             else:
-                self._published[client.id, channel.id] = published
-                if published.topic not in self._read():
-                    self._warn(f"{published.topic}: no graph of the run reads it")
+                self._published[client, number] = published
+                if topic not in self._read():
+                    self._warn(f"{topic}: no graph of the run reads it")
 
-    def on_client_unadvertise(self, client: Client, client_channel_id: int) -> None:
-        """Remove a client's publisher; also called for clients that disconnect."""
+    def unadvertise(self, client: int, channels: Collection[object] | None) -> None:
+        """Remove a client's publishers by the ids of their channels; None removes all."""
         with self._lock:
-            self._published.pop((client.id, client_channel_id), None)
+            for key in [(owner, number) for owner, number in self._published if owner == client]:
+                if channels is None or key[1] in channels:
+                    del self._published[key]
 
-    def on_message_data(self, client: Client, client_channel_id: int, data: bytes) -> None:
+    def receive(self, client: int, channel: int, data: bytes) -> None:
         """Deliver a client's message to the readers of its topic and type; drop and count it if it cannot be decoded."""
         with self._lock:
-            published = self._published.get((client.id, client_channel_id))
+            published = self._published.get((client, channel))
             served = self._topics.get((published.topic, published.message_type)) if published else None
             readers = tuple(served.readers) if served else ()
         if published and readers:

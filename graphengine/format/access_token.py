@@ -1,0 +1,23 @@
+"""The token in an address that graphrun prints: only programs that know the address may use what is served there."""
+
+from __future__ import annotations
+
+import hmac
+import secrets
+
+
+def make_token() -> str:
+    """Return a new random token of 32 characters that need no escape in URLs."""
+    return secrets.token_urlsafe(24)
+
+
+def has_token(target: str, token: str) -> bool:
+    """Return whether the query of a request has the field `token` with this token. Compares in constant time; never raises.
+
+    Args:
+        target: path and query of the request, which may have any characters, also surrogates.
+        token: the expected token.
+    """
+    fields = [part.partition("=") for part in target.partition("?")[2].split("&")]
+    given = [value.encode(errors="surrogatepass") for name, _, value in fields if name == "token"]
+    return sum(hmac.compare_digest(value, token.encode()) for value in given) > 0  # compares all of them

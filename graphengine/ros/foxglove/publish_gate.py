@@ -1,0 +1,180 @@
+"""The port of a Foxglove server to which clients may publish: it asks for a token, which the server of Foxglove's SDK cannot.
+
+The SDK checks neither a token nor the origin of a web page. So its server accepts no messages of clients, and listens on a port
+of the loopback interface. The gate connects clients that have the token to it; messages that these publish go to the run instead.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import itertools
+import json
+import logging
+import socket
+import struct
+import threading
+from collections.abc import Collection, Mapping
+from typing import Any, Protocol
+
+from websockets.asyncio.client import ClientConnection, connect
+from websockets.asyncio.server import ServerConnection, serve
+from websockets.exceptions import ConnectionClosed
+from websockets.http11 import Request, Response
+from websockets.typing import Subprotocol
+
+from graphengine.format.access_token import has_token, make_token
+
+SUBPROTOCOL = Subprotocol("foxglove.sdk.v1")
+CAPABILITY = "clientPublish"
+"""The capability with which a server tells clients that they may publish."""
+MESSAGE_DATA, HEADER = 1, struct.Struct("<BI")
+"""Opcode of a message that a client publishes, and its header: opcode and id of the client's channel."""
+MAX_CLIENTS = 16
+MAX_MESSAGE = 16_000_000
+"""Maximum size of a message from a client, bytes."""
+CLOSING = 0.5
+"""Maximum wait for a client at the end, s."""
+
+_quiet = logging.getLogger(__name__)
+_quiet.setLevel(logging.CRITICAL + 1)  # websockets logs the bytes of each request that is none, with a traceback
+
+
+class Publishing(Protocol):
+    """Takes what clients publish; called in the gate's thread."""
+
+    def advertise(self, client: int, channel: Mapping[str, Any]) -> None:
+        """Accept a client's publisher; `channel` is a channel of the protocol's message `advertise`, not validated."""
+
+    def unadvertise(self, client: int, channels: Collection[object] | None) -> None:
+        """Remove a client's publishers by the ids of their channels; None removes all."""
+
+    def receive(self, client: int, channel: int, data: bytes) -> None:
+        """Deliver a message that a client published."""
+
+
+class PublishGate:
+    """Serves clients that have the token until `close`.
+
+    Args:
+        host: host to listen on.
+        port: TCP port; 0 selects a free port.
+        inner: URL of the SDK's server.
+        publishing: takes what clients publish.
+
+    Raises:
+        OSError: the address cannot be used.
+    """
+
+    def __init__(self, host: str, port: int, inner: str, publishing: Publishing) -> None:
+        family = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)[0][0]
+        self._socket = socket.create_server((host, port), family=family)
+        self.port: int = self._socket.getsockname()[1]
+        self.token = make_token()
+        self._inner = inner
+        self._publishing = publishing
+        self._numbers = itertools.count()
+        self._clients: set[ServerConnection] = set()
+        self._loop = asyncio.new_event_loop()
+        self._ended = asyncio.Event()
+        self._thread = threading.Thread(target=self._run, name="foxglove gate", daemon=True)
+        self._thread.start()
+
+    def close(self) -> None:
+        """Disconnect all clients and free the port; call it once."""
+        self._loop.call_soon_threadsafe(self._ended.set)
+        self._thread.join()
+
+    def _run(self) -> None:
+        with contextlib.closing(self._loop):
+            self._loop.run_until_complete(self._serve())
+
+    async def _serve(self) -> None:
+        async with serve(
+            self._handle,
+            sock=self._socket,
+            process_request=self._check,
+            subprotocols=[SUBPROTOCOL],
+            compression=None,
+            max_size=MAX_MESSAGE,
+            close_timeout=CLOSING,
+            logger=_quiet,
+        ) as server:
+            await self._ended.wait()
+            server.close()
+            await asyncio.wait([asyncio.ensure_future(server.wait_closed())], timeout=CLOSING)
+            for client in self._clients:  # that do not read
+                client.transport.abort()
+
+    def _check(self, connection: ServerConnection, request: Request) -> Response | None:
+        """Return None for a request with the token, otherwise the response that refuses it."""
+        if has_token(request.path, self.token):
+            return None
+        return connection.respond(403, "open the address that graphrun printed: it contains the token of this run\n")
+
+    async def _handle(self, client: ServerConnection) -> None:
+        if len(self._clients) >= MAX_CLIENTS:
+            await client.close(1013, f"there are already {MAX_CLIENTS} clients")
+            return
+        number = next(self._numbers)
+        self._clients.add(client)
+        try:
+            async with connect(
+                self._inner,
+                subprotocols=[SUBPROTOCOL],
+                proxy=None,
+                compression=None,
+                max_size=None,
+                ping_interval=None,  # answers wait behind messages for a client that is slow
+                close_timeout=CLOSING,
+                logger=_quiet,
+            ) as inner:
+                sending = asyncio.ensure_future(_send(inner, client))
+                async for message in client:
+                    if not self._take(number, message):
+                        await inner.send(message)
+                        await (await inner.ping())  # a subscription holds before the client's next message
+                sending.cancel()
+        except (ConnectionClosed, OSError):
+            pass
+        finally:
+            self._clients.discard(client)
+            self._publishing.unadvertise(number, None)
+
+    def _take(self, client: int, message: str | bytes) -> bool:
+        """Pass a message to the run if the client publishes with it; return whether it does."""
+        if isinstance(message, bytes):
+            if len(message) < HEADER.size or message[0] != MESSAGE_DATA:
+                return False
+            self._publishing.receive(client, HEADER.unpack_from(message)[1], message[HEADER.size :])
+            return True
+        told = _parse(message)
+        channels, ids = told.get("channels"), told.get("channelIds")
+        if told.get("op") == "advertise" and isinstance(channels, list):
+            for channel in channels:
+                if isinstance(channel, dict):
+                    self._publishing.advertise(client, channel)
+        elif told.get("op") == "unadvertise" and isinstance(ids, list):
+            self._publishing.unadvertise(client, ids)
+        else:
+            return False
+        return True
+
+
+async def _send(inner: ClientConnection, client: ServerConnection) -> None:
+    """Send the messages of the SDK's server to a client until one of them closes; the server's first one names capabilities."""
+    with contextlib.suppress(ConnectionClosed):
+        async for message in inner:
+            if isinstance(message, str) and (told := _parse(message)).get("op") == "serverInfo":
+                message = json.dumps({**told, "capabilities": [*told.get("capabilities", ()), CAPABILITY]})
+            await client.send(message)
+    await client.close()
+
+
+def _parse(text: str) -> Mapping[str, Any]:
+    """Return a JSON object; an empty one for any other text."""
+    try:
+        found = json.loads(text)
+    except (ValueError, RecursionError):
+        return {}
+    return found if isinstance(found, dict) else {}
