@@ -46,6 +46,8 @@ VERBS = {
 
 FEW = 12
 """Maximum number of legal values that the error message for an illegal value lists."""
+FILES_ONLY = ("check", "completion", "nodes", "schema", "show")
+"""Verbs that exchange no data with other programs; they do not import `logging`, as they start fast."""
 OUT_OF_MEMORY = 3
 """Exit code of `graphrun` when memory runs out."""
 
@@ -185,6 +187,10 @@ def _execute(parsed: argparse.Namespace) -> int:
 
     if isinstance(sys.stdout, io.TextIOWrapper):
         sys.stdout.reconfigure(errors="backslashreplace")  # as stderr has it: not every terminal knows every character
+    if parsed.verb not in FILES_ONLY:
+        from graphengine.cli.log_output import print_logs
+
+        print_logs()
     try:
         if not has_address_space(SMALLEST):
             raise MemoryError(f"{SMALLEST // 10**6} MB of address space are needed; raise the limit of `ulimit -v`")
