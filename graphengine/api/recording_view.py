@@ -172,7 +172,13 @@ def open_recording_page(playback: Playback, host: str, port: int) -> Feed:
 
     title, session = playback.player.recording.path.name, playback.player.session
     floor = functools.partial(make_floor, session)
-    return Feed(session, CommandQueue(), title, host, port, _NoDriver(), lost, make_floor=floor, playback=playback)
+    feed = Feed(session, CommandQueue(), title, host, port, _NoDriver(), lost, make_floor=floor, playback=playback)
+    try:
+        feed.wait()
+    except BaseException:
+        feed.close()
+        raise
+    return feed
 
 
 def turn(playback: Playback, feed: Feed) -> None:

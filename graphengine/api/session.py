@@ -560,7 +560,7 @@ class Session:
         between calls of `run` and `step` the page does not change.
 
         >>> sim.view()  # doctest: +SKIP
-        'http://127.0.0.1:40123/?token=…'
+        'http://127.0.0.1:40123/#token=…'
 
         Args:
             host: address to listen on; any other than 127.0.0.1 lets other machines connect, unencrypted.
@@ -573,7 +573,7 @@ class Session:
         Raises:
             UsageError: the extra `view` is not installed, or the port is in use.
         """
-        return open_page(self._runner, host, port, read_only=read_only)
+        return open_page(self._runner, host, port, read_only=read_only).wait()
 
     # From other threads
 

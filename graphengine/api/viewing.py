@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import functools
 import importlib.util
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from graphengine.api.topics import Publication, Subscription
@@ -16,6 +16,7 @@ from graphengine.scene.hot_reload import scene_of
 if TYPE_CHECKING:
     from graphengine.api.runner import Runner
     from graphengine.runtime.session_core import SessionCore
+    from graphengine.view.feed import Feed
     from graphengine.view.layer_data import FloorMap
 
 EVERY = 0.1
@@ -86,14 +87,23 @@ def check_packages() -> None:
         raise UsageError(f"the web page needs {' and '.join(missing)}\n  pip install 'graphengine[view]'")
 
 
-def open_page(runner: Runner, host: str, port: int, *, read_only: bool) -> str:
-    """Return the address of a session's web page; start the page first if no process serves the page.
+def open_page(
+    runner: Runner, host: str, port: int, *, read_only: bool, served: Callable[[str], None] | None = None
+) -> Feed:
+    """Return the feed of a session's web page; start the page first if no process serves it. Does not wait for the process.
+
+    Args:
+        runner: runner of the session.
+        host: IP address on which to serve the page.
+        port: TCP port of the page; 0 selects a free port.
+        read_only: whether viewers can watch but not send commands.
+        served: called with the address of a new page after the first tick at which the page can be opened.
 
     Raises:
-        UsageError: the extra `view` is not installed, or the address cannot be used.
+        UsageError: the extra `view` is not installed.
     """
     if runner.feed is not None and not runner.feed.page.lost:
-        return runner.feed.url
+        return runner.feed
     check_packages()
     from graphengine.view.feed import Feed
 
@@ -117,10 +127,24 @@ def open_page(runner: Runner, host: str, port: int, *, read_only: bool) -> str:
         definitions=runner.scene.definitions,
         read_only=read_only,
         problems=runner.problems,
+        served=served,
     )
     runner.show(feed)
-    runner.session.open_page = functools.partial(open_page, runner, host, port, read_only=read_only)
-    return feed.url
+    asked = False
+
+    def again() -> str:
+        nonlocal asked
+        page, failed = feed.page, feed.page.lost
+        if failed and not asked:
+            open_page(runner, host, port, read_only=read_only, served=served)
+            return runner.session.open_page() if runner.session.open_page is not None else ""
+        asked = not (failed or page.url)
+        if failed:
+            raise UsageError(page.failure)
+        return page.url
+
+    runner.session.open_page = again
+    return feed
 
 
 def make_floor(session: SessionCore) -> FloorMap:

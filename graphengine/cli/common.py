@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any
 from graphengine.cli import terminal
 from graphengine.cli.finding_formats import coloured
 from graphengine.cli.progress import progress
-from graphengine.cli.quantities import whole
+from graphengine.cli.quantities import ip_address, port, whole
 from graphengine.format.diagnostics import Finding, Findings
 from graphengine.format.errors import CheckError, GraphError, NodeError, UsageError
 from graphengine.format.files import find_file, installed_packages, near
@@ -99,11 +99,12 @@ def add_page_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--view-host",
         metavar="ADDRESS",
+        type=ip_address,
         default="127.0.0.1",
         help="address to serve the web page on (default 127.0.0.1)",
     )
     parser.add_argument(
-        "--view-port", metavar="PORT", type=int, default=0, help="port to serve the web page on (default: a free port)"
+        "--view-port", metavar="PORT", type=port, default=0, help="port to serve the web page on (default: a free port)"
     )
 
 

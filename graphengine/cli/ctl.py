@@ -8,6 +8,7 @@ import math
 import os
 import re
 import sys
+import time
 from typing import TYPE_CHECKING, Any
 
 from graphengine.cli import Parser, add_verb
@@ -37,6 +38,8 @@ Only the user who started a run can control it, and only on the same machine; th
 Commands are executed between two ticks. Lengths are in m, times in s of simulation, forces in N; angles are in rad, or in
 degrees when written as 90deg."""
 
+POLL = 0.1
+"""Wall time between two requests for the address of a page that is starting, s."""
 SCOPES = ("time", "state", "spawned", "all")
 
 
@@ -228,6 +231,9 @@ def execute(arguments: argparse.Namespace) -> int:
     given = {name: value for name, value in arguments.arguments(arguments).items() if value is not None}
     with Client(find(arguments.run)) as client:
         told = client.ask(arguments.command, given)
+        while arguments.command == "view" and not told["page"]:
+            time.sleep(POLL)
+            told = client.ask(arguments.command, given)
         state = _state(client) if arguments.command not in ("quit", "topics", "view") else None
     for warning in told.get("warnings", ()) if isinstance(told, dict) else ():
         print(clean(f"warning: {warning}"), file=sys.stderr)

@@ -41,6 +41,26 @@ def address(text: str) -> tuple[str, int]:
     return match[1] or match[2] or "127.0.0.1", int(match[3])
 
 
+def port(text: str) -> int:
+    """Parse a TCP port, 0 to 65535."""
+    if not re.fullmatch("[0-9]{1,5}", text.strip()) or int(text) > 65535:
+        raise argparse.ArgumentTypeError(
+            f"{text.strip()!r} is not a port; write a number from 0 to 65535, such as 8080"
+        )
+    return int(text)
+
+
+def ip_address(text: str) -> str:
+    """Parse an IP address of this machine; return it as text."""
+    import ipaddress
+
+    try:
+        return str(ipaddress.ip_address(text.strip()))
+    except ValueError:
+        advice = "write one such as 127.0.0.1, or 0.0.0.0 for all"
+        raise argparse.ArgumentTypeError(f"{text.strip()!r} is not an IP address; {advice}") from None
+
+
 def whole(text: str) -> int:
     """Parse an integer."""
     try:

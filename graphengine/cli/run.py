@@ -160,8 +160,11 @@ def execute(arguments: argparse.Namespace) -> int:
         what += (f"; rays {rays}" if rays else "") + (f"; recorded to {arguments.record}" if arguments.record else "")
         console.inform(clean(what))
         if arguments.view:
-            page = open_page(runner, arguments.view_host, arguments.view_port, read_only=arguments.view_read_only)
-            console.tell(f"see it: {page}")
+            host, port, watching = arguments.view_host, arguments.view_port, arguments.view_read_only
+            try:
+                open_page(runner, host, port, read_only=watching, served=lambda url: console.tell(f"see it: {url}"))
+            except OSError as error:  # such as too many processes
+                console.say("warning", "", f"the web page cannot be started: {error.strerror or error}")
         console.begin(session)
         try:
             runner.run(arguments.duration, arguments.rate, on_tick, paused=arguments.paused)

@@ -400,7 +400,7 @@ class Topics(Command):
 
 
 class View(Command):
-    """Return the URL of the session's web page; if the process of the page has ended, start it again."""
+    """Return the URL of the session's web page, empty while the page starts; if the page's process has ended, start it again."""
 
     def _apply(self, session: SessionCore) -> dict[str, str]:
         if session.open_page is None:

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from graphengine.format.diagnostics import Finding
-from graphengine.format.errors import NodeError
+from graphengine.format.errors import NodeError, UsageError
 from graphengine.messages.definitions import DEFINITIONS, Definitions
 from graphengine.runtime.command_queue import CommandQueue
 from graphengine.runtime.run_status import StatusMeter
@@ -43,7 +43,7 @@ class Feed:
         host: IP address on which to serve the page.
         port: TCP port of the page; 0 selects a free port.
         driver: publishes the drive commands of viewers.
-        lost: called once, with a warning for the user, if the page's process ends before `close`.
+        lost: called once, with a warning for the user, if the page cannot be served or its process ends before `close`.
         make_floor: makes the occupancy map of the scene.
         listen: subscribes to a topic that a viewer selected; None if topics are not measured.
         findings: returns the findings in the scene's files; a string is a finding that is already rendered as text.
@@ -51,6 +51,7 @@ class Feed:
         read_only: whether viewers can watch but not send commands.
         playback: controls of the recording that the session replays; None for a live run.
         problems: counts of node problems so far; None to count from now on.
+        served: called once with the URL of the page, in the session's thread, as soon as the page can be opened.
     """
 
     def __init__(
@@ -70,6 +71,7 @@ class Feed:
         read_only: bool = False,
         playback: RecordingControls | None = None,
         problems: NodeProblems | None = None,
+        served: Callable[[str], None] | None = None,
     ) -> None:
         self._session = session
         self._title = title
@@ -77,6 +79,7 @@ class Feed:
         self._findings = findings
         self._definitions = definitions
         self._lost: Callable[[str], None] | None = lost
+        self._served = served
         self._viewers = Viewers(queue, driver, read_only=read_only, playback=playback)
         self._playback = playback
         self._folder = playback.folder if playback is not None else ""
@@ -92,7 +95,6 @@ class Feed:
         self._shown_problems: Mapping[str, Any] = {}
         self._meter = StatusMeter(session)
         self.page = Page(host, port, self._viewers.ask)
-        self.url = self.page.url
         try:
             self._tell_scene(len(session.services.world.poses()))  # drawn before the first viewer comes
         except BaseException:
@@ -104,12 +106,27 @@ class Feed:
         """Whether requests of viewers are waiting; `after_tick` executes them."""
         return self._viewers.asked
 
+    def wait(self) -> str:
+        """Wait until the page can be opened, and return its URL.
+
+        Raises:
+            UsageError: the page cannot be served; `lost` is not called for it.
+        """
+        try:
+            return self.page.wait()
+        except UsageError:
+            self._lost = None
+            raise
+
     def after_tick(self) -> None:
         """Execute requests of viewers, and send a frame if it is due. Call this after each tick, and also while no ticks run."""
         now = time.monotonic()
         if self.page.lost:
             self._tell_loss()
             return
+        if self._served is not None and self.page.url:
+            self._served(self.page.url)
+            self._served = None
         self._viewers.obey(self.page, now)
         if not self._viewers.number:
             self._costs.end()
@@ -172,7 +189,7 @@ class Feed:
         self._end_topics()
         self._costs.end()
         if self._lost is not None:
-            self._lost("the process of the page has ended; the run goes on\n  `graphrun ctl view` opens a new page")
+            self._lost(f"{self.page.failure}\n  the run goes on without its page; `graphrun ctl view` opens a new one")
             self._lost = None
 
     def close(self) -> None:

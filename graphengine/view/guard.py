@@ -1,39 +1,21 @@
-"""Decides who may load the page: requests must carry its token and come from the page itself."""
+"""Decides which requests the page's port accepts: those for the page itself, and for its data those with the token."""
 
 from __future__ import annotations
 
-import hmac
 import ipaddress
-import secrets
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from dataclasses import dataclass, field
-from http.cookies import CookieError, SimpleCookie
-from urllib.parse import parse_qs, urlsplit
 
-
-@dataclass(frozen=True, slots=True)
-class Refusal:
-    """The response to a refused request."""
-
-    status: int
-    reason: str
-
-
-@dataclass(frozen=True, slots=True)
-class Welcome:
-    """A redirect with a cookie: the response to a request with the token in its URL. Later requests have only the cookie."""
-
-    location: str
-    cookie: str
+from graphengine.format.access_token import has_token, make_token
 
 
 @dataclass(frozen=True, slots=True)
 class PageGuard:
-    """Checks each HTTP request and each WebSocket handshake.
+    """Checks each HTTP request and each WebSocket handshake. `check` never raises, whatever a stranger sends.
 
-    Each request needs the token: the first request in its URL, later requests in a cookie. `Host` must be one of the page's
-    names; this prevents DNS rebinding, in which a foreign name resolves to this machine. `Origin`, if given, must be the page
-    itself, so that other pages in the same browser have no access.
+    `Host` must be one of the page's names; this prevents DNS rebinding, in which a foreign name resolves to this machine.
+    `Origin`, if given, must be the page itself, so that other pages in the same browser have no access. Requests for data of the
+    run need the token in their query. No cookie carries it, because a browser sends cookies to all ports of a host.
 
     Attributes:
         hosts: legal values of `Host`, in the form `name:port`; the user sees the first value.
@@ -44,33 +26,26 @@ class PageGuard:
 
     hosts: tuple[str, ...]
     every_address: bool = False
-    token: str = field(default_factory=lambda: secrets.token_urlsafe(24), repr=False)
+    token: str = field(default_factory=make_token, repr=False)
 
-    @property
-    def cookie(self) -> str:
-        """Name of the cookie; it contains the port, because a browser shares cookies between all ports of a host."""
-        return f"graphrun_{self.hosts[0].rpartition(':')[2]}"
-
-    def check(self, target: str, headers: Mapping[str, str]) -> Refusal | Welcome | None:
-        """Check a request. Return None to accept it, otherwise the response to send.
+    def check(self, target: str, headers: Iterable[tuple[str, str]], *, secret: bool) -> str:
+        """Check a request. Return the reason to refuse it with status 403; an empty text accepts it.
 
         Args:
             target: path and query of the URL.
-            headers: headers by name; look-ups must ignore the case of names.
+            headers: names and values of all headers; a name may occur several times.
+            secret: whether the response has data of the run, so that the request needs the token.
         """
-        host = headers.get("Host", "")
-        if not self._is_own(host):
-            return Refusal(403, self._other_name(host))
-        origin = headers.get("Origin")
-        if origin is not None and not (origin.startswith("http://") and self._is_own(origin.removeprefix("http://"))):
-            return Refusal(403, "the request comes from another page")
-        parts = urlsplit(target)
-        query = parse_qs(parts.query)
-        if any(map(self._is_token, query.get("token", ()))):
-            return Welcome(parts.path, f"{self.cookie}={self.token}; Path=/; HttpOnly; SameSite=Strict")
-        if not any(map(self._is_token, _cookies(headers.get("Cookie", ""), self.cookie))):
-            return Refusal(403, "open the address that graphrun printed: it contains the token of this run")
-        return None
+        given = [(name.lower(), value) for name, value in headers]
+        hosts, origins = ([value for name, value in given if name == wanted] for wanted in ("host", "origin"))
+        if len(hosts) != 1 or not self._is_own(hosts[0]):
+            return self._other_name(hosts[0] if hosts else "")
+        own = [origin.startswith("http://") and self._is_own(origin.removeprefix("http://")) for origin in origins]
+        if own not in ([], [True]):
+            return "the request comes from another page"
+        if secret and not has_token(target, self.token):
+            return "open the address that graphrun printed: it contains the token of this run"
+        return ""
 
     def _other_name(self, host: str) -> str:
         """Return the reason why a host name is refused, and a remedy; a loopback name means that the port was forwarded."""
@@ -87,9 +62,6 @@ class PageGuard:
             self.every_address and port == self.hosts[0].rpartition(":")[2] and _is_address(name.strip("[]"))
         )
 
-    def _is_token(self, given: str) -> bool:
-        return hmac.compare_digest(given.encode(), self.token.encode())
-
 
 def _is_loopback(name: str) -> bool:
     return name == "localhost" or (_is_address(name) and ipaddress.ip_address(name).is_loopback)
@@ -101,11 +73,3 @@ def _is_address(name: str) -> bool:
     except ValueError:
         return False
     return True
-
-
-def _cookies(text: str, name: str) -> Iterable[str]:
-    try:
-        found = SimpleCookie(text).get(name)
-    except CookieError:
-        return ()
-    return (found.value,) if found is not None else ()

@@ -4,35 +4,42 @@ from __future__ import annotations
 
 import contextlib
 import json
+import logging
 import os
 import socket
 import subprocess
 import sys
 import threading
+from collections import deque
 from collections.abc import Callable, Mapping
 from multiprocessing.connection import Connection
 from typing import Any
 
 from graphengine.format.errors import UsageError
+from graphengine.format.wording import printable
 
-ALLOWED = 20.0
-"""Maximum wait for the page to start, s."""
+ALLOWED = 120.0
+"""Maximum wall time for which `wait` waits, s."""
 FAREWELL = 1.0
 """Maximum wall time for which `close` waits for data to be sent, s."""
+LAST_LINES, LONGEST_LINE = 5, 300
+"""Number of the newest lines of the process's output to keep, and maximum length of a line, bytes."""
+
+_log = logging.getLogger(__name__)
 
 
 class Page:
-    """The process of a page, with one thread that writes to it and one that reads from it.
+    """The process of a page, with a thread that writes to it, one that reads from it, and one that reads its output.
 
-    Objects wait in a queue and are sent in order; of the waiting frames, only the newest one is kept.
+    The constructor does not wait for the process, which takes seconds to start, and on a busy machine much longer. Objects wait
+    in a queue and are sent in order; of the waiting frames, only the newest one is kept. What the process and the packages in it
+    print never reaches the terminal as it is: it goes, without control characters, to the debug messages of a logger, and its
+    last lines are part of `failure`.
 
     Args:
         host: IP address on which to serve the page.
         port: TCP port of the page; 0 selects a free port.
         asked: called with each request of a viewer, in the reading thread.
-
-    Raises:
-        UsageError: viser is not installed, or the page cannot be served at this address.
     """
 
     def __init__(self, host: str, port: int, asked: Callable[[Mapping[str, Any]], None]) -> None:
@@ -42,43 +49,48 @@ class Page:
             command = [sys.executable, "-P", "-m", f"{__package__}.page_process", str(theirs.fileno()), host, str(port)]
             environment = {**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
             self._process = subprocess.Popen(
-                command, env=environment, pass_fds=[theirs.fileno()], stdin=subprocess.DEVNULL
+                command,
+                env=environment,
+                pass_fds=[theirs.fileno()],
+                stdin=subprocess.DEVNULL,
+                stdout=subprocess.PIPE,
+                stderr=subprocess.STDOUT,
             )
         finally:
             theirs.close()
         self._socket, self._connection = ours, Connection(os.dup(ours.fileno()))
         self._asked = asked
         self._closed = False
-        self.lost = False
-        """Whether the process ended before `close` was called."""
+        self._known = threading.Event()
+        """Set as soon as `url` or `failure` is known."""
+        self.url = ""
+        """URL of the page; empty until the page can be opened."""
+        self.failure = ""
+        """Why the process ended before `close` was called; empty until then."""
         self._news = threading.Condition()
         self._waiting: list[object] = []
         self._frame: object = None
-        self._threads: list[threading.Thread] = []
-        try:
-            self.url = self._wait()
-        except BaseException:
-            self.close()
-            raise
-        self._threads = [threading.Thread(target=job, name="page", daemon=True) for job in (self._write, self._read)]
+        self._output: deque[str] = deque(maxlen=LAST_LINES)
+        jobs = (self._write, self._read, self._read_output)
+        self._threads = [threading.Thread(target=job, name="page", daemon=True) for job in jobs]
         for thread in self._threads:
             thread.start()
 
-    def _wait(self) -> str:
-        """Wait until the page's process has started, and return the URL of the page.
+    @property
+    def lost(self) -> bool:
+        """Whether the process ended before `close` was called."""
+        return bool(self.failure)
+
+    def wait(self) -> str:
+        """Wait until the page can be opened, and return its URL.
 
         Raises:
-            UsageError: the page did not start in time, or its process reports an error.
+            UsageError: the page cannot be served, or its process does not serve it within `ALLOWED` s.
         """
-        told: Mapping[str, str] = {}
-        with contextlib.suppress(EOFError, OSError):
-            if self._connection.poll(ALLOWED):
-                told = json.loads(self._connection.recv_bytes())
-        if "url" not in told:
-            raise UsageError(
-                told.get("error") or "the page did not start: its process failed (see its output) or took too long"
-            )
-        return told["url"]
+        served = self._known.wait(ALLOWED)
+        if self.failure or not served:
+            raise UsageError(self.failure or f"the process of the page did not start within {ALLOWED:g} s")
+        return self.url
 
     @property
     def process_id(self) -> int:
@@ -113,18 +125,37 @@ class Page:
             try:
                 for one in told:
                     self._connection.send(one)
-            except OSError:
-                self.lost = not self._closed
+            except OSError:  # which the reading thread finds too
                 return
             with self._news:
                 if self._frame is told[-1]:
                     self._frame = None
 
     def _read(self) -> None:
+        why = ""
         with contextlib.suppress(EOFError, OSError):
-            while True:
+            why = self._read_start()
+            while not why:
                 self._asked(json.loads(self._connection.recv_bytes()))
-        self.lost = not self._closed
+        if not self._closed:
+            self._threads[2].join(FAREWELL)
+            self.failure = why or "\n  ".join(["the process of the page has ended", *self._output])
+        self._known.set()
+
+    def _read_start(self) -> str:
+        """Wait until the process serves the page; return an empty text, or the reason why the page cannot be served."""
+        told = json.loads(self._connection.recv_bytes())
+        self.url = told.get("url", "")
+        if self.url:
+            self._known.set()
+        return str(told.get("error", ""))
+
+    def _read_output(self) -> None:
+        assert self._process.stdout is not None
+        with self._process.stdout as output:
+            while line := output.readline(LONGEST_LINE):
+                self._output.append(printable(line.decode(errors="replace").rstrip()))
+                _log.debug("%s", self._output[-1])
 
     def close(self, last: object = None) -> None:
         """Send the waiting objects and then `last`, and end the process; safe to call twice."""
@@ -133,16 +164,18 @@ class Page:
             self._frame = None
             self._closed = True
             self._news.notify_all()
-        for writer in self._threads[:1]:
+        writer, reader, output = self._threads
+        if self.url:  # a process that still starts has no viewers
             writer.join(FAREWELL)
         with contextlib.suppress(OSError):
-            self._socket.shutdown(socket.SHUT_RDWR)  # which wakes both threads
+            self._socket.shutdown(socket.SHUT_RDWR)  # which wakes the first two threads
         self._socket.close()
-        for thread in self._threads:
-            thread.join()
-        self._connection.close()
         try:
-            self._process.wait(5.0)
+            self._process.wait(5.0 if self.url else 0.0)
         except subprocess.TimeoutExpired:
             self._process.kill()
             self._process.wait()
+        writer.join()
+        reader.join()
+        output.join(FAREWELL)
+        self._connection.close()

@@ -18,13 +18,12 @@ from multiprocessing.connection import Connection
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from graphengine.drawing import svg
 from graphengine.format.errors import UsageError
 from graphengine.messages.definitions import DEFINITIONS
 from graphengine.view.message_rows import message_rows
-from graphengine.view.page_server import PageServer, Viewer
+from graphengine.view.page_server import PageServer, Viewer, number_of
 from graphengine.view.scene.scene3d import Scene3D
 from graphengine.view.wire import Answer, Ended, GraphDetails, LiveScene, LiveState, PaneContent, TopicMessage
 
@@ -68,11 +67,11 @@ class PageProcess:
         if what == "select" and isinstance(name := message.get("robot"), str):
             self._scene.select(name)
         if what in WHAT:
-            number = message.get("id")  # the answer repeats it, so it must be a number that JSON can hold
-            self._tell({**message, "viewer": viewer.number, "id": number if type(number) is int else None})
+            self._tell({**message, "viewer": viewer.number, "id": number_of(message)})
 
     def _tell(self, what: Mapping[str, Any]) -> None:
-        with self._sending, contextlib.suppress(OSError):  # which the thread that reads finds too
+        # An OSError is found by the thread that reads too; the nesting of a request may be as deep as Python allows.
+        with self._sending, contextlib.suppress(OSError, RecursionError):
             self._run.send_bytes(json.dumps(what).encode())
 
     def serve(self) -> None:
@@ -110,18 +109,12 @@ class PageProcess:
             self.server.end(_text({"ended": {"error": told.error}}))
 
     def _show_stage(self, stage: LiveScene) -> None:
-        self._place_camera(np.array(stage.focus))
+        camera, focus = self.server.viser.initial_camera, np.array(stage.focus)
+        camera.position, camera.look_at = focus + CAMERA, focus
         self._scene.show(stage)
         self._definitions = stage.definitions
         shown = {"title": stage.title, "graphs": stage.graphs, "robots": stage.robots, "drives": stage.drives}
         self._show("stage", shown)
-
-    def _place_camera(self, focus: NDArray[np.float64]) -> None:
-        """Set the initial camera pose of new viewers, looking at `focus`, in viser and in the URL, which viser applies first."""
-        camera = self.server.viser.initial_camera
-        camera.position, camera.look_at = focus + CAMERA, focus
-        position, look_at = (",".join(f"{part:.3f}" for part in one) for one in (focus + CAMERA, focus))
-        self.server.start = f"initialCameraPosition={position}&initialCameraLookAt={look_at}"
 
     def _show(self, kind: str, content: Any) -> None:
         text = _text({kind: content})

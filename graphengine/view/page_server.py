@@ -3,8 +3,9 @@
 By default, viser opens a port on all interfaces without access control, accepts messages of up to 50 MB, and lets each client
 request a public tunnel. So this module replaces the function of the package websockets with which viser opens its port. The
 replacement binds to one address, lets a `PageGuard` check each request, and limits the size of messages and the number of
-viewers. Requests for tunnels are disabled too. It also replaces the event by which viser's queues wake the server's thread: viser
-sets it in the thread that draws, but an event of asyncio is not thread-safe and can raise RuntimeError there.
+viewers. Everybody gets the files of the page, which are the same for all runs; the two WebSockets need the token. Requests for
+tunnels are disabled too. It also replaces the event by which viser's queues wake the server's thread: viser sets it in the thread
+that draws, but an event of asyncio is not thread-safe and can raise RuntimeError there.
 """
 
 from __future__ import annotations
@@ -14,10 +15,12 @@ import contextlib
 import ipaddress
 import itertools
 import json
+import logging
 import mimetypes
 import socket
 from collections import Counter
 from collections.abc import Awaitable, Callable, Iterator, Mapping
+from http import HTTPStatus
 from importlib import resources
 from typing import Any
 
@@ -32,13 +35,15 @@ from websockets.exceptions import ConnectionClosed
 from websockets.http11 import Request, Response
 
 from graphengine.format.errors import UsageError
-from graphengine.view.guard import PageGuard, Refusal, Welcome
+from graphengine.view.guard import PageGuard
 
 MAX_VIEWERS = 8
 FAREWELL = 1.0
 """Maximum wall time for sending the last message to viewers at the end of the run, s."""
 MAX_MESSAGE = 1_000_000
-"""Maximum size of a message from a browser, bytes."""
+"""Maximum size of a message from a browser, bytes; a larger one ends the connection."""
+MAX_REQUEST = 64_000
+"""Maximum size of a request on the feed, characters; a larger one is refused with an answer."""
 MAX_UNREAD = 8_000_000
 """Size of unsent answers above which a viewer is disconnected, characters."""
 EVERY_ADDRESS = ("0.0.0.0", "::")
@@ -48,8 +53,15 @@ _POLICY = (
     "default-src 'self'; img-src 'self' data: blob:; style-src 'self' 'unsafe-inline'; frame-ancestors 'self'; "
     "base-uri 'none'; form-action 'none'"
 )
+_POLICY_3D = "connect-src 'self' data: blob:; frame-ancestors 'self'; base-uri 'none'; form-action 'none'"
+"""Policy of viser's page. Its address names its WebSocket; that of a stranger could run scripts in the page."""
 _STATIC = resources.files(__package__).joinpath("static")
 _FILES = {"/": "page.html", **{f"/{file.name}": file.name for file in _STATIC.iterdir()}}
+
+_log = logging.getLogger(__name__)
+_log.addFilter(
+    lambda record: record.msg != "opening handshake failed"
+)  # it has all bytes of the request and a traceback
 
 Handler = Callable[[ServerConnection], Awaitable[None]]
 
@@ -141,15 +153,13 @@ class PageServer:
         self._greet = greet
         self._numbers = itertools.count()
         self.viewers: dict[int, Viewer] = {}
-        self.start = ""
-        """URL query for viser's page with the initial camera pose of a new viewer."""
         self._sockets: Counter[bool] = Counter()
         """Number of open WebSocket connections, by whether they belong to the feed (True) or to viser (False)."""
         self._socket = _listen(host, port)
         self.port = self._socket.getsockname()[1]
         hosts = [f"[{name}]:{self.port}" if ":" in name else f"{name}:{self.port}" for name in _names(host)]
         self._guard = PageGuard(tuple(hosts), host in EVERY_ADDRESS)
-        self.url = f"http://{hosts[0]}/?token={self._guard.token}"
+        self.url = f"http://{hosts[0]}/#token={self._guard.token}"
         with _served_by(self._serve), contextlib.redirect_stdout(None):
             self.viser = viser.ViserServer(host, port, verbose=False)
         for message in (_messages.ShareUrlRequest, _messages.ShareUrlDisconnect):
@@ -220,31 +230,28 @@ class PageServer:
                 self._sockets[feed] -= 1
 
         def answer(connection: ServerConnection, request: Request) -> Response | None:
-            return self._answer(request) or show(connection, request)
+            return self._answer(request, lambda plain: show(connection, plain))
 
-        options |= {"max_size": MAX_MESSAGE, "process_request": answer}
+        options |= {"max_size": MAX_MESSAGE, "process_request": answer, "logger": _log}
         return _original(handle, sock=self._socket, **options)
 
-    def _answer(self, request: Request) -> Response | None:
-        """Return the response to a request, or None if viser should respond."""
-        verdict = self._guard.check(request.path, request.headers)
-        if isinstance(verdict, Refusal):
-            return _response(verdict.status, "text/plain", f"{verdict.reason}\n".encode())
-        if isinstance(verdict, Welcome):
-            return _response(303, "text/plain", b"", Location=verdict.location, **{"Set-Cookie": verdict.cookie})
+    def _answer(self, request: Request, show: Callable[[Request], Response]) -> Response | None:
+        """Return the response to a request, or None to open a WebSocket; `show` returns viser's response."""
         path = _path(request)
-        if request.headers.get("Upgrade", "").lower() == "websocket":
+        is_socket = path in (FEED, SCENE)
+        if refused := self._guard.check(request.path, request.headers.raw_items(), secret=is_socket):
+            return _response(403, "text/plain", f"{refused}\n".encode())
+        if is_socket:
             return None
         if path in _FILES:
             name = _FILES[path]
             body = _STATIC.joinpath(name).read_bytes()
             return _response(200, mimetypes.guess_type(name)[0] or "text/plain", body)
-        if path == SCENE:
-            dark = request.path.endswith("?darkMode")
-            return _response(303, "text/plain", b"", Location=f"{SCENE}/?{'darkMode&' * dark}{self.start}")
-        if path.startswith(f"{SCENE}/"):
-            request.path = request.path.removeprefix(SCENE)
-            return None
+        if path == f"{SCENE}/":  # viser's page is one file; of the headers, viser looks up one, which could be doubled
+            zipped = any("gzip" in value for value in request.headers.get_all("Accept-Encoding"))
+            page = show(Request("/", Headers({"Accept-Encoding": "gzip"} if zipped else {})))
+            page.headers.update({"Referrer-Policy": "no-referrer", "Content-Security-Policy": _POLICY_3D})
+            return page
         return _response(404, "text/plain", b"there is no such file\n")
 
     async def _feed(self, connection: ServerConnection) -> None:
@@ -261,6 +268,10 @@ class PageServer:
                 if message is None:
                     await connection.close(1003, "send a JSON object")
                     break
+                if len(given) > MAX_REQUEST:
+                    error = f"the request is too long: {len(given)} characters; at most {MAX_REQUEST} are accepted"
+                    viewer.answer(json.dumps({"answer": {"id": number_of(message), "error": error}}))
+                    continue
                 self._asked(viewer, message)
         except ConnectionClosed:
             pass
@@ -285,16 +296,21 @@ def _read(text: str | bytes) -> Mapping[str, Any] | None:
     return found if isinstance(found, dict) else None
 
 
+def number_of(message: Mapping[str, Any]) -> int | None:
+    """Return the number that a viewer gave its request, which the answer repeats; None without an integer."""
+    number = message.get("id")
+    return number if type(number) is int else None
+
+
 def _path(request: Request) -> str:
     return request.path.partition("?")[0]
 
 
-def _response(status: int, kind: str, body: bytes, **headers: str) -> Response:
+def _response(status: int, kind: str, body: bytes) -> Response:
     fields = {"Content-Type": f"{kind}; charset=utf-8", "Content-Length": str(len(body)), "Connection": "close"}
     fields |= {"Content-Security-Policy": _POLICY, "X-Content-Type-Options": "nosniff", "Cache-Control": "no-store"}
     fields["Referrer-Policy"] = "no-referrer"
-    reason = {200: "OK", 303: "See Other", 403: "Forbidden", 404: "Not Found"}[status]
-    return Response(status, reason, Headers({**fields, **headers}), body)
+    return Response(status, HTTPStatus(status).phrase, Headers(fields), body)
 
 
 def _names(host: str) -> list[str]:
@@ -309,6 +325,8 @@ def _listen(host: str, port: int) -> socket.socket:
         ipaddress.ip_address(host)
     except ValueError:
         raise UsageError(f"{host!r} is not an IP address for the page; use one such as 127.0.0.1") from None
+    if not 0 <= port <= 65535:
+        raise UsageError(f"the page cannot be served on port {port}: ports are numbers from 0 to 65535")
     try:
         family = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)[0][0]
         return socket.create_server((host, port), family=family)

@@ -10,6 +10,7 @@ from typing import Any, Protocol
 
 from graphengine.format.errors import GraphError, UsageError
 from graphengine.runtime.command_queue import CommandQueue
+from graphengine.runtime.commands import Command, parse
 from graphengine.view.page_client import Page
 from graphengine.view.wire import Answer
 
@@ -85,11 +86,15 @@ class Viewers:
         self._playback = playback
         self._driven: dict[str, float] = {}
         """Wall time of the last drive command on each drive topic, s."""
-        self._asked: deque[Mapping[str, Any]] = deque(maxlen=MAX_ASKED)
+        self._asked: deque[tuple[Mapping[str, Any], Command | UsageError | None]] = deque(maxlen=MAX_ASKED)
+        """Waiting requests; each command together with its parsed form, or the error in it."""
 
     def ask(self, asked: Mapping[str, Any]) -> None:
-        """Queue the request of a viewer; thread-safe."""
-        self._asked.append(asked)
+        """Queue the request of a viewer; thread-safe. Parses a command here, because that may take longer than a tick."""
+        parsed: Command | UsageError | None = None
+        if asked.get("ask") == "command" and self._playback is None and not self._read_only:
+            parsed = _parse(asked)
+        self._asked.append((asked, parsed))
 
     @property
     def asked(self) -> bool:
@@ -99,7 +104,7 @@ class Viewers:
     def obey(self, page: Page, now: float) -> None:
         """Execute the waiting requests; stop driven robots that have received no drive command for `DEAD_MAN` s."""
         while self._asked:
-            self._obey(page, self._asked.popleft(), now)
+            self._obey(page, *self._asked.popleft(), now)
         for topic, driven in list(self._driven.items()):
             if now - driven > DEAD_MAN:
                 self._stop(topic)
@@ -109,7 +114,7 @@ class Viewers:
         for topic in list(self._driven):
             self._stop(topic)
 
-    def _obey(self, page: Page, asked: Mapping[str, Any], now: float) -> None:
+    def _obey(self, page: Page, asked: Mapping[str, Any], parsed: Command | UsageError | None, now: float) -> None:
         viewer, what = asked["viewer"], asked.get("ask")
         if what == "show":
             self.number, self.layers = asked["viewers"], frozenset(asked["layers"])
@@ -134,8 +139,8 @@ class Viewers:
             )
         elif what == "drive":
             self._drive(page, asked, now)
-        elif what == "command":
-            self._command(page, viewer, asked)
+        elif parsed is not None:
+            self._command(page, viewer, asked.get("id"), parsed)
 
     def _play(self, page: Page, playback: RecordingControls, asked: Mapping[str, Any]) -> None:
         try:
@@ -145,22 +150,17 @@ class Viewers:
         except UsageError as error:
             page.tell(Answer(asked["viewer"], {"id": asked.get("id"), "error": str(error)}))
 
-    def _command(self, page: Page, viewer: int, asked: Mapping[str, Any]) -> None:
-        name, arguments = asked.get("command"), asked.get("arguments", {})
-        try:
-            if not isinstance(name, str) or not isinstance(arguments, dict):
-                raise UsageError("a command request needs a `command` string and an `arguments` object")
-            done = self._queue.submit(name, arguments)
-        except UsageError as error:
-            page.tell(Answer(viewer, {"id": asked.get("id"), "error": str(error)}))
+    def _command(self, page: Page, viewer: int, number: object, parsed: Command | UsageError) -> None:
+        if isinstance(parsed, UsageError):
+            page.tell(Answer(viewer, {"id": number, "error": str(parsed)}))
             return
 
         def answer(done: Future[Any]) -> None:
             error = done.exception() if not done.cancelled() else UsageError("the run has ended")
             told = {"error": str(error)} if error is not None else {"result": done.result()}
-            page.tell(Answer(viewer, {"id": asked.get("id"), **told}))
+            page.tell(Answer(viewer, {"id": number, **told}))
 
-        done.add_done_callback(answer)
+        self._queue.ask(parsed.apply).add_done_callback(answer)
 
     def _drive(self, page: Page, asked: Mapping[str, Any], now: float) -> None:
         topic, twist = asked.get("topic"), asked.get("twist")
@@ -180,6 +180,19 @@ class Viewers:
         del self._driven[topic]
         with contextlib.suppress(GraphError):  # the topic may have gone with its robot
             self._driver.drive(topic, None)
+
+
+def _parse(asked: Mapping[str, Any]) -> Command | UsageError:
+    """Return the command in a request, or the error in it."""
+    name, arguments = asked.get("command"), asked.get("arguments", {})
+    if not isinstance(name, str) or not isinstance(arguments, dict):
+        return UsageError("a command request needs a `command` string and an `arguments` object")
+    try:
+        return parse(name, arguments)
+    except UsageError as error:
+        return error
+    except RecursionError:
+        return UsageError(f"{name[:40]}: the arguments are nested too deeply")
 
 
 def _name(asked: Mapping[str, Any], what: str) -> str:

@@ -20,6 +20,7 @@ from typing import Any
 from websockets.sync.client import ClientConnection, connect
 
 import graphengine as ge
+from tests.view.harness import socket_of
 
 READ = 10.0
 """Wall time for which the viewer reads, s."""
@@ -32,13 +33,11 @@ class Viewer(threading.Thread):
 
     def __init__(self, url: str) -> None:
         super().__init__(daemon=True)
-        base, _, token = url.partition("/?token=")
-        port = base.rpartition(":")[2]
-        options: Any = {"additional_headers": {"Cookie": f"graphrun_{port}={token}"}, "max_size": None, "max_queue": 1}
+        options: Any = {"max_size": None, "max_queue": 1}
         options["ping_interval"] = None  # only the page ends the connection
-        self.feed: ClientConnection = connect(f"ws://127.0.0.1:{port}/feed", **options)
+        self.feed: ClientConnection = connect(socket_of(url, "/feed"), **options)
         options["subprotocols"] = ["viser-v1.1.1"]
-        self.scene: ClientConnection = connect(f"ws://127.0.0.1:{port}/3d", **options)
+        self.scene: ClientConnection = connect(socket_of(url, "/3d"), **options)
         self.stalled = threading.Event()
 
     def run(self) -> None:

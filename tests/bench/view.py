@@ -22,6 +22,7 @@ from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import connect
 
 import graphengine as ge
+from tests.view.harness import socket_of
 
 ROUNDS = 15
 FLEET = """scene: fleet
@@ -34,12 +35,9 @@ robots:
 @contextmanager
 def looking(url: str) -> Iterator[None]:
     """A viewer that reads all it gets, in the 3D part and in the feed, and looks at the last graph."""
-    base, _, token = url.partition("/?token=")
-    port = base.rpartition(":")[2]
-    cookie = {"Cookie": f"graphrun_{port}={token}"}
     sockets = [
-        connect(f"ws://127.0.0.1:{port}/feed", additional_headers=cookie, max_size=None),
-        connect(f"ws://127.0.0.1:{port}/3d", additional_headers=cookie, max_size=None, subprotocols=["viser-v1.1.1"]),  # type: ignore[list-item]
+        connect(socket_of(url, "/feed"), max_size=None),
+        connect(socket_of(url, "/3d"), max_size=None, subprotocols=["viser-v1.1.1"]),  # type: ignore[list-item]
     ]
 
     def read(number: int) -> None:

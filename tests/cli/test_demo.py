@@ -65,7 +65,8 @@ def test_other_options_of_a_run_are_options_of_run(graphrun: Graphrun) -> None:
     assert "`graphrun run demo`" in graphrun("demo", "--help", code=0).out
 
 
-def test_it_opens_the_page_of_its_run(graphrun: Graphrun) -> None:
+def test_it_opens_the_page_of_its_run() -> None:
     pytest.importorskip("viser", reason="the extra view is not installed")
-    said = graphrun("demo", "--for", "1s", *MEMORY[1:], code=0).err
-    assert re.search(r"see it: http://127\.0\.0\.1:\d+/\?token=\S+", said)
+    with live("demo", *MEMORY[1:]) as run:
+        assert run.hear(lambda said: re.search(r"see it: http://127\.0\.0\.1:\d+/#token=\S+\n", said) is not None)
+        assert run.stop(signal.SIGINT) == 0

@@ -24,7 +24,7 @@ def test_a_recording_is_served_until_a_signal_and_compared_as_replay_does(
     verdict = graphrun("replay", str(path), code=0).out
     with live("view", str(path), env={"TMPDIR": str(folder)}) as viewed:
         assert viewed.hear(lambda said: said.endswith(verdict))
-        assert re.fullmatch(r"see it: http://127\.0\.0\.1:\d+/\?token=\S+\n" + re.escape(verdict), viewed.said)
+        assert re.fullmatch(r"see it: http://127\.0\.0\.1:\d+/#token=\S+\n" + re.escape(verdict), viewed.said)
         assert list(folder.iterdir()) != []
         assert viewed.stop(number) == 0
     assert viewed.said.endswith(verdict)
@@ -72,4 +72,4 @@ def test_a_port_that_is_taken_is_told(graphrun: Graphrun, clock: Path) -> None:
     path = clock.parent / "out.mcap"
     record(path, 3, clock)
     result = graphrun("view", str(path), "--view-host", "localhost", code=2)
-    assert "is not an IP address for the page; use one such as 127.0.0.1" in result.err
+    assert "'localhost' is not an IP address; write one such as 127.0.0.1" in result.err

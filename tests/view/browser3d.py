@@ -9,6 +9,7 @@ from viser import _messages
 from websockets.sync.client import ClientConnection, connect
 
 from graphengine.devices.rotation import ORIGIN
+from tests.view.harness import socket_of
 
 
 class Browser3D:
@@ -19,11 +20,8 @@ class Browser3D:
     """
 
     def __init__(self, url: str) -> None:
-        base, _, token = url.partition("/?token=")
-        port = base.rpartition(":")[2]
         self.socket: ClientConnection = connect(
-            f"ws://127.0.0.1:{port}/3d",
-            additional_headers={"Cookie": f"graphrun_{port}={token}"},
+            socket_of(url, "/3d"),
             subprotocols=["viser-v1.1.1"],  # type: ignore[list-item]
             max_size=None,
             close_timeout=0.5,  # s; what was not read holds the closing up

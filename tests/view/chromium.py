@@ -36,7 +36,7 @@ def browser(url: str) -> Iterator[Any]:
     raised: list[str] = []
     with sync_api.sync_playwright() as playwright:
         chromium = playwright.chromium.launch(executable_path=CHROMIUM, args=FLAGS)
-        page = chromium.new_page(viewport={"width": 1280, "height": 800})
+        page = chromium.new_context(viewport={"width": 1280, "height": 800}).new_page()
         page.set_default_timeout(60_000)
         page.add_init_script(FEW_FRAMES)
         page.on("pageerror", lambda error: raised.append(str(error)))

@@ -53,16 +53,18 @@ def write_lab(folder: Path) -> Path:
     return path
 
 
+def socket_of(url: str, path: str) -> str:
+    """The address of a WebSocket of the page with this URL."""
+    base, _, token = url.partition("/#token=")
+    return f"{base.replace('http', 'ws')}{path}?token={token}"
+
+
 class Viewer:
     """A browser of which only the feed is played."""
 
     def __init__(self, url: str) -> None:
-        base, _, token = url.partition("/?token=")
-        port = base.rpartition(":")[2]
-        cookie = {"Cookie": f"graphrun_{port}={token}"}
         self.socket: ClientConnection = connect(
-            f"ws://127.0.0.1:{port}/feed",
-            additional_headers=cookie,
+            socket_of(url, "/feed"),
             max_size=None,
             close_timeout=0.5,  # s; what was not read holds the closing up
         )

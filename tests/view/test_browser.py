@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import functools
+import http.server
 import re
+import threading
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import closing
@@ -10,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from websockets.sync.server import serve
 
 from graphengine.api.recording_view import Playback, open_recording_page, turn
 from graphengine.recording.player import RecordingPlayer
@@ -19,6 +23,7 @@ from tests.waiting import eventually
 
 pytest.importorskip("viser", reason="the extra view is not installed")
 
+from graphengine.view.page_server import PageServer
 from tests.view.chromium import browser, needs_chromium, seconds, seen, until
 
 pytestmark = needs_chromium
@@ -30,7 +35,7 @@ def play(player: RecordingPlayer, look: Callable[[Any], Any]) -> Any:
     with closing(open_recording_page(playback, "127.0.0.1", 0)) as feed, ThreadPoolExecutor(1) as pool:
 
         def open_and_look() -> Any:
-            with browser(feed.url) as page:
+            with browser(feed.page.url) as page:
                 return look(page)
 
         looked = pool.submit(open_and_look)
@@ -94,11 +99,90 @@ def test_the_page_shows_the_run_and_controls_it() -> None:
         assert sim.robots["dd100"].pose.position[0] > 0.05
 
 
-def test_without_the_token_there_is_no_page() -> None:
+def test_without_the_token_the_page_shows_nothing_of_the_run_and_says_what_to_open() -> None:
     with session("dd100_flat") as sim:
-        base = sim.view().partition("?")[0]
+        base = sim.view().partition("#")[0]
         with browser(base) as page:
-            assert "open the address that graphrun printed" in page.inner_text("body")
+            page.wait_for_selector("#failure:visible")
+            assert "Open the address that graphrun printed" in page.inner_text("#failure")
+            assert page.inner_text("#title") == "graphrun"
+            assert len(page.frames) == 2
+            assert page.frames[1].url == "about:blank"
+
+
+def test_the_token_leaves_the_address_and_stays_in_the_tab() -> None:
+    def look(page: Any) -> None:
+        until(page, "document.getElementById('title').textContent === 'dd100_flat'")
+        assert re.fullmatch(r"http://127\.0\.0\.1:\d+/", page.url)
+        assert page.context.cookies() == []
+        page.reload()
+        until(page, "document.getElementById('title').textContent === 'dd100_flat'")
+        other = page.context.new_page()
+        other.goto(page.url)
+        other.wait_for_selector("#failure:visible")
+        other.goto(f"{page.url}#token={token(page)}")  # another fragment alone loads no page
+        other.wait_for_selector("#title:text-is('dd100_flat')")
+
+    def token(page: Any) -> str:
+        return str(page.evaluate("() => sessionStorage.getItem('token')"))
+
+    with session("dd100_flat") as sim:
+        seen(sim, look)
+
+
+def test_a_page_of_another_port_neither_reads_nor_drives(tmp_path: Path) -> None:
+    """A stranger's page on the same host tries the sockets, with all that its browser has of the run's page."""
+    (tmp_path / "index.html").write_text("<!doctype html><title>another</title>", encoding="utf-8")
+    headers: list[str] = []
+
+    class Handler(http.server.SimpleHTTPRequestHandler):
+        def log_request(self, code: Any = "-", size: Any = "-") -> None:
+            headers.append(str(self.headers))
+
+    handler = functools.partial(Handler, directory=str(tmp_path))
+    attempt = """([base, token]) => Promise.all(["feed", "3d"].map((path) => new Promise((resolve) => {
+        const socket = new WebSocket(`${base}${path}?token=${token}`);
+        socket.onopen = () => resolve("open");
+        socket.onerror = () => resolve("refused");
+    })))"""
+
+    def look(page: Any) -> None:
+        until(page, "document.getElementById('title').textContent === 'dd100_flat'")
+        other = page.context.new_page()
+        other.goto(f"http://127.0.0.1:{server.server_address[1]}/index.html")
+        stored = other.evaluate("() => [document.cookie, sessionStorage.getItem('token')]")
+        assert stored == ["", None]
+        token = page.evaluate("() => sessionStorage.getItem('token')")
+        for tried in ("", token):  # even who has the token is refused, for its origin
+            base = page.url.replace("http", "ws")
+            assert other.evaluate(attempt, [base, tried]) == ["refused", "refused"]
+        assert "ookie" not in "".join(headers)
+
+    with http.server.ThreadingHTTPServer(("127.0.0.1", 0), handler) as server, session("dd100_flat") as sim:
+        threading.Thread(target=server.serve_forever, daemon=True).start()
+        seen(sim, look)
+        server.shutdown()
+
+
+def test_the_3d_part_connects_to_no_other_server_although_its_address_names_one() -> None:
+    """A server of a stranger could run scripts in the page, and those could read the token."""
+    heard: list[object] = []
+    attempt = "url => new Promise((done) => { new WebSocket(url).onerror = () => done('refused'); })"
+    with (
+        serve(heard.append, "127.0.0.1", 0) as stranger,
+        closing(PageServer("127.0.0.1", 0, lambda viewer, message: None, dict)) as server,
+    ):
+        threading.Thread(target=stranger.serve_forever, daemon=True).start()
+        other = f"ws://127.0.0.1:{stranger.socket.getsockname()[1]}/"
+        with browser(f"http://127.0.0.1:{server.port}/") as page:
+            said: list[str] = []
+            page.on("console", lambda message: said.append(message.text))
+            page.goto(f"http://127.0.0.1:{server.port}/3d/?websocket={other}")
+            assert eventually(
+                lambda: any(f"Connecting to: {other}" in text for text in said), lambda: page.wait_for_timeout(50)
+            )
+            assert page.evaluate(attempt, other) == "refused"
+    assert heard == []
 
 
 def test_a_recording_is_seen_at_any_time(tmp_path: Path) -> None:

@@ -7,6 +7,7 @@ import http.client
 import json
 import os
 import re
+import socket
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -22,7 +23,9 @@ from viser import _messages
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import ClientConnection, connect
 
-from graphengine.view.page_server import _STATIC, FEED, MAX_MESSAGE, MAX_VIEWERS, SCENE, PageServer
+from graphengine.format.errors import UsageError
+from graphengine.view.page_server import _STATIC, FEED, MAX_MESSAGE, MAX_REQUEST, MAX_VIEWERS, SCENE, PageServer
+from tests.view.harness import socket_of
 from tests.waiting import eventually
 
 STRANGER = r"""
@@ -30,7 +33,7 @@ import os, socket, sys
 connection, port = socket.socket(), int(sys.argv[1])
 os.setuid(65534)
 connection.connect(("127.0.0.1", port))
-connection.sendall(b"GET / HTTP/1.1\r\nHost: 127.0.0.1:%d\r\n\r\n" % port)
+connection.sendall(b"GET /feed HTTP/1.1\r\nHost: 127.0.0.1:%d\r\n\r\n" % port)
 print(connection.recv(100).partition(b"\r\n")[0].decode())
 """
 
@@ -44,26 +47,32 @@ class Served:
             "127.0.0.1", 0, lambda viewer, message: self.asked.append(message), lambda: {"stage": '{"stage": {}}'}
         )
         self.host = f"127.0.0.1:{self.server.port}"
-        self.token = self.server.url.partition("token=")[2]
-        self.cookie = f"graphrun_{self.server.port}={self.token}"
+        self.token = self.server.url.partition("#token=")[2]
 
     def get(self, path: str, **headers: str) -> tuple[int, str]:
-        """Status and body of a request; headers replace those of a viewer who was let in."""
+        """Status and body of a request; a header without a value is left out."""
         connection = http.client.HTTPConnection("127.0.0.1", self.server.port, timeout=10)
-        given = {"Host": self.host, "Cookie": self.cookie, **headers}
-        connection.request("GET", path, headers={name: value for name, value in given.items() if value})
+        connection.request(
+            "GET", path, headers={n: value for n, value in {"Host": self.host, **headers}.items() if value}
+        )
         answer = connection.getresponse()
         body = answer.read().decode(errors="replace")
         connection.close()
         return answer.status, body
 
-    def connect(self, path: str = FEED, **headers: str) -> ClientConnection:
+    def send(self, request: bytes) -> bytes:
+        """First line of what is answered to bytes."""
+        with socket.create_connection(("127.0.0.1", self.server.port), timeout=20) as connection:
+            connection.sendall(request)
+            return connection.makefile("rb").readline()
+
+    def connect(self, path: str = FEED, *, token: str | None = None, **headers: str) -> ClientConnection:
         """A WebSocket of a viewer."""
-        given = {"Cookie": self.cookie, **headers}
+        url = self.server.url if token is None else f"http://{self.host}/#token={token}"
         protocols: Any = ["viser-v1.1.1"] if path == SCENE else None
         return connect(
-            f"ws://{self.host}{path}",
-            additional_headers={name: value for name, value in given.items() if value},
+            socket_of(url, path),
+            additional_headers=headers,
             subprotocols=protocols,
             max_size=None,
             close_timeout=0.5,  # s; what was not read holds the closing up
@@ -77,51 +86,118 @@ def served() -> Iterator[Served]:
     made.server.close()
 
 
-@pytest.mark.parametrize("path", ["/", "/page.js", "/page.css", f"{SCENE}/"])
-def test_a_viewer_gets_the_page_and_its_parts(served: Served, path: str) -> None:
+@pytest.mark.parametrize("path", ["/", "/page.js", "/page.css", f"{SCENE}/", f"{SCENE}/?darkMode&websocket=x"])
+def test_everybody_gets_the_files_of_the_page_which_hold_nothing_of_the_run(served: Served, path: str) -> None:
     status, body = served.get(path)
     assert status == 200
     assert body
+    assert served.token not in body
 
 
-def test_the_address_of_the_3d_part_has_the_first_pose_of_the_camera(served: Served) -> None:
-    served.server.start = "initialCameraPosition=1.000,2.000,3.000"
+def test_the_3d_part_connects_to_its_own_server_only_and_sends_its_address_to_nobody(served: Served) -> None:
     connection = http.client.HTTPConnection("127.0.0.1", served.server.port, timeout=10)
-    for path, query in ((SCENE, ""), (f"{SCENE}?darkMode", "darkMode&"), (f"{SCENE}?evil=1", "")):
-        connection.request("GET", path, headers={"Host": served.host, "Cookie": served.cookie})
-        answer = connection.getresponse()
-        answer.read()
-        assert (answer.status, answer.headers["Location"]) == (303, f"{SCENE}/?{query}{served.server.start}")
-        connection.close()
+    connection.request("GET", f"{SCENE}/", headers={"Host": served.host})
+    answer = connection.getresponse()
+    assert answer.headers["Referrer-Policy"] == "no-referrer"
+    assert "connect-src 'self' data: blob:" in answer.headers["Content-Security-Policy"]
+    assert "Set-Cookie" not in answer.headers
+    connection.close()
 
 
 def test_all_modules_of_the_page_are_loaded_at_once(served: Served) -> None:
     _, page = served.get("/")
-    modules = {file.name for file in _STATIC.iterdir() if file.name.endswith(".js")} - {"page.js", "world.js"}
+    modules = {file.name for file in _STATIC.iterdir() if file.name.endswith(".js")} - {
+        "page.js",
+        "token.js",
+        "world.js",
+    }
     assert set(re.findall(r'rel="modulepreload" href="([^"]+)"', page)) == modules
 
 
 @pytest.mark.parametrize("path", ["/", "/page.js", SCENE, f"{SCENE}/", "/nothing", FEED])
-@pytest.mark.parametrize(
-    "headers", [{"Cookie": ""}, {"Host": "evil.example"}, {"Origin": "http://evil.example"}, {"Cookie": "x=1"}]
-)
-def test_without_token_or_under_another_name_every_path_is_forbidden(
+@pytest.mark.parametrize("headers", [{"Host": "evil.example"}, {"Origin": "http://evil.example"}])
+def test_under_another_name_or_from_another_page_every_path_is_forbidden(
     served: Served, path: str, headers: dict[str, str]
 ) -> None:
-    assert served.get(path, **headers)[0] == 403
+    assert served.get(f"{path}?token={served.token}", **headers)[0] == 403
 
 
 @pytest.mark.parametrize("path", [FEED, SCENE])
-@pytest.mark.parametrize("headers", [{"Cookie": ""}, {"Origin": "http://evil.example"}])
-def test_so_is_every_websocket(served: Served, path: str, headers: dict[str, str]) -> None:
-    with pytest.raises(InvalidStatus) as refused, served.connect(path, **headers):
+@pytest.mark.parametrize(
+    "given",
+    [{"token": ""}, {"token": "x"}, {"Origin": "http://evil.example"}, {"Origin": "http://127.0.0.1:1"}],
+)
+def test_without_token_or_from_another_page_or_port_no_websocket_is_opened(
+    served: Served, path: str, given: dict[str, Any]
+) -> None:
+    with pytest.raises(InvalidStatus) as refused, served.connect(path, **given):
         pass
     assert refused.value.response.status_code == 403
 
 
+def test_a_cookie_is_neither_set_nor_taken(served: Served) -> None:
+    name = f"graphrun_{served.server.port}"
+    with pytest.raises(InvalidStatus), served.connect(token="", Cookie=f"{name}={served.token}; token={served.token}"):
+        pass
+
+
+UPGRADE = b"Upgrade: websocket\r\nConnection: Upgrade\r\nSec-WebSocket-Version: 13\r\n"
+UPGRADE += b"Sec-WebSocket-Key: MDEyMzQ1Njc4OWFiY2RlZg==\r\n"
+STRANGE = {
+    "another address": b"GET //[ HTTP/1.1\r\nHost: HOST\r\nHost: HOST\r\n\r\n",
+    "a doubled host": b"GET /feed?token=TOKEN HTTP/1.1\r\nHost: HOST\r\nHost: HOST\r\n" + UPGRADE + b"\r\n",
+    "a doubled origin": b"GET /feed?token=TOKEN HTTP/1.1\r\nHost: HOST\r\n"
+    + 2 * b"Origin: http://HOST\r\n"
+    + UPGRADE
+    + b"\r\n",
+    "doubled cookies": b"GET /feed HTTP/1.1\r\nHost: HOST\r\nCookie: a=1\r\nCookie: token=TOKEN\r\n"
+    + UPGRADE
+    + b"\r\n",
+    "bytes above 127 in the token": b"GET /feed?token=\xff\xfe\xc3\xbc HTTP/1.1\r\nHost: HOST\r\n" + UPGRADE + b"\r\n",
+    "bytes above 127 in the host": b"GET / HTTP/1.1\r\nHost: \xff\xfe\r\n\r\n",
+    "an upgrade of a file": b"GET /3d/../feed HTTP/1.1\r\nHost: x\r\nUpgrade: a\r\nUpgrade: b\r\n\r\n",
+}
+
+
+@pytest.mark.parametrize("request_of", STRANGE)
+def test_a_malformed_request_is_forbidden_and_nothing_is_logged(
+    served: Served, request_of: str, caplog: pytest.LogCaptureFixture
+) -> None:
+    given = STRANGE[request_of].replace(b"HOST", served.host.encode()).replace(b"TOKEN", served.token.encode())
+    assert served.send(given) == b"HTTP/1.1 403 Forbidden\r\n"
+    assert [record for record in caplog.records if record.levelname in ("WARNING", "ERROR")] == []
+
+
+@pytest.mark.parametrize("encoding", [b"gzip", b"br, gzip", b"\xff", b"gzip\r\nAccept-Encoding: gzip\r\nUpgrade: x"])
+def test_the_3d_part_is_sent_whatever_the_other_headers_are(served: Served, encoding: bytes) -> None:
+    request = b"GET /3d/ HTTP/1.1\r\nHost: %s\r\nAccept-Encoding: %s\r\nUpgrade: websocket\r\n\r\n"
+    assert served.send(request % (served.host.encode(), encoding)) == b"HTTP/1.1 200 OK\r\n"
+
+
+@pytest.mark.parametrize("port", [65536, 70000, -1, 10**30])
+def test_a_port_that_does_not_exist_is_an_error(port: int) -> None:
+    with pytest.raises(UsageError, match=f"the page cannot be served on port {port}: ports are numbers from 0"):
+        PageServer("127.0.0.1", port, lambda viewer, message: None, dict)
+
+
+@pytest.mark.parametrize(("size", "taken"), [(MAX_REQUEST, True), (MAX_REQUEST + 1, False)])
+def test_a_request_that_is_too_long_is_refused_with_an_answer(served: Served, size: int, taken: bool) -> None:
+    with served.connect() as viewer:
+        viewer.recv(timeout=10)
+        text = '{"ask": "command", "id": 7, "fill": "FILL"}'
+        viewer.send(text.replace("FILL", "x" * (size - len(text) + len("FILL"))))
+        if not taken:
+            (answer,) = json.loads(viewer.recv(timeout=10)).values()
+            error = f"the request is too long: {size} characters; at most {MAX_REQUEST} are accepted"
+            assert answer == {"id": 7, "error": error}
+        viewer.send('{"ask": "look"}')
+        assert eventually(lambda: {"ask": "look"} in served.asked)
+    assert [asked["id"] for asked in served.asked if asked["ask"] == "command"] == ([7] if taken else [])
+
+
 def test_files_outside_of_the_page_are_not_served(served: Served) -> None:
     for path in ("/../pyproject.toml", f"{SCENE}/../../server.py", f"{SCENE}/%2e%2e/%2e%2e/server.py", "/guard.py"):
-        assert served.get(path)[0] in (403, 404)
+        assert served.get(path)[0] == 404
 
 
 def test_a_viewer_is_greeted_and_heard_and_its_leaving_is_told(served: Served) -> None:

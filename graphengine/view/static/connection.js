@@ -12,9 +12,8 @@ export function tell(kind, content) {
 }
 
 export function connect() {
-  const url = new URL("feed", location.href);
-  url.protocol = url.protocol.replace("http", "ws");
-  socket = new WebSocket(url);
+  if (!socketUrl("feed")) return tell("locked");
+  socket = new WebSocket(socketUrl("feed"));
   socket.onmessage = (event) => {
     const told = JSON.parse(event.data);
     for (const kind in told) tell(kind, told[kind]);
@@ -28,7 +27,7 @@ export function connect() {
 }
 
 export function ask(what) {
-  if (socket.readyState === WebSocket.OPEN) socket.send(JSON.stringify(what));
+  if (socket?.readyState === WebSocket.OPEN) socket.send(JSON.stringify(what));
 }
 
 // Sends a command to the run; the response has a result or an error, which is also shown as a message.

@@ -72,7 +72,11 @@ export function bytes(count) {
   return `${size === 1 ? Math.round(count) : (count / size).toPrecision(3)} ${unit}`;
 }
 
-on("lost", () => showState("disconnected"));
+on("lost", () => showState("disconnected", "the run has ended, or it was started again: open the address that graphrun printed"));
+on("locked", () => {
+  showState("disconnected");
+  showFailure("Open the address that graphrun printed: it contains the token of this run.");
+});
 on("ended", ({ error }) => {
   showState(error ? "failed" : "ended");
   showFailure(error);

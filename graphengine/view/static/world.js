@@ -1,6 +1,7 @@
 // Loads the 3D part before the modules of the page, as it takes longest. A separate file, because the page allows no inline scripts.
 const world = document.getElementById("world");
-world.src = matchMedia("(prefers-color-scheme: dark)").matches ? "3d?darkMode" : "3d";
+const dark = matchMedia("(prefers-color-scheme: dark)").matches ? "darkMode&" : "";
+if (socketUrl("3d")) world.src = `3d/?${dark}websocket=${socketUrl("3d")}`;
 world.addEventListener("load", () => {
   const style = world.contentDocument.createElement("style");
   style.textContent = "#webgl-software-rendering { display: none !important; }"; // this notice would cover the world
