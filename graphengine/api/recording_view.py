@@ -154,7 +154,7 @@ class Playback:
 
 
 def open_recording_page(playback: Playback, host: str, port: int) -> Feed:
-    """Start the web page of a recording and return its feed; the caller closes the feed.
+    """Start the web page of a recording and return its feed; `wait` of the feed returns its URL. The caller closes the feed.
 
     Args:
         playback: playback of the recording to show.
@@ -162,7 +162,7 @@ def open_recording_page(playback: Playback, host: str, port: int) -> Feed:
         port: TCP port; 0 chooses a free port.
 
     Raises:
-        UsageError: the extra `view` is not installed, or the address cannot be used.
+        UsageError: the extra `view` is not installed.
     """
     check_packages()
     from graphengine.view.feed import Feed
@@ -172,13 +172,7 @@ def open_recording_page(playback: Playback, host: str, port: int) -> Feed:
 
     title, session = playback.player.recording.path.name, playback.player.session
     floor = functools.partial(make_floor, session)
-    feed = Feed(session, CommandQueue(), title, host, port, _NoDriver(), lost, make_floor=floor, playback=playback)
-    try:
-        feed.wait()
-    except BaseException:
-        feed.close()
-        raise
-    return feed
+    return Feed(session, CommandQueue(), title, host, port, _NoDriver(), lost, make_floor=floor, playback=playback)
 
 
 def turn(playback: Playback, feed: Feed) -> None:

@@ -130,18 +130,11 @@ def open_page(
         served=served,
     )
     runner.show(feed)
-    asked = False
 
-    def again() -> str:
-        nonlocal asked
-        page, failed = feed.page, feed.page.lost
-        if failed and not asked:
-            open_page(runner, host, port, read_only=read_only, served=served)
-            return runner.session.open_page() if runner.session.open_page is not None else ""
-        asked = not (failed or page.url)
-        if failed:
-            raise UsageError(page.failure)
-        return page.url
+    def again(waiting: bool) -> str:
+        if waiting and feed.page.lost:
+            raise UsageError(feed.page.failure)
+        return open_page(runner, host, port, read_only=read_only, served=served).page.url
 
     runner.session.open_page = again
     return feed

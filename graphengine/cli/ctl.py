@@ -233,7 +233,7 @@ def execute(arguments: argparse.Namespace) -> int:
         told = client.ask(arguments.command, given)
         while arguments.command == "view" and not told["page"]:
             time.sleep(POLL)
-            told = client.ask(arguments.command, given)
+            told = client.ask("view", {"waiting": True})
         state = _state(client) if arguments.command not in ("quit", "topics", "view") else None
     for warning in told.get("warnings", ()) if isinstance(told, dict) else ():
         print(clean(f"warning: {warning}"), file=sys.stderr)

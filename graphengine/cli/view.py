@@ -69,7 +69,7 @@ def _view(arguments: argparse.Namespace, run: RecordedRun, marks: Marks) -> int:
     with contextlib.closing(RecordingPlayer(runner.session, runner.network, run.recording, marks, run.warn)) as player:
         playback = Playback(player)
         with contextlib.closing(open_recording_page(playback, arguments.view_host, arguments.view_port)) as feed:
-            tell(f"see it: {feed.page.url}")
+            tell(f"see it: {feed.wait()}")
             with contextlib.suppress(KeyboardInterrupt):
                 while True:
                     turn(playback, feed)

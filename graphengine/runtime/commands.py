@@ -400,12 +400,18 @@ class Topics(Command):
 
 
 class View(Command):
-    """Return the URL of the session's web page, empty while the page starts; if the page's process has ended, start it again."""
+    """Return the URL of the session's web page, empty while the page starts; if the page's process has ended, start it again.
+
+    Attributes:
+        waiting: whether an earlier command asked for the page; then raise an error instead of starting it again.
+    """
+
+    waiting: bool = False
 
     def _apply(self, session: SessionCore) -> dict[str, str]:
         if session.open_page is None:
             raise StateError("the run does not serve a web page; start the run with --view")
-        return {"page": session.open_page()}
+        return {"page": session.open_page(self.waiting)}
 
 
 class Quit(Command):

@@ -74,9 +74,9 @@ class SessionCore:
         self.findings: tuple[str, ...] = ()
         """Errors that the last reload found in changed files, as text; empty if the session runs the current files. The web page
         and the terminal of the run show them."""
-        self.open_page: Callable[[], str] | None = None
-        """Function that returns the URL of the session's web page, empty while the page starts; if the page's process has
-        ended, it starts a new one. None: no page."""
+        self.open_page: Callable[[bool], str] | None = None
+        """Function that returns the URL of the session's web page, empty while the page starts; None: no page. If the page's
+        process has ended, it raises UsageError for the argument True, and starts a new one for False."""
         self.listeners: list[Callable[[], None]] = []
         """Functions that the session calls in its thread after each executed command and each change between two ticks."""
         self.late_ticks = 0

@@ -6,7 +6,7 @@ import ipaddress
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 
-from graphengine.format.access_token import has_token, make_token
+from graphengine.format.web_access import has_token, make_token
 
 
 @dataclass(frozen=True, slots=True)

@@ -35,6 +35,7 @@ from websockets.exceptions import ConnectionClosed
 from websockets.http11 import Request, Response
 
 from graphengine.format.errors import UsageError
+from graphengine.format.web_access import parse_object
 from graphengine.view.guard import PageGuard
 
 MAX_VIEWERS = 8
@@ -264,7 +265,7 @@ class PageServer:
         sending = asyncio.ensure_future(_send(connection, viewer))
         try:
             async for given in connection:
-                message = _read(given)
+                message = parse_object(given)
                 if message is None:
                     await connection.close(1003, "send a JSON object")
                     break
@@ -286,14 +287,6 @@ async def _send(connection: ServerConnection, viewer: Viewer) -> None:
         while True:
             for text in await viewer.take():
                 await connection.send(text)
-
-
-def _read(text: str | bytes) -> Mapping[str, Any] | None:
-    try:
-        found = json.loads(text)
-    except (ValueError, RecursionError):
-        return None
-    return found if isinstance(found, dict) else None
 
 
 def number_of(message: Mapping[str, Any]) -> int | None:

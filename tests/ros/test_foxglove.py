@@ -389,19 +389,23 @@ def test_the_port_behind_the_gate_takes_no_messages(
 @pytest.mark.parametrize(
     "channel",
     [
+        7,
         {},
         {"id": -1, "topic": "/cmd_vel", "encoding": "cdr", "schemaName": TWIST},
         {"id": 2**32, "topic": "/cmd_vel", "encoding": "cdr", "schemaName": TWIST},
-        {"id": True, "topic": "/cmd_vel", "encoding": "cdr", "schemaName": TWIST},
+        {"id": "1", "topic": "/cmd_vel", "encoding": "cdr", "schemaName": TWIST},
+        {"id": 1, "topic": "/cmd_vel", "encoding": "cdr", "schemaName": "\ud800"},
+        {"id": 1, "topic": "/cmd_vel", "encoding": "cdr", "schemaName": "a\x1b[31m"},
+        {"id": 1, "topic": "/cmd_vel", "encoding": "cdr", "schemaName": "a" * 1000},
         {"id": 1, "topic": ["/cmd_vel"], "encoding": "cdr", "schemaName": TWIST},
         {"id": 1, "topic": "/cmd_vel", "encoding": "cdr", "schemaName": None},
     ],
 )
 def test_a_channel_that_is_none_is_warned_of(network: LiveNetwork, client: FoxgloveClient, channel: Any) -> None:
     subscription = network.subscription(claim("subscribe"))
-    client.send({"op": "advertise", "channels": [7, channel]})
+    client.send({"op": "advertise", "channels": [channel]})
     assert client.until(lambda: client.warnings)
-    assert client.warnings == ["a channel that a client advertises needs an id, a topic and a schema name"]
+    assert client.warnings == ["a channel needs an id, a topic, an encoding and a schema name, in printable characters"]
     client.advertise("/cmd_vel", TWIST)(encoded(1.0))
     assert eventually(lambda: subscription.heard)
 

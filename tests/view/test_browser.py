@@ -35,7 +35,7 @@ def play(player: RecordingPlayer, look: Callable[[Any], Any]) -> Any:
     with closing(open_recording_page(playback, "127.0.0.1", 0)) as feed, ThreadPoolExecutor(1) as pool:
 
         def open_and_look() -> Any:
-            with browser(feed.page.url) as page:
+            with browser(feed.wait()) as page:
                 return look(page)
 
         looked = pool.submit(open_and_look)

@@ -46,7 +46,7 @@ def looked_at(player: RecordingPlayer, play: Callable[[Viewer], Any]) -> Any:
     with closing(open_recording_page(playback, "127.0.0.1", 0)) as feed, ThreadPoolExecutor(1) as pool:
 
         def play_and_leave() -> Any:
-            viewer = Viewer(feed.page.url)
+            viewer = Viewer(feed.wait())
             with viewer.socket:
                 return play(viewer)
 

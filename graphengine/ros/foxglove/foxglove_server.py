@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import threading
 from collections import deque
-from collections.abc import Collection, Mapping
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -33,6 +33,8 @@ CLOSING = 1.0
 """Maximum wait for clients at `close`, s; the SDK itself would wait forever for a client that does not read."""
 MAX_KEPT = 1000
 """Maximum number of latched messages kept for an endpoint with the history keepAll."""
+MAX_NAMES = 1000
+"""Maximum length of the names of a topic and its type that a client advertises together, characters."""
 MAX_PUBLISHED = 1000
 """Maximum number of topics that all clients together may advertise."""
 
@@ -241,19 +243,32 @@ class FoxgloveServer(ServerListener):
 
     # Called by the gate
 
-    def advertise(self, client: int, channel: Mapping[str, Any]) -> None:
+    def announce(self, client: int, told: Mapping[str, Any]) -> bool:
+        """Add or remove publishers of a client; return False if the message is about something else."""
+        match told:
+            case {"op": "advertise", "channels": [*channels]}:
+                for channel in channels:
+                    self._advertise(client, channel)
+            case {"op": "unadvertise", "channelIds": [*ids]}:
+                with self._lock:
+                    self._published = {
+                        key: end for key, end in self._published.items() if key[0] != client or key[1] not in ids
+                    }
+            case _:
+                return False
+        return True
+
+    def _advertise(self, client: int, channel: object) -> None:
         """Accept a client's publisher; warn if no graph of the run reads the topic."""
-        number, topic, encoding, schema = (channel.get(key) for key in ("id", "topic", "encoding", "schemaName"))
-        if (
-            type(number) is not int
-            or not 0 <= number < 2**32
-            or not isinstance(topic, str)
-            or not isinstance(schema, str)
-        ):
-            self._warn("a channel that a client advertises needs an id, a topic and a schema name")
-            return
-        gid = b"foxglove" + (client % 2**32).to_bytes(4, "big") + number.to_bytes(4, "big")
-        published = Endpoint(gid, "publish", topic, full_type(schema), QoS(), node="foxglove", namespace="/")
+        match channel:
+            case {"id": int(number), "topic": str(topic), "encoding": encoding, "schemaName": str(schema)} if (
+                0 <= number < 2**32 and len(topic + schema) <= MAX_NAMES and (topic + schema).isprintable()
+            ):
+                gid = b"foxglove" + (client % 2**32).to_bytes(4, "big") + number.to_bytes(4, "big")
+                published = Endpoint(gid, "publish", topic, full_type(schema), QoS(), node="foxglove", namespace="/")
+            case _:
+                self._warn("a channel needs an id, a topic, an encoding and a schema name, in printable characters")
+                return
         with self._lock:
             if encoding != ENCODING:
                 self._warn(f"{topic}: messages in {encoding} are not accepted, only in {ENCODING}")
@@ -264,12 +279,10 @@ class FoxgloveServer(ServerListener):
                 if topic not in self._read():
                     self._warn(f"{topic}: no graph of the run reads it")
 
-    def unadvertise(self, client: int, channels: Collection[object] | None) -> None:
-        """Remove a client's publishers by the ids of their channels; None removes all."""
+    def forget(self, client: int) -> None:
+        """Remove all publishers of a client that has disconnected."""
         with self._lock:
-            for key in [(owner, number) for owner, number in self._published if owner == client]:
-                if channels is None or key[1] in channels:
-                    del self._published[key]
+            self._published = {key: end for key, end in self._published.items() if key[0] != client}
 
     def receive(self, client: int, channel: int, data: bytes) -> None:
         """Deliver a client's message to the readers of its topic and type; drop and count it if it cannot be decoded."""

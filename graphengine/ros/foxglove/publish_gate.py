@@ -14,8 +14,7 @@ import logging
 import socket
 import struct
 import threading
-from collections.abc import Collection, Mapping
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 from websockets.asyncio.client import ClientConnection, connect
 from websockets.asyncio.server import ServerConnection, serve
@@ -23,11 +22,12 @@ from websockets.exceptions import ConnectionClosed
 from websockets.http11 import Request, Response
 from websockets.typing import Subprotocol
 
-from graphengine.format.access_token import has_token, make_token
+from graphengine.format.web_access import has_token, make_token, parse_object
+
+if TYPE_CHECKING:
+    from graphengine.ros.foxglove.foxglove_server import FoxgloveServer
 
 SUBPROTOCOL = Subprotocol("foxglove.sdk.v1")
-CAPABILITY = "clientPublish"
-"""The capability with which a server tells clients that they may publish."""
 MESSAGE_DATA, HEADER = 1, struct.Struct("<BI")
 """Opcode of a message that a client publishes, and its header: opcode and id of the client's channel."""
 MAX_CLIENTS = 16
@@ -38,19 +38,7 @@ CLOSING = 0.5
 
 _quiet = logging.getLogger(__name__)
 _quiet.setLevel(logging.CRITICAL + 1)  # websockets logs the bytes of each request that is none, with a traceback
-
-
-class Publishing(Protocol):
-    """Takes what clients publish; called in the gate's thread."""
-
-    def advertise(self, client: int, channel: Mapping[str, Any]) -> None:
-        """Accept a client's publisher; `channel` is a channel of the protocol's message `advertise`, not validated."""
-
-    def unadvertise(self, client: int, channels: Collection[object] | None) -> None:
-        """Remove a client's publishers by the ids of their channels; None removes all."""
-
-    def receive(self, client: int, channel: int, data: bytes) -> None:
-        """Deliver a message that a client published."""
+_OPTIONS: Any = {"subprotocols": [SUBPROTOCOL], "compression": None, "close_timeout": CLOSING, "logger": _quiet}
 
 
 class PublishGate:
@@ -60,19 +48,19 @@ class PublishGate:
         host: host to listen on.
         port: TCP port; 0 selects a free port.
         inner: URL of the SDK's server.
-        publishing: takes what clients publish.
+        server: takes what clients publish, in the gate's thread.
 
     Raises:
         OSError: the address cannot be used.
     """
 
-    def __init__(self, host: str, port: int, inner: str, publishing: Publishing) -> None:
+    def __init__(self, host: str, port: int, inner: str, server: FoxgloveServer) -> None:
         family = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)[0][0]
         self._socket = socket.create_server((host, port), family=family)
         self.port: int = self._socket.getsockname()[1]
         self.token = make_token()
         self._inner = inner
-        self._publishing = publishing
+        self._server = server
         self._numbers = itertools.count()
         self._clients: set[ServerConnection] = set()
         self._loop = asyncio.new_event_loop()
@@ -94,11 +82,8 @@ class PublishGate:
             self._handle,
             sock=self._socket,
             process_request=self._check,
-            subprotocols=[SUBPROTOCOL],
-            compression=None,
             max_size=MAX_MESSAGE,
-            close_timeout=CLOSING,
-            logger=_quiet,
+            **_OPTIONS,
         ) as server:
             await self._ended.wait()
             server.close()
@@ -119,16 +104,8 @@ class PublishGate:
         number = next(self._numbers)
         self._clients.add(client)
         try:
-            async with connect(
-                self._inner,
-                subprotocols=[SUBPROTOCOL],
-                proxy=None,
-                compression=None,
-                max_size=None,
-                ping_interval=None,  # answers wait behind messages for a client that is slow
-                close_timeout=CLOSING,
-                logger=_quiet,
-            ) as inner:
+            # Without pings, because the answers would wait behind messages for a client that is slow.
+            async with connect(self._inner, proxy=None, max_size=None, ping_interval=None, **_OPTIONS) as inner:
                 sending = asyncio.ensure_future(_send(inner, client))
                 async for message in client:
                     if not self._take(number, message):
@@ -139,25 +116,15 @@ class PublishGate:
             pass
         finally:
             self._clients.discard(client)
-            self._publishing.unadvertise(number, None)
+            self._server.forget(number)
 
     def _take(self, client: int, message: str | bytes) -> bool:
         """Pass a message to the run if the client publishes with it; return whether it does."""
-        if isinstance(message, bytes):
-            if len(message) < HEADER.size or message[0] != MESSAGE_DATA:
-                return False
-            self._publishing.receive(client, HEADER.unpack_from(message)[1], message[HEADER.size :])
-            return True
-        told = _parse(message)
-        channels, ids = told.get("channels"), told.get("channelIds")
-        if told.get("op") == "advertise" and isinstance(channels, list):
-            for channel in channels:
-                if isinstance(channel, dict):
-                    self._publishing.advertise(client, channel)
-        elif told.get("op") == "unadvertise" and isinstance(ids, list):
-            self._publishing.unadvertise(client, ids)
-        else:
+        if isinstance(message, str):
+            return self._server.announce(client, parse_object(message) or {})
+        if len(message) < HEADER.size or message[0] != MESSAGE_DATA:
             return False
+        self._server.receive(client, HEADER.unpack_from(message)[1], message[HEADER.size :])
         return True
 
 
@@ -165,16 +132,7 @@ async def _send(inner: ClientConnection, client: ServerConnection) -> None:
     """Send the messages of the SDK's server to a client until one of them closes; the server's first one names capabilities."""
     with contextlib.suppress(ConnectionClosed):
         async for message in inner:
-            if isinstance(message, str) and (told := _parse(message)).get("op") == "serverInfo":
-                message = json.dumps({**told, "capabilities": [*told.get("capabilities", ()), CAPABILITY]})
+            if isinstance(message, str) and (told := parse_object(message)) and told.get("op") == "serverInfo":
+                message = json.dumps({**told, "capabilities": ["clientPublish"]})
             await client.send(message)
     await client.close()
-
-
-def _parse(text: str) -> Mapping[str, Any]:
-    """Return a JSON object; an empty one for any other text."""
-    try:
-        found = json.loads(text)
-    except (ValueError, RecursionError):
-        return {}
-    return found if isinstance(found, dict) else {}

@@ -1,9 +1,12 @@
-"""The token in an address that graphrun prints: only programs that know the address may use what is served there."""
+"""Access to the ports that graphrun serves: the token in a printed address, and JSON objects that clients send."""
 
 from __future__ import annotations
 
 import hmac
+import json
 import secrets
+from collections.abc import Mapping
+from typing import Any
 
 
 def make_token() -> str:
@@ -21,3 +24,12 @@ def has_token(target: str, token: str) -> bool:
     fields = [part.partition("=") for part in target.partition("?")[2].split("&")]
     given = [value.encode(errors="surrogatepass") for name, _, value in fields if name == "token"]
     return sum(hmac.compare_digest(value, token.encode()) for value in given) > 0  # compares all of them
+
+
+def parse_object(text: str | bytes) -> Mapping[str, Any] | None:
+    """Return the JSON object in a text from a client; None for any other text."""
+    try:
+        found = json.loads(text)
+    except (ValueError, RecursionError):
+        return None
+    return found if isinstance(found, dict) else None
