@@ -8,6 +8,7 @@ import json
 import os
 import re
 import signal
+import threading
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -19,10 +20,13 @@ pytest.importorskip("viser", reason="the extra view is not installed")
 
 import graphengine as ge
 from graphengine.cli import main as graphrun
+from graphengine.runtime.commands import parse
 from graphengine.runtime.run_status import RunStatus
 from graphengine.testing import session
+from graphengine.view import viewers
 from graphengine.view.live_graphs import short_value
 from graphengine.view.page_process import _text
+from graphengine.view.page_server import MAX_REQUEST
 from tests.view.browser3d import Browser3D
 from tests.view.harness import Viewer, viewed
 
@@ -205,6 +209,36 @@ def test_files_of_the_working_directory_are_no_modules_of_the_page(
         (tmp_path / f"{name}.py").write_text("raise SystemExit(1)")
     monkeypatch.chdir(tmp_path)
     assert sim.view().startswith("http://127.0.0.1:")
+
+
+def test_commands_are_parsed_outside_of_the_thread_of_the_ticks(
+    sim: ge.Session, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    threads: list[threading.Thread] = []
+
+    def parse_here(name: str, arguments: Any) -> Any:
+        threads.append(threading.current_thread())
+        return parse(name, arguments)
+
+    monkeypatch.setattr(viewers, "parse", parse_here)
+    assert viewed(sim, lambda viewer: viewer.command("rate", factor=2)) == {"id": 1, "result": None}
+    assert [thread.name for thread in threads] == ["page"]
+
+
+def test_a_command_that_is_too_long_or_nested_too_deeply_is_refused(sim: ge.Session) -> None:
+    deep: Any = []
+    for _ in range(800):
+        deep = [deep]
+
+    def play(viewer: Viewer) -> Any:
+        long = viewer.command("set", address="x", value=["x" * MAX_REQUEST])
+        nested = viewer.command("set", address="x", value=deep)
+        return long, nested, viewer.command("state")
+
+    long, nested, state = viewed(sim, play)
+    assert f"at most {MAX_REQUEST} are accepted" in long["error"]
+    assert nested["error"].startswith("set: ")
+    assert state["result"]["state"] == "playing"
 
 
 def test_a_page_for_looking_takes_no_commands(sim: ge.Session) -> None:
