@@ -7,6 +7,8 @@ import socket
 import time
 from typing import Any
 
+from graphengine.format import bounded_json
+
 MAX_REQUEST, MAX_ANSWER = 100_000, 10_000_000
 """Maximum length of a request line and of a response line, bytes."""
 PATIENCE = 10.0
@@ -66,6 +68,6 @@ class Lines:
         if len(line) > most:
             raise BadLineError
         try:
-            return json.loads(line)
-        except (ValueError, RecursionError):
+            return bounded_json.parse(line, most)
+        except ValueError:
             raise BadLineError from None

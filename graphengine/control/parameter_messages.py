@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import json
 from typing import Any
 
+from graphengine.format import bounded_json
 from graphengine.format.errors import UsageError
 from graphengine.messages.definitions import DEFINITIONS
 from graphengine.messages.parameters import ParameterType, parameter_message, python_value
@@ -39,8 +39,8 @@ def given_value(message: Any, kind: ParameterType) -> Any:
 def _spelled(text: str) -> Any:
     """Return the number or the JSON list that a string contains; return the string itself if it contains neither."""
     try:
-        return float(text) if not text.lstrip().startswith("[") else json.loads(text)
-    except (ValueError, RecursionError):
+        return float(text) if not text.lstrip().startswith("[") else bounded_json.parse(text)
+    except ValueError:
         return text
 
 

@@ -9,6 +9,7 @@ from collections.abc import Mapping
 from dataclasses import asdict, fields, replace
 from typing import Any, get_args, get_type_hints
 
+from graphengine.format import bounded_json
 from graphengine.format.errors import TopicError
 from graphengine.format.wording import did_you_mean, listing
 from graphengine.messages.endpoints import QoS
@@ -53,8 +54,8 @@ def parse_qos(qos_profile: str, queue_size: int = 10, latched: bool = False) -> 
     if not qos_profile.strip():
         return QoS(depth=_depth(queue_size, "queue size", queue_size))
     try:
-        profile = json.loads(qos_profile)
-    except (ValueError, RecursionError) as error:
+        profile = bounded_json.parse(qos_profile)
+    except ValueError as error:
         raise TopicError(f"QoS profile is not JSON: {error}", qos_profile, f"keys: {', '.join(_FIELDS)}") from None
     if not isinstance(profile, dict):
         raise TopicError("QoS profile is not a JSON object", qos_profile, f"keys: {', '.join(_FIELDS)}")

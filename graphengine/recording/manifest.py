@@ -8,6 +8,7 @@ from typing import Annotated, Any, Literal, Self, cast
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
+from graphengine.format import bounded_json
 from graphengine.format.errors import RecordingError
 from graphengine.messages.distros import JAZZY, Distro
 from graphengine.node.context.session_services import Services
@@ -17,6 +18,8 @@ from graphengine.recording.sources import SourceNames
 from graphengine.scene.loaded_scene import LoadedScene
 
 FORMAT = 1
+MAX_BYTES = 16_000_000
+"""Maximum size of one entry of the metadata, bytes; the overrides of a run may be long."""
 RaysName = Literal["auto", "mujoco", "fast"]
 Positive = Annotated[int, Field(ge=1)]
 DomainId = Annotated[int, Field(ge=0, le=232)]
@@ -69,11 +72,13 @@ class Manifest(BaseModel):
         if written != str(FORMAT):
             raise RecordingError(f"it has format {written[:20]!r}; this version reads {FORMAT}")
         try:
-            return cls(**{key: json.loads(text) for key, text in metadata.items() if key != "format"})
+            return cls(
+                **{key: bounded_json.parse(text, MAX_BYTES) for key, text in metadata.items() if key != "format"}
+            )
         except ValidationError as error:
             first = error.errors()[0]
             raise RecordingError(f"its {'.'.join(map(str, first['loc']))} is invalid: {first['msg']}") from None
-        except (ValueError, RecursionError) as error:
+        except ValueError as error:
             raise RecordingError(f"its metadata on the run cannot be read: {error}") from None
 
 

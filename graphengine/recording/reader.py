@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import json
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from itertools import chain
@@ -12,6 +11,7 @@ from typing import Any
 
 from mcap.records import Attachment, Channel, Header, McapRecord, Message, Metadata, Schema
 
+from graphengine.format import bounded_json
 from graphengine.format.errors import RecordingError
 from graphengine.messages import messages
 from graphengine.recording import mcap_schema
@@ -22,6 +22,8 @@ from graphengine.recording.sources import Workspace
 
 MAX_MESSAGES = 1_000_000
 """Maximum number of messages in a tick."""
+MAX_INPUTS = 64_000_000
+"""Maximum size of the external inputs of a tick, bytes."""
 MAX_SILENCE = 10_000_000
 """Maximum number of successive ticks without a message.
 
@@ -192,11 +194,11 @@ class Recording:
 
     def _add_outside(self, tick: Tick, data: bytes) -> None:
         try:
-            outside = json.loads(messages.decode(data, mcap_schema.SESSION.message_type).data)
+            outside = bounded_json.parse(messages.decode(data, mcap_schema.SESSION.message_type).data, MAX_INPUTS)
             tick.commands = [(str(name), arguments) for name, arguments in outside.get("commands", [])]
             tick.readers = [tuple(map(str, nodes)) for nodes in outside.get("delivered", [])]
             tick.wall_time = float(outside["wall_time"]) if "wall_time" in outside else None
-        except (messages.MessageError, ValueError, TypeError, AttributeError, ArithmeticError, RecursionError) as error:
+        except (messages.MessageError, ValueError, TypeError, AttributeError, ArithmeticError) as error:
             raise self._bad(f"the external inputs of tick {tick.number} cannot be read: {error}") from None
 
     def _manifest(self, record: Metadata) -> Manifest:

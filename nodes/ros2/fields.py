@@ -18,6 +18,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from graphengine.format import bounded_json
 from graphengine.messages.definitions import Definitions, dtype_of
 from graphengine.messages.interfaces import (
     TEXTS,
@@ -151,8 +152,8 @@ class Leaf:
 
     def _message(self, text: str, place: str) -> Any:
         try:
-            data = json.loads(text)
-        except (ValueError, RecursionError) as error:
+            data = bounded_json.parse(text)
+        except ValueError as error:
             raise MessageError(f"{place} is not JSON: {error}") from None
         return from_plain(data, message_of(element_of(self.kind)), self.definitions, place)
 

@@ -8,6 +8,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from graphengine.format import bounded_json
 from graphengine.messages import messages
 from graphengine.node import BadValueError, Buffer, In, String, Tokens, UInt, UInts
 from graphengine.nodes.checked import same_length
@@ -59,8 +60,8 @@ class ROS2PublishSemanticLabels(LabelPublisher, type="isaacsim.ros2.bridge.ROS2P
         """
         if self.id_to_labels:
             try:
-                given = json.loads(self.id_to_labels)
-            except (ValueError, RecursionError) as error:
+                given = bounded_json.parse(self.id_to_labels)
+            except ValueError as error:
                 raise BadValueError("idToLabels", self.id_to_labels, "JSON") from error
             if not isinstance(given, dict):
                 raise BadValueError("idToLabels", self.id_to_labels, "a JSON object")

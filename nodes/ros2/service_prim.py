@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterable, Sequence
 from functools import partial
 from typing import Any
 
+from graphengine.format import bounded_json
 from graphengine.format.errors import ContextError, GraphError
 from graphengine.messages.definitions import DEFINITIONS
 from graphengine.messages.endpoints import ServiceServer
@@ -127,8 +128,8 @@ def set_attribute(prims: Prims, request: Any) -> Sequence[Any]:
         ContextError: the value is not JSON.
     """
     try:
-        value = json.loads(request.value)
-    except (ValueError, RecursionError) as error:
+        value = bounded_json.parse(request.value)
+    except ValueError as error:
         raise ContextError(f"the value is not JSON: {error}") from error
     prims.write(request.path, request.attribute, value)
     return ()
