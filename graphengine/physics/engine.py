@@ -9,6 +9,7 @@ from __future__ import annotations
 import os
 import re
 import warnings
+from collections.abc import Iterator
 
 import numpy as np
 from numpy.typing import NDArray
@@ -54,6 +55,15 @@ OWN = 5
 def body_names(model: mujoco.MjModel) -> list[str]:
     """Return the names of all bodies of a model, in the order of their ids."""
     return [model.body(index).name for index in range(model.nbody)]
+
+
+def all_bodies(spec: mujoco.MjSpec) -> Iterator[mujoco.MjsBody]:
+    """Yield the world and all bodies of a specification, in the order of `spec.bodies`, which takes quadratic time."""
+    pending = [spec.worldbody]
+    while pending:
+        body = pending.pop()
+        yield body
+        pending.extend(reversed(list(body.bodies)))
 
 
 def collides(model: mujoco.MjModel) -> Bools:

@@ -6,7 +6,6 @@ import pickle
 import tempfile
 from array import array
 
-from graphengine.format.errors import RecordingError
 from graphengine.recording.reader import Tick
 
 
@@ -19,19 +18,10 @@ class TickInputs:
         self._wall_time = 0.0
 
     def append(self, tick: Tick) -> None:
-        """Add the next tick. A tick without wall clock time is stored with the time of the last tick that has one.
-
-        Raises:
-            RecordingError: a command is nested too deeply.
-        """
+        """Add the next tick. A tick without wall clock time is stored with the time of the last tick that has one."""
         self._wall_time = self._wall_time if tick.wall_time is None else tick.wall_time
         self._file.seek(self._places[-1])
-        try:
-            pickle.dump((tick.delivered, tick.commands, self._wall_time, tick.whole), self._file)
-        except RecursionError:
-            raise RecordingError(
-                f"the recording has a command before tick {tick.number} that nests too deeply"
-            ) from None
+        pickle.dump((tick.delivered, tick.commands, self._wall_time, tick.whole), self._file)
         self._places.append(self._file.tell())
 
     def __getitem__(self, number: int) -> Tick:

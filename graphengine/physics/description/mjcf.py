@@ -15,14 +15,16 @@ from graphengine.physics.description.mjcf_actuators import read_actuators
 from graphengine.physics.description.mjcf_links import MjcfLinks
 from graphengine.physics.description.mjcf_model import MjcfModel, read_keyframes
 from graphengine.physics.description.mjcf_preparation import name_bodies, prepare
-from graphengine.physics.description.mjcf_trial import reason_against
+from graphengine.physics.description.mjcf_trial import MAX_MEMORY_BYTES, reason_against
 from graphengine.physics.description.urdf import WORLD, Urdf
 from graphengine.physics.description.urdf_reader import read_urdf
 from graphengine.physics.engine import REFUSALS, compiled, mujoco
 from graphengine.physics.files.packages import Packages
 from graphengine.physics.files.references import Library
 from graphengine.physics.files.xml import Element, mujoco_says, place_of, write
+from graphengine.sandbox.confinement import MAX_CPU_SECONDS
 
+_LIMITS = f"legal: up to {MAX_CPU_SECONDS} s of CPU time and {MAX_MEMORY_BYTES >> 30} GB of memory"
 _ENDLESS = (mujoco.mjtGeom.mjGEOM_PLANE, mujoco.mjtGeom.mjGEOM_HFIELD)
 
 
@@ -39,8 +41,7 @@ def read_mjcf(path: Path, library: Library, text: str | None = None) -> Urdf | N
     root = library.world(path, text)
     if root is None:
         return None
-    if against := reason_against(write(root)[0], library.models, library.assets):
-        findings.add("S102", f"MuJoCo: compiling the model {against}", root.span)
+    if not is_safe(root, library):
         return None
     spec, lines = parse(root, library)
     if spec is None or not _is_robot(spec, root.span, findings):
@@ -65,6 +66,21 @@ def read_mjcf(path: Path, library: Library, text: str | None = None) -> Urdf | N
     floating = [model.joint(i).name for i in range(model.njnt) if model.joint(i).name in links.floating]
     urdf.mjcf = MjcfModel(spec, root, links.free, floating, read_actuators(model), keyframes)
     return urdf
+
+
+def is_safe(root: Element, library: Library, what: str = "model") -> bool:
+    """Return whether a confined process can compile a model within its limits; otherwise add an error.
+
+    Args:
+        root: root element of MJCF from the library.
+        library: library with the referenced files; its findings receive the error.
+        what: noun for the model in the error.
+    """
+    against = reason_against(write(root)[0], library.models, library.assets)
+    if against:
+        advice = "use fewer bodies and copies, smaller textures and coarser meshes"
+        library.findings.add("S102", f"MuJoCo: compiling the {what} {against}", root.span, _LIMITS, advice)
+    return not against
 
 
 def parse(root: Element, library: Library, code: str = "S102") -> tuple[mujoco.MjSpec | None, list[Span]]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from graphengine.physics.engine import mujoco
+from graphengine.physics.engine import all_bodies, mujoco
 
 
 def prepare(spec: mujoco.MjSpec) -> None:
@@ -24,7 +24,7 @@ def prepare(spec: mujoco.MjSpec) -> None:
 
 def name_bodies(spec: mujoco.MjSpec) -> None:
     """Name each body without a name `body_INDEX`."""
-    for index, body in enumerate(spec.bodies):
+    for index, body in enumerate(all_bodies(spec)):
         if not body.name:
             body.name = f"body_{index}"
 

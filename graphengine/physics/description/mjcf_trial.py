@@ -1,4 +1,4 @@
-"""Compiles a robot's MuJoCo model in a confined process, to find out whether the main process can compile it safely.
+"""Compiles worlds and robots in a confined process, to find out whether the main process can compile them safely.
 
 MuJoCo's compiler is native code without limits: some models make it run endlessly or crash. Only a separate process can be
 stopped. A request to that process is a line of JSON with lengths in bytes, followed by the contents of the files.
@@ -9,6 +9,7 @@ from __future__ import annotations
 import contextlib
 import hashlib
 import json
+import re
 import sys
 from collections.abc import Mapping
 from typing import IO
@@ -16,14 +17,38 @@ from typing import IO
 from graphengine.format.files import Files
 from graphengine.physics.description.mjcf_preparation import prepare
 from graphengine.physics.engine import REFUSALS, compiled, mujoco
+from graphengine.physics.files.xml import Element
 from graphengine.sandbox.confinement import ProcessError, ask, confine
 from graphengine.sandbox.seccomp import TIERS
 
 MAX_SECONDS = 60.0
-MAX_MEMORY_BYTES = 4 << 30
+MAX_MEMORY_BYTES = 3 << 30
 _MODULE = "graphengine.physics.description.mjcf_trial"  # which is called __main__ in the process
 _STEPS = 2
+MAX_PLAIN_MEMORY = 60_000_000
+"""Maximum estimated memory of a model that is not rehearsed, bytes: e.g. 4000 elements."""
+_PLAIN = frozenset(
+    (
+        *(
+            "mujoco",
+            "compiler",
+            "option",
+            "flag",
+            "statistic",
+            "visual",
+            "global",
+            "quality",
+            "headlight",
+            "map",
+            "scale",
+        ),
+        *("rgba", "default", "asset", "texture", "material", "layer", "worldbody", "body", "frame", "inertial"),
+        *("freejoint", "joint", "geom", "site", "light", "camera"),
+    )
+)
+"""Tags of elements without files, code, copies, meshes, soft bodies or actuators."""
 
+_QUOTED = re.compile(r'"([^"]*)"')
 _passed: set[str] = set()
 """SHA-256 digests of the requests that the confined process completed; they are not sent again."""
 
@@ -38,7 +63,8 @@ def reason_against(text: str, models: Mapping[str, bytes], assets: Mapping[str, 
         models: contents of the MuJoCo models to which the text refers, by name.
         assets: contents of other files to which the text refers, by name.
     """
-    used = {name: data for name, data in assets.items() if f'"{name}"' in text or models}
+    named = set(_QUOTED.findall(text))
+    used = {name: data for name, data in assets.items() if name in named or models}
     head = {"text": len(text.encode())} | {
         key: {name: len(data) for name, data in files.items()} for key, files in (("models", models), ("assets", used))
     }
@@ -51,6 +77,19 @@ def reason_against(text: str, models: Mapping[str, bytes], assets: Mapping[str, 
             return str(error)
         _passed.add(fingerprint)
     return ""
+
+
+def is_plain(root: Element, memory: float) -> bool:
+    """Return whether a model needs no rehearsal: it is small, and has only elements that MuJoCo compiles at once.
+
+    Args:
+        root: root element of the model; its file names are keys of the library.
+        memory: estimated memory of the model, bytes (see `files.bounds`).
+    """
+    return memory <= MAX_PLAIN_MEMORY and all(
+        element.tag in _PLAIN and not any(name.startswith("file") for name in element.attributes)
+        for element in root.walk()
+    )
 
 
 def main() -> None:
@@ -71,7 +110,10 @@ def rehearse(text: str, models: Mapping[str, bytes], assets: Mapping[str, bytes]
     with contextlib.suppress(*REFUSALS):
         spec = mujoco.MjSpec.from_string(text, include=dict(models), assets=dict(assets))
         prepare(spec)
-        model, _ = compiled(spec)
+        whole = spec.copy()  # as `Scenery` compiles a copy, beside the original
+        whole.assets.clear()
+        whole.assets = dict(assets)
+        model, _ = compiled(whole)
         data = mujoco.MjData(model)
         for _ in range(_STEPS):
             mujoco.mj_step(model, data)

@@ -1,82 +1,144 @@
-"""Limits the size of a world, because a few words of MJCF can request a billion copies, texels or samples from MuJoCo.
+"""Limits the size of worlds and robots, because a few words of MJCF can request a billion copies, texels or samples from MuJoCo.
 
-The size is counted in cells. A cell is one texel or sample, a few bytes; an element counts as many cells, according to the time
-that MuJoCo needs to compile it. A world within the limit compiles within minutes.
+The size is an estimate of the memory that loading takes, from the attributes of elements and the headers of files, before
+anything is decoded. The factors were measured: the peak memory of a process that parses, copies and compiles a model.
 """
 
 from __future__ import annotations
 
 import math
 import struct
+from collections.abc import Mapping
 
+from graphengine.format.wording import listing
 from graphengine.physics.files.xml import Element, numbers
 
-MAX_CELLS = 200_000_000
-"""Maximum number of cells of a world. It is reached by, e.g., twelve textures of 4096 x 4096 texels, or 100 000 elements."""
-_ELEMENT = 2000
-HOW_CELLS_COUNT = f"a texel or sample is one cell; an element, or a copy of one, counts as {_ELEMENT} cells"
+MAX_MEMORY = 1_500_000_000
+"""Maximum estimated memory of a world with its robots, bytes: e.g. eleven textures of 4096 x 4096 texels, or 100 000 elements."""
+ELEMENT = 15_000
+_TEXEL = 7.5
+"""Bytes for a texel of three channels: MuJoCo decodes it into the parsed model, and copies it to the compiled model."""
+_SAMPLE, _INLINE_SAMPLE = 10, 20
+"""Bytes for a sample of a height field in a file, and in the MJCF text."""
+_TRIANGLE = 1000
+"""Bytes for a triangle of a mesh, or for a vertex if there are more vertices: normals, bounding volumes, convex hull."""
+PAIR = 5000
+"""Bytes for a pair of links whose contacts are excluded; 300 000 pairs take two seconds."""
+_EACH = (
+    f"{ELEMENT // 1000} kB an element or copy of one",
+    f"{_TRIANGLE} bytes a triangle or vertex of a mesh",
+    f"{_TEXEL} bytes a texel of three channels",
+    f"{PAIR // 1000} kB a pair of links that may not collide",
+    f"{_SAMPLE} to {_INLINE_SAMPLE} bytes a sample of a height field",
+)
+TOO_LARGE = f"exceed the limit of {MAX_MEMORY / 1e9:g} GB of memory"
+HOW_MEMORY_COUNTS = (
+    "use fewer copies, smaller textures or coarser meshes; a file counts for each element that uses it",
+    listing(_EACH, "estimated"),
+)
 
 _NUSER = tuple(f"nuser_{of}" for of in ("body", "jnt", "geom", "site", "cam", "tendon", "actuator", "sensor"))
-_COSTS: tuple[tuple[str, int, tuple[str, ...]], ...] = (
-    ("texture", 1, ("width", "height")),
-    ("hfield", 1, ("nrow", "ncol")),
+_COSTS: tuple[tuple[str, float, tuple[str, ...]], ...] = (
+    ("texture", _TEXEL, ("width", "height")),
+    ("hfield", _INLINE_SAMPLE, ("nrow", "ncol")),
     ("camera", 10, ("resolution",)),
-    ("flexcomp", 20_000, ("count",)),
-    ("flexcomp", 20_000, ("cellcount",)),
-    ("size", 2000, ("nkey",)),
-    ("size", 10, ("nuserdata",)),
-    *(("size", 100_000, (name,)) for name in _NUSER),
-    ("user", 10, ("dim",)),
-    ("general", 10, ("actdim",)),
+    ("flexcomp", 150_000, ("count",)),
+    ("flexcomp", 150_000, ("cellcount",)),
+    ("size", ELEMENT, ("nkey",)),
+    ("size", 75, ("nuserdata",)),
+    *(("size", 750_000, (name,)) for name in _NUSER),
+    ("user", 75, ("dim",)),
+    ("general", 75, ("actdim",)),
 )
-"""(tag, factor, attributes): an element with this tag counts as the product of these attributes times the factor, in cells."""
+"""(tag, factor, attributes): an element with this tag counts as the product of these attributes times the factor, in bytes."""
 
 _PNG = b"\x89PNG\r\n\x1a\n"
+_NOT_COUNTED = bytes(set(range(256)).difference(b"\r\n\t fvnt"))
+_STL_HEADER, _STL_TRIANGLE = 84, 50
 
 
-def weigh(root: Element, attached: float) -> tuple[float, Element | None]:
-    """Return the number of cells that an MJCF file requests, and the element that exceeds the limit.
+def weigh(
+    root: Element, attached: float, files: Mapping[str, bytes], before: float = 0.0
+) -> tuple[float, Element | None]:
+    """Estimate the memory of a model that MuJoCo reads.
 
     Args:
-        root: root element, with includes inserted.
-        attached: number of cells of the largest model that the file may attach; each `attach` element counts as that many.
+        root: root element of an MJCF or URDF file, with includes inserted, in which keys replace file names.
+        attached: memory of the largest model that the file may attach, bytes; each `attach` element counts as that much.
+        files: contents of the files by key.
+        before: memory that is already taken, bytes.
 
     Returns:
-        The number of cells, and None; or the number so far, and the element at which it exceeds `MAX_CELLS`.
+        The memory in bytes, including `before`, and None; or the memory so far, and the element at which it exceeds
+        `MAX_MEMORY`.
     """
-    total = 0.0
+    total = before
+    shared: set[tuple[str, str]] = set()
+    sizes: dict[tuple[str, str], float] = {}
     pending = [(root, 1.0)]
     while pending:
         element, copies = pending.pop()
         if element.tag == "replicate":
             copies *= _product(element, ("count",))
-        total += copies * (_ELEMENT + _cells(element) + (attached if element.tag == "attach" else 0.0))
-        if total > MAX_CELLS:
+        total += copies * (ELEMENT + _asked(element) + (attached if element.tag == "attach" else 0.0))
+        for name in (value for attribute, value in element.attributes.items() if attribute.startswith("file")):
+            use = (name, element.get("scale"))
+            if name in files and not (root.tag == "robot" and use in shared):  # which MuJoCo reads once in a URDF file
+                shared.add(use)
+                key = (name, element.tag)
+                sizes[key] = sizes[key] if key in sizes else memory_of_file(element.tag, files[name])
+                channels = _product(element, ("nchannel",)) or 3.0 if element.tag == "texture" else 3.0
+                total += sizes[key] * channels / 3.0
+        if total > MAX_MEMORY:
             return total, element
         pending.extend((child, copies) for child in reversed(element.children))
     return total, None
 
 
-def cells_of_file(tag: str, data: bytes) -> int:
-    """Return the number of cells of a texture or height field file, read from its header; 0 for other files.
+def memory_of_file(tag: str, data: bytes) -> float:
+    """Return the estimated memory of one use of a file by an element with this tag, bytes; nothing is decoded."""
+    if tag in ("texture", "hfield"):
+        width = height = depth = 0
+        if data.startswith(_PNG) and len(data) >= 25:
+            width, height, depth = struct.unpack_from(">2IB", data, 16)
+        elif len(data) >= 8:  # MuJoCo's own formats begin with the number of rows and columns
+            width, height = struct.unpack_from("<2i", data)
+        bytes_each = _SAMPLE if tag == "hfield" else 2 * _TEXEL if depth > 8 else _TEXEL
+        return float(len(data) + abs(width * height) * bytes_each)
+    return float(len(data) + _TRIANGLE * _mesh_size(data))
 
-    PNG files and MuJoCo's own formats begin with the number of rows and columns.
-    """
-    if data.startswith(_PNG) and len(data) >= 24:
-        width, height = struct.unpack_from(">2I", data, 16)
-        return int(width * height)
-    if tag in ("texture", "hfield") and len(data) >= 8:
-        rows, columns = struct.unpack_from("<2i", data)
-        return abs(int(rows * columns))
-    return 0
+
+def _mesh_size(data: bytes) -> int:
+    """Return the number of triangles or of vertices of a mesh in STL, MSH or OBJ, whichever is larger."""
+    if len(data) >= _STL_HEADER:
+        triangles = int.from_bytes(data[80:_STL_HEADER], "little")
+        if len(data) == _STL_HEADER + _STL_TRIANGLE * triangles:
+            return triangles
+    if len(data) >= 16:
+        vertices, normals, coordinates, triangles = struct.unpack_from("<4i", data)
+        if len(data) == 16 + 12 * (vertices + normals + triangles) + 8 * coordinates:
+            return int(max(vertices, triangles))
+    return _obj_size(data)
 
 
-def _cells(element: Element) -> float:
+def _obj_size(data: bytes) -> int:
+    """Return an upper estimate of the size of an OBJ file, from its numbers of lines of each kind and of spaces."""
+    kept = data.translate(None, _NOT_COUNTED)
+    faces, vertices, normals, coordinates = (
+        sum(kept.count(end + tag + gap) for end in (b"\n", b"\r") for gap in (b" ", b"\t"))
+        for tag in (b"f", b"v", b"vn", b"vt")
+    )
+    corners = kept.count(b" ") + kept.count(b"\t") - 3 * (vertices + normals) - 2 * coordinates
+    return max(faces, corners - 2 * faces, vertices, normals, coordinates)
+
+
+def _asked(element: Element) -> float:
     asked = sum(weight * _product(element, names) for tag, weight, names in _COSTS if tag == element.tag)
     if element.tag == "mesh":  # a made one has that many vertices along each of its sides
-        asked += max(map(abs, _sizes(element.get("params"))), default=0.0) ** 2
+        asked += _TRIANGLE * max(map(abs, _sizes(element.get("params"))), default=0.0) ** 2
+        asked += _TRIANGLE * element.get("vertex").count(" ") / 3
     if element.tag == "texture" and element.get("type", "cube") != "2d":  # six squares
-        asked += 6 * _product(element, ("width",)) ** 2
+        asked += 6 * _TEXEL * _product(element, ("width",)) ** 2
     return asked
 
 

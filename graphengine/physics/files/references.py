@@ -14,16 +14,19 @@ from typing import Literal, NamedTuple
 
 from graphengine.format.diagnostics import Findings
 from graphengine.format.files import Files
+from graphengine.format.regular_files import open_regular
 from graphengine.format.ros_packages import package_folder
 from graphengine.format.wording import allowing, did_you_mean, listing
 from graphengine.physics.files import meshes
-from graphengine.physics.files.bounds import HOW_CELLS_COUNT, MAX_CELLS, cells_of_file, weigh
+from graphengine.physics.files.bounds import HOW_MEMORY_COUNTS, TOO_LARGE, weigh
 from graphengine.physics.files.conversion import Foreign, convert_all
 from graphengine.physics.files.packages import REMEDY, SCHEMES, Packages, package_of
 from graphengine.physics.files.xml import MAX_DEPTH, Element, parse, read, write
 from graphengine.sandbox.borders import warn
 
 MAX_FILE_BYTES = 200_000_000
+MAX_FILES_BYTES = 500_000_000
+"""Maximum size of all files together to which a scene refers, bytes."""
 
 _FOLDERS = {"mesh": "meshdir", "skin": "meshdir", "flexcomp": "meshdir", "hfield": "meshdir", "texture": "texturedir"}
 """Attribute of <compiler> that names the folder of an element's files, by tag; `assetdir` sets both attributes."""
@@ -82,10 +85,12 @@ class Library:
         self._included_files: dict[Path, str] = {}
         """The files inserted by `include`, with symbolic links resolved, as keys; the values are empty."""
         self._meshes: dict[_FileKind, _Mesh] = {}
+        self.memory = 0.0
+        """Estimated memory (see `bounds`) of the world and the robots in use, bytes."""
+        self._read_bytes = 0
+        """Size of all files read so far."""
         self._heaviest = 0.0
-        """Number of cells (see `bounds`) of the largest model so far."""
-        self._unfolded = 0
-        """Number of cells of all textures and height fields read so far."""
+        """Estimated memory of the largest model that may be attached, bytes."""
         self.outcomes: dict[str, Outcome] = {}
         """Result of loading each mesh of the descriptions, by reference."""
 
@@ -177,7 +182,26 @@ class Library:
             raise _UnreadableError(
                 f"meshes of the format {kind.suffix!r} are not supported; {listing(meshes.READABLE)}"
             )
-        return _content(kind.path)
+        return self._content(kind.path)
+
+    def weigh(self, root: Element, code: str = "S102", *, nested: bool = False, more: float = 0.0) -> bool:
+        """Add the estimated memory of a model to `memory`; return False after an error, that it exceeds the limit.
+
+        Args:
+            root: root element of MJCF or URDF, in which keys replace file names.
+            code: code of the error.
+            nested: whether the model may be attached to others; it is counted for each `attach`, instead of here.
+            more: memory that the model takes in addition, bytes.
+        """
+        memory, culprit = weigh(root, self._heaviest, self.assets, more if nested else self.memory + more)
+        if culprit is not None:
+            what = f"at this <{culprit.tag}> the world and its robots {TOO_LARGE}"
+            self.findings.add(code, what, culprit.span, *HOW_MEMORY_COUNTS)
+        elif nested:
+            self._heaviest = max(self._heaviest, memory)
+        else:
+            self.memory = memory
+        return culprit is None
 
     def _model(self, path: Path, nested: list[Path], text: str | None = None) -> Element | None:
         code = "S102"
@@ -202,11 +226,7 @@ class Library:
         for element in root.walk():
             for attribute in [name for name in element.attributes if name.startswith("file")]:
                 self._asset(element, attribute, path.parent, folders, [*nested, path.resolve()])
-        cells, culprit = weigh(root, self._heaviest)
-        if culprit is not None:
-            what = f"at this <{culprit.tag}> the world exceeds the limit of {MAX_CELLS // 10**6} million cells"
-            self.findings.add("S102", what, culprit.span, HOW_CELLS_COUNT)
-        self._heaviest = max(self._heaviest, cells)
+        self.weigh(root, nested=bool(nested))
         return root
 
     def _include(self, element: Element, folder: Path, seen: list[Path], main: Path, depth: int) -> None:
@@ -282,16 +302,9 @@ class Library:
         resolved = path.resolve()
         if resolved not in self._keys:
             try:
-                data = _content(resolved)
+                data = self._content(resolved)
             except _UnreadableError as error:
                 self.findings.add("S102", f"{reference!r}: {error}", element.place(attribute))
-                return
-            self._unfolded += cells_of_file(element.tag, data)
-            if self._unfolded > MAX_CELLS:
-                what = (
-                    f"with {reference!r} the files of the world exceed the limit of {MAX_CELLS // 10**6} million cells"
-                )
-                self.findings.add("S102", what, element.place(attribute), HOW_CELLS_COUNT)
                 return
             self._keys[resolved] = self._keep(path.name, data)
         element.attributes[attribute] = self._keys[resolved]
@@ -301,6 +314,24 @@ class Library:
         key = f"{len(self.assets)}_{name}"
         self.assets[key] = data
         return key
+
+    def _content(self, path: Path) -> bytes:
+        """Return the content of a file.
+
+        Raises:
+            _UnreadableError: the file cannot be read, or exceeds a limit.
+        """
+        try:
+            with open_regular(path) as file:
+                data = file.read(MAX_FILE_BYTES + 1)
+        except OSError as error:
+            raise _UnreadableError(f"the file cannot be read: {error.strerror or error}") from None
+        if len(data) > MAX_FILE_BYTES:
+            raise _UnreadableError(f"the file is larger than {MAX_FILE_BYTES // 1_000_000} MB")
+        self._read_bytes += len(data)
+        if self._read_bytes > MAX_FILES_BYTES:
+            raise _UnreadableError(f"with it the files of the scene are larger than {MAX_FILES_BYTES // 1_000_000} MB")
+        return data
 
     def _find(
         self, element: Element, attribute: str, places: list[Path], code: str, packages: Packages | None = None
@@ -328,15 +359,6 @@ class Library:
             return True
         self.files.note_missing(place)
         return False
-
-
-def _content(path: Path) -> bytes:
-    try:
-        if path.stat().st_size > MAX_FILE_BYTES:
-            raise _UnreadableError(f"the file is larger than {MAX_FILE_BYTES // 1_000_000} MB")
-        return path.read_bytes()
-    except OSError as error:
-        raise _UnreadableError(f"the file cannot be read: {error.strerror or error}") from None
 
 
 def _whereabouts(reference: str, places: Sequence[Path], packages: Packages | None) -> list[str]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Collection
+from collections.abc import Collection, Iterator
 
 import numpy as np
 
@@ -15,6 +15,7 @@ from graphengine.physics.description.mjcf import parse
 from graphengine.physics.description.mjcf_model import MjcfModel
 from graphengine.physics.description.urdf import WORLD, Mimic, Urdf
 from graphengine.physics.engine import PICTURES, RAYS, RAYS_AND_PICTURES, mujoco
+from graphengine.physics.files.bounds import MAX_MEMORY, PAIR
 from graphengine.physics.files.references import Library
 from graphengine.physics.files.xml import Element
 from graphengine.physics.model.drives import Drive, servos
@@ -78,7 +79,7 @@ def _of_urdf(robot: RobotInstance, library: Library, findings: Findings) -> mujo
     free_link = robot.disabled.free_link
     colours = {name: link.colour for name, link in robot.spec.links.items() if link.colour is not None}
     element = for_mujoco(robot.urdf, robot.name, library, findings, free=free_link is not None, colours=colours)
-    if len(findings.errors) > before:
+    if len(findings.errors) > before or not library.weigh(element, "S103", more=_memory_of_exclusions(robot)):
         return None
     turned = _turn_round(element, robot)
     spec, _ = parse(element, library, "S103")
@@ -264,13 +265,28 @@ def _exclude_contacts(spec: mujoco.MjSpec, robot: RobotInstance) -> None:
     With `self_collision`, links connected by a joint still do not collide, as in PhysX. MuJoCo excludes these pairs itself,
     except for joints on a fixed base. Colliders of a link named `world` collide with all others.
     """
+    for first, second in _excluded_pairs(robot):
+        spec.add_exclude(bodyname1=first, bodyname2=second)
+
+
+def _memory_of_exclusions(robot: RobotInstance) -> float:
+    return PAIR * sum(1 for _ in itertools.islice(_excluded_pairs(robot), MAX_MEMORY // PAIR + 1))
+
+
+def _excluded_pairs(robot: RobotInstance) -> Iterator[tuple[str, str]]:
+    """Yield the names of each two links between which contacts are excluded, in order of the links."""
     links, top = robot.urdf.links, _rigid(robot.urdf)
     solid = [link.name for link in links.values() if link.colliders and link.name != WORLD]
     base = {name for name in links if top[name] == robot.urdf.root} if robot.disabled.free_link is None else set()
     on_base = {name for name in links if (joint := links[top[name]].carrier) is not None and joint.parent in base}
-    for pair in itertools.combinations(solid, 2):
-        if not robot.spec.self_collision or (base.intersection(pair) and on_base.intersection(pair)):
-            spec.add_exclude(bodyname1=pair[0], bodyname2=pair[1])
+    if not robot.spec.self_collision:
+        yield from itertools.combinations(solid, 2)
+        return
+    number = {name: index for index, name in enumerate(solid)}
+    for name in solid:
+        partners = on_base if name in base else base if name in on_base else set()
+        later = sorted(number[other] for other in partners if number.get(other, -1) > number[name])
+        yield from ((name, solid[index]) for index in later)
 
 
 def _rigid(urdf: Urdf) -> dict[str, str]:

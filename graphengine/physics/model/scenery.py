@@ -16,7 +16,8 @@ from graphengine.format.wording import listing
 from graphengine.physics.description.description_reader import SUFFIXES, is_text, read_bare
 from graphengine.physics.description.robot_file import read_robot
 from graphengine.physics.dynamics.moving_surfaces import add_surface_joints
-from graphengine.physics.engine import REFUSALS, compiled, mujoco
+from graphengine.physics.engine import REFUSALS, all_bodies, compiled, mujoco
+from graphengine.physics.files.bounds import ELEMENT, HOW_MEMORY_COUNTS, MAX_MEMORY, PAIR, TOO_LARGE
 from graphengine.physics.files.references import Library
 from graphengine.physics.files.xml import Element, mujoco_says, place_of
 from graphengine.physics.model.fleet_expansion import RobotPlacement
@@ -32,10 +33,15 @@ _DEGREE_OF_FREEDOM = re.compile(r"\bDOF (\d+)")
 
 @dataclass(frozen=True, slots=True)
 class _RobotKind:
-    """A robot that was read from one file or text, and its MjSpec."""
+    """A robot that was read from one file or text, and its MjSpec.
+
+    `memory` is the estimated memory (see `bounds`) of its files and MjSpec, `each` that of a copy in a scene, bytes.
+    """
 
     robot: RobotInstance
     model: mujoco.MjSpec
+    memory: float
+    each: float
 
 
 class Scenery:
@@ -55,6 +61,7 @@ class Scenery:
         self.library = library
         self._world = world
         self._lines = lines
+        self._world_memory = library.memory
         self._floor = _floor_friction(world) if world is not None else NO_FLOOR_FRICTION
         self._kinds: dict[str, _RobotKind | None] = {}
         """Robots by path of the file, or by text of the description; None for a robot with errors."""
@@ -109,6 +116,7 @@ class Scenery:
 
     def _read(self, path: Path, placement: RobotPlacement, findings: Findings) -> _RobotKind | None:
         self.library.findings = findings  # findings go to the present caller, not to the first one
+        self.library.memory = before = self._memory()
         use, urdf = placement.use.use, None
         if is_text(use) or path.suffix in SUFFIXES:
             file, urdf = read_bare(use, path, self.library) or (None, None)
@@ -123,7 +131,12 @@ class Scenery:
         if urdf is not None:
             self._tell_joints(robot, placement, findings)
         add_sensors(model, robot)
-        return _RobotKind(robot, model)
+        each = ELEMENT * (len(model.bodies) + len(model.geoms)) + PAIR * len(model.excludes)
+        return _RobotKind(robot, model, self.library.memory - before, each)
+
+    def _memory(self) -> float:
+        """Return the estimated memory of the world and of all robots that have been read, without their copies, bytes."""
+        return self._world_memory + sum(kind.memory for kind in self._kinds.values() if kind is not None)
 
     def _tell_joints(self, robot: RobotInstance, placement: RobotPlacement, findings: Findings) -> None:
         """Add a note on the joints that graphs can use, for a description without a robot file."""
@@ -173,14 +186,18 @@ class Scenery:
         """
         if self._world is None:
             return None
+        kinds = {id(kind.robot.file): kind for kind in self._kinds.values() if kind is not None}
+        if self._memory() + sum(kinds[id(robot.file)].each for robot in robots.values()) > MAX_MEMORY:
+            span = self.scene.document.key_span("robots")
+            findings.add("S106", f"the world and its {len(robots)} robots {TOO_LARGE}", span, *HOW_MEMORY_COUNTS)
+            return None
         before, whole = len(findings.errors), self._world.copy()
         whole.assets.clear()
-        models = {id(kind.robot.file): kind.model for kind in self._kinds.values() if kind is not None}
         for robot in robots.values():
             position, (x, y, z, w) = robot.placement.pose
             frame = whole.worldbody.add_frame(pos=position, quat=(w, x, y, z))
             # A copy, because an attached model belongs to the whole, and each attachment slows down MuJoCo's own copying.
-            model = models[id(robot.file)].copy()
+            model = kinds[id(robot.file)].model.copy()
             model.assets.clear()
             if robot.urdf.mjcf is not None:
                 model.option = whole.option  # or MuJoCo warns that they differ
@@ -231,5 +248,6 @@ def _element(name: str, robots: Mapping[str, RobotInstance]) -> Element | None:
 
 def _floor_friction(world: mujoco.MjSpec) -> float:
     """Return the sliding friction of the world's first plane, or `NO_FLOOR_FRICTION` without one."""
-    planes = (geom for geom in world.geoms if geom.type == mujoco.mjtGeom.mjGEOM_PLANE)
+    geoms = (geom for body in all_bodies(world) for geom in body.geoms)
+    planes = (geom for geom in geoms if geom.type == mujoco.mjtGeom.mjGEOM_PLANE)
     return next((float(geom.friction[0]) for geom in planes), NO_FLOOR_FRICTION)

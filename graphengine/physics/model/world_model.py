@@ -9,7 +9,8 @@ from graphengine.format.diagnostics import Findings, Span
 from graphengine.format.spec import PhysicsSpec, SceneSpec
 from graphengine.format.spec_reader import Loaded
 from graphengine.format.wording import listing
-from graphengine.physics.description.mjcf import parse
+from graphengine.physics.description.mjcf import is_safe, parse
+from graphengine.physics.description.mjcf_trial import is_plain
 from graphengine.physics.engine import mujoco
 from graphengine.physics.files.references import Library
 from graphengine.physics.files.xml import Element, number, read
@@ -38,7 +39,7 @@ def world_spec(
     """
     path = library.files.look_up(scene.spec.world, scene.folder, findings, scene.document.span("world"))
     root = _read(path, library, findings) if path is not None else None
-    if root is None:
+    if root is None or not (is_plain(root, library.memory) or is_safe(root, library, "world")):
         return None, []
     spec, lines = parse(root, library)
     if spec is not None:
@@ -54,7 +55,8 @@ def _read(path: Path, library: Library, findings: Findings) -> Element | None:
     if root is not None and not is_sdf(root):
         findings.add("S102", f"{path.suffix} files begin with <sdf>, not <{root.tag[:40]}>", root.span)
         return None
-    return read_world(path, root, library, findings) if root is not None else None
+    made = read_world(path, root, library, findings) if root is not None else None
+    return made if made is not None and library.weigh(made) else None
 
 
 def _set_options(spec: mujoco.MjSpec, root: Element, physics: PhysicsSpec, findings: Findings) -> None:
