@@ -28,25 +28,10 @@ _STEPS = 2
 MAX_PLAIN_MEMORY = 60_000_000
 """Maximum estimated memory of a model that is not rehearsed, bytes: e.g. 4000 elements."""
 _PLAIN = frozenset(
-    (
-        *(
-            "mujoco",
-            "compiler",
-            "option",
-            "flag",
-            "statistic",
-            "visual",
-            "global",
-            "quality",
-            "headlight",
-            "map",
-            "scale",
-        ),
-        *("rgba", "default", "asset", "texture", "material", "layer", "worldbody", "body", "frame", "inertial"),
-        *("freejoint", "joint", "geom", "site", "light", "camera"),
-    )
+    "mujoco compiler option flag statistic visual global quality headlight map scale rgba default asset texture material "
+    "layer worldbody body frame inertial freejoint joint geom site light camera".split()
 )
-"""Tags of elements without files, code, copies, meshes, soft bodies or actuators."""
+"""Tags of elements without files, code, copies, meshes, soft bodies, tendons or actuators."""
 
 _QUOTED = re.compile(r'"([^"]*)"')
 _passed: set[str] = set()

@@ -11,7 +11,7 @@ from graphengine.format.files import Files
 from graphengine.physics.description import mjcf_trial
 from graphengine.physics.description.mjcf_trial import is_plain
 from graphengine.physics.files.references import Library
-from graphengine.sandbox.confinement import ProcessError
+from graphengine.sandbox.confinement import ProcessError, ask
 from tests.physics.harness import SHIPPED, Project, try_load
 
 MESH = '<asset><mesh name="m" vertex="0 0 0 1 0 0 0 1 0 0 0 1"/></asset>'
@@ -23,7 +23,6 @@ MODEL = """<sdf version="1.7"><world name="w"><model name="m"><link name="l"><co
 def rehearsed(monkeypatch: pytest.MonkeyPatch) -> list[bytes]:
     """The requests to the confined process, which runs as always."""
     requests: list[bytes] = []
-    ask = mjcf_trial.ask
 
     def record(module: str, request: bytes, seconds: float) -> bytes:
         requests.append(request)
