@@ -27,11 +27,11 @@ _MODULE = "graphengine.physics.description.mjcf_trial"  # which is called __main
 _STEPS = 2
 MAX_PLAIN_MEMORY = 60_000_000
 """Maximum estimated memory of a model that is not rehearsed, bytes: e.g. 4000 elements."""
-_PLAIN = frozenset(
-    "mujoco compiler option flag statistic visual global quality headlight map scale rgba default asset texture material "
-    "layer worldbody body frame inertial freejoint joint geom site light camera".split()
+_PLAIN = re.compile(
+    "mujoco|compiler|option|flag|statistic|visual|global|quality|headlight|map|scale|rgba|default|asset|texture|material|"
+    "layer|worldbody|body|frame|inertial|freejoint|joint|geom|site|light|camera"
 )
-"""Tags of elements without files, code, copies, meshes, soft bodies, tendons or actuators."""
+"""Matches tags of elements without files, code, copies, meshes, soft bodies, tendons or actuators."""
 
 _QUOTED = re.compile(r'"([^"]*)"')
 _passed: set[str] = set()
@@ -72,7 +72,7 @@ def is_plain(root: Element, memory: float) -> bool:
         memory: estimated memory of the model, bytes (see `files.bounds`).
     """
     return memory <= MAX_PLAIN_MEMORY and all(
-        element.tag in _PLAIN and not any(name.startswith("file") for name in element.attributes)
+        _PLAIN.fullmatch(element.tag) and not any(name.startswith("file") for name in element.attributes)
         for element in root.walk()
     )
 
