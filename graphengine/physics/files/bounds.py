@@ -22,6 +22,8 @@ _SAMPLE, _INLINE_SAMPLE = 10, 20
 """Bytes for a sample of a height field in a file, and in the MJCF text."""
 _TRIANGLE = 1000
 """Bytes for a triangle of a mesh, or for a vertex if there are more vertices: normals, bounding volumes, convex hull."""
+_HULL = 1.6
+"""Factor for points with few or no triangles, all of which may be corners of the convex hull."""
 PAIR = 5000
 """Bytes for a pair of links whose contacts are excluded; 300 000 pairs take two seconds."""
 _EACH = (
@@ -108,8 +110,8 @@ def memory_of_file(tag: str, data: bytes) -> float:
     return float(len(data) + _TRIANGLE * _mesh_size(data))
 
 
-def _mesh_size(data: bytes) -> int:
-    """Return the number of triangles or of vertices of a mesh in STL, MSH or OBJ, whichever is larger."""
+def _mesh_size(data: bytes) -> float:
+    """Return the number of triangles or of vertices of a mesh in STL, MSH or OBJ, whichever is larger; points count more."""
     if len(data) >= _STL_HEADER:
         triangles = int.from_bytes(data[80:_STL_HEADER], "little")
         if len(data) == _STL_HEADER + _STL_TRIANGLE * triangles:
@@ -117,7 +119,8 @@ def _mesh_size(data: bytes) -> int:
     if len(data) >= 16:
         vertices, normals, coordinates, triangles = struct.unpack_from("<4i", data)
         if len(data) == 16 + 12 * (vertices + normals + triangles) + 8 * coordinates:
-            return int(max(vertices, triangles))
+            hull = _HULL if triangles < vertices / 4 else 1.0
+            return max(hull * vertices, float(triangles))
     return _obj_size(data)
 
 
