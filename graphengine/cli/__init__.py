@@ -9,7 +9,7 @@ import importlib
 import io
 import re
 import sys
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from typing import Any, NoReturn
 
 from graphengine.format.version import __version__
@@ -85,20 +85,12 @@ class Parser(argparse.ArgumentParser):
             if not argument.startswith("-"):
                 message = f"no {argument.lower()} '{given}'"
             names = re.findall(r"[\w-]+", re.sub(r" \([^()]*\)", "", listed))  # without the help of transports
-            few = f"\n  choose from: {', '.join(names)}" if len(names) <= FEW else ""  # the help has all
-            message += _hint([given], names) or few
-        elif given := _MISSING.fullmatch(message):
-            message = f"{given[1]} {'are' if ', ' in given[1] else 'is'} missing{self._choices_of(given[1])}"
+            message += _hint([given], names) or _choices(names)
+        elif missing := _MISSING.fullmatch(message):
+            known = {action.metavar or action.dest: action.choices for action in self._actions}
+            message = f"{missing[1]} {'are' if ', ' in missing[1] else 'is'} missing{_choices([*(known.get(missing[1]) or ())])}"
         text = clean(f"{self.prog}: {message}\n  see {self.prog} --help\n")
         self.exit(2, terminal.wrapped(text, sys.stderr))
-
-    def _choices_of(self, name: str) -> str:
-        """Return a line with the legal values of an argument; empty if any value is legal, or if only the help has all."""
-        for action in self._actions:
-            if name in (action.metavar, action.dest, "/".join(action.option_strings)) and action.choices is not None:
-                names = [str(choice) for choice in action.choices]
-                return f"\n  choose from: {', '.join(names)}" if len(names) <= FEW else ""
-        return ""
 
 
 class Version(argparse.Action):
@@ -120,6 +112,11 @@ class Version(argparse.Action):
 
 _MISSING = re.compile(r"the following arguments are required: (.*)")
 _CHOICE = re.compile(r"argument (\S+): invalid choice: '(.*)' \(choose from (.*)\)", re.DOTALL)
+
+
+def _choices(names: Collection[Any]) -> str:
+    """Return a line that lists legal values; empty if there are none, or so many that only the help lists them."""
+    return f"\n  choose from: {', '.join(map(str, names))}" if 0 < len(names) <= FEW else ""
 
 
 def _hint(words: Iterable[str], legal: Iterable[str]) -> str:

@@ -81,8 +81,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def execute(arguments: argparse.Namespace) -> int:
     """Write the files of the map, and with `--localizability` also its files; return 0, or 1 if the scene has errors."""
-    from graphengine.physics.occupancy.occupancy_map import NoObstaclesError
-
     path = find_file(arguments.scene)
     stem = _stem(arguments.output, path)
     _refuse_others(path)
@@ -105,8 +103,6 @@ def execute(arguments: argparse.Namespace) -> int:
                 image=arguments.format,
                 convention=arguments.convention,
             )
-    except NoObstaclesError as error:
-        raise UsageError(f"{error}: --bounds XMIN YMIN XMAX YMAX") from None
     except PrimError as error:
         raise UsageError("\n  ".join([error.message, *filter(None, error.help)])) from None
     seconds = time.perf_counter() - begin

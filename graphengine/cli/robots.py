@@ -25,12 +25,7 @@ def execute(arguments: argparse.Namespace) -> int:
     from graphengine.api.robot_states import robot_states
 
     arguments.robot_state = True  # its nodes have the topics of robot_state_publisher
-    try:
-        scene = load(arguments)
-    except UsageError as error:
-        if not str(error).startswith("--robot-state"):  # an option that the user did not give
-            raise
-        raise UsageError(f"{arguments.file}: a graph alone has no robots; give a scene") from None
+    scene = load(arguments)
     print_findings(scene.findings, notes=False)
     if scene.findings.errors:
         return 1

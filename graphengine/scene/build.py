@@ -154,7 +154,7 @@ def _graph_uses(
         scene, of_scene = _scene_uses(scene, scene_path, files.beside(scene_path), before)
         uses += [use for use in of_scene if use.asked_for]
     elif options.robot_state:
-        raise UsageError("--robot-state needs a scene with robots; give one with --scene")
+        raise UsageError("a graph alone has no robots and no robot states; give a scene with --scene")
     elif options.localization:
         raise UsageError("--localization needs a scene with robots; give one with --scene")
     return scene, uses

@@ -234,7 +234,7 @@ def test_a_file_of_another_kind_is_answered_with_the_verb_for_it(
         ([], "graphrun: VERB is missing\n  see"),
         (["nav2"], "graphrun nav2: VERB is missing\n  choose from: files, goals\n  see"),
         (["schema"], "graphrun schema: kind is missing\n  choose from: graph, scene, robot\n  see"),
-        (["robots", "clock"], "graphrun robots: clock: a graph alone has no robots; give a scene\n"),
+        (["robots", "clock"], "graphrun robots: a graph alone has no robots and no robot states; give a scene with"),
         (["map", "dd100_flat"], "give its bounds: --bounds XMIN YMIN XMAX YMAX\n"),
         (["replay", "nope.mcap"], "graphrun replay: no file 'nope.mcap'\n"),
         (["snapshot", "dd100_flat", "-o", "a.png", "--view", "x"], "unrecognized arguments: --view x\n  see"),

@@ -241,7 +241,7 @@ def test_robot_state_without_a_scene_makes_no_sense(graphrun: Graphrun, project:
     result = graphrun("run", "mine.yaml", "--robot-state", *MEMORY)
     assert (result.code, result.err) == (
         2,
-        "graphrun run: --robot-state needs a scene with robots; give one with --scene\n",
+        "graphrun run: a graph alone has no robots and no robot states; give a scene with --scene\n",
     )
 
 

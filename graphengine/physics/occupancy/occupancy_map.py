@@ -178,7 +178,7 @@ def _bounds(world: LoadedWorld, select: Sequence[str], obstacles: Indices) -> Re
     west, south = (min((float(low[axis]) for low, _ in rectangles), default=math.inf) for axis in (0, 1))
     east, north = (max((float(high[axis]) for _, high in rectangles), default=-math.inf) for axis in (0, 1))
     if not (west <= east and south <= north):
-        raise NoObstaclesError("there are no obstacles from which to find the extent of the map; give its bounds")
+        raise NoObstaclesError("no obstacles determine the map; give its bounds: --bounds XMIN YMIN XMAX YMAX")
     return (west, south), (east, north)
 
 
