@@ -14,7 +14,7 @@ import pytest
 from hypothesis import settings
 
 import graphengine
-from graphengine.messages.definitions import DEFINITIONS
+from graphengine.messages.definitions import DEFINITIONS, Definitions
 from graphengine.ros.domain import Domain
 from graphengine.ros.foxglove import open_server
 from graphengine.ros.foxglove.foxglove_server import FoxgloveServer
@@ -50,7 +50,13 @@ def foxglove() -> Iterator[FoxgloveServer]:
 
 
 @pytest.fixture
-def join(kind: str, domain_id: int, request: pytest.FixtureRequest) -> Iterator[Join]:
+def definitions() -> Definitions:
+    """The message types of the transports that `join` opens."""
+    return DEFINITIONS
+
+
+@pytest.fixture
+def join(kind: str, domain_id: int, definitions: Definitions, request: pytest.FixtureRequest) -> Iterator[Join]:
     """Joins a domain, the test's or another, as a node; in memory, all that join one domain are one transport.
 
     A kind such as `dds to rclpy` means that the node called alice is of the first, and all others are of the second.
@@ -70,7 +76,8 @@ def join(kind: str, domain_id: int, request: pytest.FixtureRequest) -> Iterator[
             transport = composed(JoinOptions(Domain(number, "LOCALHOST"), name), "std_msgs", "diagnostic_msgs")
         else:
             side = kind.partition(" to ")[0] if name == "alice" else kind.rpartition(" to ")[2]
-            transport = cast(AnyTransport, open_transport(side, JoinOptions(Domain(number, "LOCALHOST"), name)))
+            options = JoinOptions(Domain(number, "LOCALHOST"), name, definitions=definitions)
+            transport = cast(AnyTransport, open_transport(side, options))
         joined.append(transport)
         return transport
 

@@ -1,8 +1,12 @@
-"""A program of ROS 2 for the tests: an action server or a client of rclpy, which prints what it sees as JSON lines."""
+"""A program of ROS 2 for the tests: an action server or a client of rclpy, which prints what it sees as JSON lines.
+
+Its arguments are the part that it plays, and the package that has the action Fibonacci.
+"""
 
 from __future__ import annotations
 
 import contextlib
+import importlib
 import json
 import sys
 import threading
@@ -10,10 +14,11 @@ import time
 from typing import Any
 
 import rclpy
-from example_interfaces.action import Fibonacci
 from rclpy.action import ActionClient, ActionServer, CancelResponse, GoalResponse
 from rclpy.executors import ExternalShutdownException, MultiThreadedExecutor, SingleThreadedExecutor
 from rclpy.node import Node
+
+Fibonacci: Any = importlib.import_module(f"{sys.argv[2]}.action").Fibonacci
 
 
 def say(**what: Any) -> None:

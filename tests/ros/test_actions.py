@@ -147,12 +147,22 @@ def test_a_graph_sends_a_goal(play: Callable[[str], Run], alice: AnyTransport) -
 
 
 @contextlib.contextmanager
-def running(folder: Path, transport: str, domain: int, text: str) -> Iterator[subprocess.Popen[bytes]]:
+def running(folder: Path, transport: str, domain: int, text: str, *options: str) -> Iterator[subprocess.Popen[bytes]]:
     """A run of a graph in a process of its own."""
     path = folder / "graph.yaml"
     path.write_text(f"format: 1\ngraph: graph\n{text}", "utf-8")
     environment = {**os.environ, "ROS_DOMAIN_ID": str(domain), "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"}
-    command = [sys.executable, "-m", "graphengine.cli", "run", str(path), "--transport", transport, "--no-control"]
+    command = [
+        sys.executable,
+        "-m",
+        "graphengine.cli",
+        "run",
+        str(path),
+        "--transport",
+        transport,
+        "--no-control",
+        *options,
+    ]
     process = subprocess.Popen(command, cwd=ROOT, env=environment, stderr=subprocess.DEVNULL)
     try:
         yield process

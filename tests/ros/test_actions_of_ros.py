@@ -16,17 +16,32 @@ from typing import Any
 
 import pytest
 
+from graphengine.messages.definitions import DEFINITIONS, Definitions
 from graphengine.messages.goals import ABORTED, CANCELED, SUCCEEDED
-from tests.action_graph import GOAL, SERVER
+from graphengine.ros.action_caller import ActionCaller
+from tests.action_graph import SERVER
 from tests.jobs.harness import ROOT
-from tests.ros import needs
+from tests.ros import needs, test_actions
 from tests.ros.contract import Join
-from tests.ros.test_actions import SLOW, calling, running
+from tests.ros.test_actions import SLOW
 from tests.waiting import PATIENCE, eventually
 
-pytestmark = pytest.mark.ros(needs.types("example_interfaces"))
+OF_WHEELS = Path(sys.prefix, "share", "test_msgs")
+PACKAGE = "test_msgs" if OF_WHEELS.is_dir() and not needs.types("test_msgs") else "example_interfaces"
+"""The package that has the action: wheels of PyPI have it among the types of ROS 2's own tests."""
+FIBONACCI = f"{PACKAGE}/action/Fibonacci"
+KNOWN = DEFINITIONS.extended([OF_WHEELS] if PACKAGE == "test_msgs" else [])
+GOAL = KNOWN.message_class(f"{FIBONACCI}_Goal")
+pytestmark = pytest.mark.ros(needs.types(PACKAGE))
 
-FIBONACCI = "example_interfaces/action/Fibonacci"
+
+@contextlib.contextmanager
+def running(folder: Path, kind: str, domain: int, text: str) -> Iterator[None]:
+    """A run of a graph, with the action of the installed package."""
+    options = ["--msg-path", str(OF_WHEELS)] if PACKAGE == "test_msgs" else []
+    text = text.replace("messagePackage: example_interfaces", f"messagePackage: {PACKAGE}")
+    with test_actions.running(folder, kind, domain, text, *options):
+        yield
 
 
 @pytest.fixture(params=[pytest.param("dds", marks=pytest.mark.ros(needs.cyclone())), "rclpy"])
@@ -34,11 +49,16 @@ def kind(request: pytest.FixtureRequest) -> str:
     return str(request.param)
 
 
+@pytest.fixture
+def definitions() -> Definitions:
+    return KNOWN
+
+
 class Program:
     """A process of `rclpy_actions.py`, and what it prints."""
 
     def __init__(self, part: str, environment: dict[str, str]) -> None:
-        command = [sys.executable, str(Path(__file__).with_name("rclpy_actions.py")), part]
+        command = [sys.executable, str(Path(__file__).with_name("rclpy_actions.py")), part, PACKAGE]
         self.process = subprocess.Popen(
             command, env=environment, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, bufsize=1
         )
@@ -119,7 +139,8 @@ def test_a_client_of_rclpy_is_rejected_while_a_goal_is_pursued(
 
 def test_a_server_of_rclpy_pursues_goals(kind: str, join: Join, environment: dict[str, str]) -> None:
     with program("serve", environment):
-        caller, heard = calling(join("alice")), list[Any]()
+        caller, heard = ActionCaller(join("alice"), "/fibonacci", FIBONACCI, KNOWN), list[Any]()
+        assert eventually(lambda: caller.ready)
         rejected, aborted, done = caller.send(GOAL(-1)), caller.send(GOAL(0)), caller.send(GOAL(5), heard.append)
         assert not rejected.accepted.result(PATIENCE)
         assert aborted.result.result(PATIENCE).status == ABORTED
@@ -159,9 +180,12 @@ def test_a_graph_sends_goals_to_a_server_of_rclpy(
     message_type = "std_msgs/msg/Int32MultiArray"
     latched = '"{\\"durability\\": \\"transientLocal\\"}"'
     text = CALLING.replace("topicName: said,", f"topicName: said, qosProfile: {latched},")
-    join("alice").reader("/said", message_type, LATCHED, lambda data: heard.append(decode(data, message_type)))
-    with program("serve", environment), running(tmp_path, kind, domain_id, text):
-        assert eventually(lambda: heard)
+    alice = join("alice")
+    alice.reader("/said", message_type, LATCHED, lambda data: heard.append(decode(data, message_type)))
+    with running(tmp_path, kind, domain_id, text):
+        assert eventually(lambda: alice.graph().publishers("/said"))  # a run sends nothing that nobody reads
+        with program("serve", environment):
+            assert eventually(lambda: heard)
     assert list(heard[0].data) == [0, 1, 1, 2, 3, 5, 8]
 
 
