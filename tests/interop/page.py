@@ -80,8 +80,10 @@ Between embedded DDS, which is Cyclone DDS, and nodes on {_RMWS[1]}, these rows 
 The two RMWs of ROS 2 encode the identity of a request differently, so services do not work between these RMWs in ROS 2 either.
 Actions and parameters consist of services. Topics, tf and QoS events work. There are two remedies:
 
-- Source ROS 2 and run `graphrun` with `{HINT}`: it is then a node on the RMW that is sourced.
-- Run the ROS 2 nodes with `RMW_IMPLEMENTATION={_RMWS[0]}`.
+- Run `graphrun` with `{HINT}`, with a sourced ROS 2 or with [rclpy from PyPI](ros_from_pypi.md): it is then a node on the
+  RMW of that rclpy.
+- Run the nodes of a sourced ROS 2 with `RMW_IMPLEMENTATION={_RMWS[0]}`, where ros-jazzy-rmw-cyclonedds-cpp is installed. Without
+  that package, and with rclpy from PyPI, the variable ends each rclpy program with exit code 102.
 
 `graphrun` prints these remedies when it discovers such a peer. `graphrun ctl` needs no ROS 2 and works in any case."""
 
