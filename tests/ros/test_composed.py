@@ -16,7 +16,7 @@ from graphengine.messages import goals
 from graphengine.messages.definitions import DEFINITIONS
 from graphengine.messages.endpoints import EndpointClaim, QoS
 from graphengine.messages.interfaces import MessageTypeError
-from graphengine.messages.messages import encode
+from graphengine.messages.messages import decode, encode
 from graphengine.messages.qos import LATCHED
 from graphengine.ros.domain import Domain
 from graphengine.ros.network import LiveNetwork
@@ -34,6 +34,8 @@ from tests.ros import needs
 from tests.ros.conftest import OpenDds
 from tests.ros.contract import STRING, Inbox, composed, connect
 from tests.ros.service_contract import NAME, TYPE, Client, Server
+from tests.ros.test_actions import running
+from tests.service_graph import SERVER, extended
 from tests.waiting import PATIENCE, eventually
 
 pytestmark = pytest.mark.ros
@@ -377,6 +379,39 @@ def test_a_run_names_the_actions_that_only_some_peers_can_use_at_its_start(tmp_p
     assert (
         "only nodes on rmw_cyclonedds_cpp can use the services and actions /fibonacci;" in f"{printed.splitlines()[0]};"
     )
+
+
+@needs_wheels
+def test_a_run_offers_parameters_services_and_transforms_to_nodes_on_both(
+    tmp_path: Path, domain_id: int, looker: Any, dds: OpenDds
+) -> None:
+    from rcl_interfaces.msg import Parameter, ParameterValue
+    from rcl_interfaces.srv import ListParameters, SetParameters
+    from rclpy.executors import SingleThreadedExecutor
+    from std_srvs.srv import SetBool
+
+    executor = SingleThreadedExecutor(context=looker.context)
+    executor.add_node(looker)
+
+    def asked(kind: Any, name: str, **fields: Any) -> Any:
+        client = looker.create_client(kind, name)
+        assert eventually(client.service_is_ready)
+        future = client.call_async(kind.Request(**fields))
+        assert eventually(future.done, lambda: executor.spin_once(0.01))
+        return future.result()
+
+    graph = extended(SERVER, "  Transform: {type: ROS2PublishRawTransformTree}\n", "Tick.tick -> Transform.execIn")
+    with running(tmp_path, "rclpy", domain_id, graph):
+        heard: list[bytes] = []
+        dds("bob").reader("/tf", TF, QoS(), heard.append)
+        names = asked(ListParameters, "/graph/list_parameters").result.names
+        assert "graph.Transform.translation" in names
+        moved = Parameter(name="graph.Transform.translation")
+        moved.value = ParameterValue(type=8, double_array_value=[1.0, 2.0, 3.0])
+        assert asked(SetParameters, "/graph/set_parameters", parameters=[moved]).results[0].successful
+        assert asked(SetBool, "/light", data=True).message == "done"
+        assert eventually(lambda: heard and decode(heard[-1], TF).transforms[0].transform.translation.y == 2.0)
+        assert sorted(looker.get_node_names()) == ["bob", "graph", "looker"]
 
 
 def test_many_services_apart_are_counted(robot: ComposedTransport) -> None:
