@@ -17,7 +17,7 @@ pytest.importorskip("viser", reason="the extra view is not installed")
 from tests.cli.harness import ROOT, live, process
 from tests.view.harness import Viewer
 
-RUN = ("run", "dd100_flat", "--transport", "memory")
+RUN = ("run", "dd100_flat", "--transport", "memory", "--rays", "mujoco")
 SEEN = re.compile(r"see it: (http://127\.0\.0\.1:\d+/#token=\S+)\r?\n")
 GATE = """import os, pathlib, sys, time
 if any("page_process" in word for word in sys.orig_argv):
