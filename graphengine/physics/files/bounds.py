@@ -24,6 +24,8 @@ _TRIANGLE = 1000
 """Bytes for a triangle of a mesh, or for a vertex if there are more vertices: normals, bounding volumes, convex hull."""
 _HULL = 1.6
 """Factor for points with few or no triangles, all of which may be corners of the convex hull."""
+_KEY = 300
+"""Bytes for a joint in a keyframe."""
 PAIR = 5000
 """Bytes for a pair of links whose contacts are excluded; 300 000 pairs take two seconds."""
 _EACH = (
@@ -55,6 +57,8 @@ _COSTS: tuple[tuple[str, float, tuple[str, ...]], ...] = (
 """(tag, factor, attributes): an element with this tag counts as the product of these attributes times the factor, in bytes."""
 
 _PNG = b"\x89PNG\r\n\x1a\n"
+_CHANNELS = {0: 1, 2: 3, 3: 1, 4: 2, 6: 4}
+"""Numbers of channels of a PNG file by its colour type."""
 _NOT_COUNTED = bytes(set(range(256)).difference(b"\r\n\t fvnt"))
 _STL_HEADER, _STL_TRIANGLE = 84, 50
 
@@ -74,7 +78,7 @@ def weigh(
         The memory in bytes, including `before`, and None; or the memory so far, and the element at which it exceeds
         `MAX_MEMORY`.
     """
-    total = before
+    total, joints, keys = before, 0.0, 0.0
     shared: set[tuple[str, str]] = set()
     sizes: dict[tuple[str, str], float] = {}
     pending = [(root, 1.0)]
@@ -83,31 +87,46 @@ def weigh(
         if element.tag == "replicate":
             copies *= _product(element, ("count",))
         total += copies * (ELEMENT + _asked(element) + (attached if element.tag == "attach" else 0.0))
-        for name in (value for attribute, value in element.attributes.items() if attribute.startswith("file")):
-            use = (name, element.get("scale"))
-            if name in files and not (root.tag == "robot" and use in shared):  # which MuJoCo reads once in a URDF file
-                shared.add(use)
-                key = (name, element.tag)
-                sizes[key] = sizes[key] if key in sizes else memory_of_file(element.tag, files[name])
-                channels = _product(element, ("nchannel",)) or 3.0 if element.tag == "texture" else 3.0
-                total += sizes[key] * channels / 3.0
-        if total > MAX_MEMORY:
+        used = [name for key, name in element.attributes.items() if key.startswith("file") and name in files]
+        for name in used:
+            use, kind = (name, element.get("scale")), (name, element.tag)
+            if root.tag == "robot" and use in shared:  # MuJoCo reads it once for a URDF file
+                continue
+            shared.add(use)
+            sizes[kind] = sizes[kind] if kind in sizes else memory_of_file(element.tag, files[name])
+            total += sizes[kind] * (_faces(element) / len(used) if element.tag == "texture" else 1.0)
+        joints += copies * (element.tag in ("joint", "freejoint"))
+        keys += copies * (element.tag == "key") + (_product(element, ("nkey",)) if element.tag == "size" else 0.0)
+        if total + keys * joints * _KEY > MAX_MEMORY:
             return total, element
         pending.extend((child, copies) for child in reversed(element.children))
-    return total, None
+    return total + keys * joints * _KEY, None
 
 
 def memory_of_file(tag: str, data: bytes) -> float:
     """Return the estimated memory of one use of a file by an element with this tag, bytes; nothing is decoded."""
-    if tag in ("texture", "hfield"):
-        width = height = depth = 0
-        if data.startswith(_PNG) and len(data) >= 25:
-            width, height, depth = struct.unpack_from(">2IB", data, 16)
-        elif len(data) >= 8:  # MuJoCo's own formats begin with the number of rows and columns
-            width, height = struct.unpack_from("<2i", data)
-        bytes_each = _SAMPLE if tag == "hfield" else 2 * _TEXEL if depth > 8 else _TEXEL
-        return float(len(data) + abs(width * height) * bytes_each)
-    return float(len(data) + _TRIANGLE * _mesh_size(data))
+    if tag not in ("texture", "hfield"):
+        return len(data) + _TRIANGLE * _mesh_size(data)
+    width = height = source = 0
+    if data.startswith(_PNG) and len(data) >= 26:
+        width, height, depth, colours = struct.unpack_from(">2I2B", data, 16)
+        source = _CHANNELS.get(colours, 4) * max(depth // 8, 1)
+    elif len(data) >= 8:  # MuJoCo's own formats begin with the number of rows and columns
+        width, height = struct.unpack_from("<2i", data)
+    each = _SAMPLE + source if tag == "hfield" else _TEXEL + max(source - 3, 0)
+    return float(len(data) + abs(width * height) * each)
+
+
+def _faces(texture: Element) -> float:
+    """Return how many times its largest image a texture takes in memory.
+
+    A cube has six faces of equal size, even if some have no image. An image without a grid is stored once, for all faces.
+    """
+    channels = (_product(texture, ("nchannel",)) or 3.0) / 3.0
+    if any(key.startswith("file") and key != "file" for key in texture.attributes):
+        return 6.0 * channels
+    cells = _product(texture, ("gridsize",)) if texture.get("type", "cube") != "2d" else 0.0
+    return channels * max(6.0 / cells if cells > 1 else 1.0, 1.0)
 
 
 def _mesh_size(data: bytes) -> float:
