@@ -167,6 +167,15 @@ def test_a_file_and_a_command_refuse_a_value_alike(sim: ge.Session, address: str
     assert finding.span is not None
 
 
+def test_commands_of_the_page_and_of_ctl_are_refused_with_the_same_words(sim: ge.Session) -> None:
+    refused = sim.submit("set", {"address": LIMIT, "value": -1.0})
+    taken = sim.submit("set", {"address": LIMIT, "value": 0.5})
+    sim.step()
+    assert str(refused.exception(timeout=0)) == f"dd100/cmd_vel/DiffController.{OUT_OF_BOUNDS[0][2]}"
+    assert taken.exception(timeout=0) is None
+    assert sim.value(LIMIT) == 0.5
+
+
 def test_a_default_that_means_not_set_is_legal_until_it_is_set(start: Start) -> None:
     text = """
 nodes: {Tick: OnPlaybackTick, Zero: ConstantDouble, Controller: DifferentialController}
