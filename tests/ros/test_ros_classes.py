@@ -30,6 +30,7 @@ def installed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
         path.parent.mkdir(parents=True)
         path.write_text(text, encoding="utf-8")
     (tmp_path / "generated_msgs" / "__init__.py").touch()
+    (tmp_path / "generated_msgs" / "generated_msgs_s__rosidl_typesupport_c.so").touch()
     monkeypatch.syspath_prepend(tmp_path)
     for name in [name for name in sys.modules if name.startswith("generated_msgs")]:
         monkeypatch.delitem(sys.modules, name)
@@ -61,6 +62,19 @@ def test_a_type_is_a_class_of_its_package_and_a_part_of_an_action_one_of_the_act
 def test_a_type_that_is_not_installed_has_no_class(kind: str) -> None:
     with pytest.raises((AttributeError, ImportError, ValueError)):
         ros_class(kind, service=False)
+
+
+@pytest.mark.parametrize("kind", ["stranger/msg/Tag", "stranger.msg/Tag", "stranger/Tag"])
+def test_a_package_that_is_not_generated_from_ros_types_is_not_imported(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, kind: str
+) -> None:
+    (tmp_path / "stranger" / "msg").mkdir(parents=True)
+    (tmp_path / "stranger" / "msg" / "__init__.py").write_text(MESSAGE.format("Tag"), encoding="utf-8")
+    (tmp_path / "stranger" / "__init__.py").write_text(MESSAGE.format("Tag"), encoding="utf-8")
+    monkeypatch.syspath_prepend(tmp_path)
+    with pytest.raises(ImportError):
+        ros_class(kind, service=False)
+    assert not {"stranger", "stranger.msg"} & sys.modules.keys()
 
 
 @pytest.mark.ros

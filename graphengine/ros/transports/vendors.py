@@ -33,6 +33,6 @@ def warning(service: str, peer: str, gids: Iterable[bytes], own: str) -> str:
     return (
         f"{action or service}: a {peer} on {' and '.join(sorted(others))} is unreachable:"
         f" {'actions' if action else 'services'} do not work between different"
-        f" RMWs of ROS 2\n  run it with RMW_IMPLEMENTATION={own} if it has that RMW, or run graphrun with --transport rclpy if its"
-        " rclpy is on the same RMW and has the type; `graphrun ctl` controls the simulation in any case"
+        f" RMWs of ROS 2\n  run it with RMW_IMPLEMENTATION={own} if it has that RMW, or run graphrun with --transport rclpy"
+        " if its rclpy is on the same RMW and has the type; `graphrun ctl` controls the simulation in any case"
     )

@@ -25,11 +25,11 @@ def missing() -> str | None:
 
 def is_from_wheels() -> bool:
     """Return whether rclpy comes from the wheels on PyPI, not from a sourced ROS 2 installation."""
-    return any((folder.parent / _BOOTSTRAPPER).is_dir() for folder in _folders("rclpy"))
+    return any((folder.parent / _BOOTSTRAPPER).is_dir() for folder in folders_of("rclpy"))
 
 
 def _obstacles() -> Iterator[str]:
-    folders = _folders("rclpy")
+    folders = folders_of("rclpy")
     if not folders:
         extra = ", or pip install 'graphengine[ros]'" if _has_wheels() else ""
         yield f"no ROS 2 is sourced\nsource a ROS 2 installation{extra}"
@@ -42,12 +42,12 @@ def _obstacles() -> Iterator[str]:
         python = f"Python {sys.version_info.major}.{sys.version_info.minor}"
         remedy = "install graphengine for the Python of that ROS 2"
         yield f"rclpy in {folders[0].parent} is built as {built[0]}, and this {python} loads {loaded[0]}\n{remedy}"
-    if os.environ.get("AMENT_PREFIX_PATH") and _folders(_BOOTSTRAPPER):
+    if os.environ.get("AMENT_PREFIX_PATH") and folders_of(_BOOTSTRAPPER):
         sourced = "ROS 2 is sourced (AMENT_PREFIX_PATH) in an environment with wheels of ROS 2 from PyPI"
         yield f"{sourced}, whose libraries would be mixed\nuse a shell without ROS 2, or an environment without the wheels"
     yield from _missing_libraries(is_from_wheels())
     for package in _TYPES:
-        if not _folders(package):
+        if not folders_of(package):
             yield f"the package {package} is not installed\ninstall common_interfaces beside rclpy"
 
 
@@ -75,7 +75,7 @@ def _missing_libraries(wheels: bool) -> Iterator[str]:
             yield f"{whose} library lib{library}.so is not on LD_LIBRARY_PATH\n{remedy}"
 
 
-def _folders(package: str) -> list[Path]:
+def folders_of(package: str) -> list[Path]:
     """Return the folders of a package, which is not imported; an empty list if it is not installed."""
     try:
         spec = importlib.util.find_spec(package)

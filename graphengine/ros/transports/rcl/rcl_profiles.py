@@ -10,6 +10,7 @@ from typing import Any
 from graphengine.messages.endpoints import QoS
 from graphengine.messages.qos import settled
 from graphengine.ros.network_graph import Endpoint
+from graphengine.ros.transports.rcl.installation import folders_of
 
 UNKNOWN_NODE = "_NODE_NAME_UNKNOWN_"
 """Node name that rclpy gives an endpoint whose process has not announced its nodes yet."""
@@ -98,11 +99,17 @@ _PARTS_OF_ACTIONS = {
 def ros_class(kind: str, *, service: bool) -> Any:
     """Return the Python class of a message or service type, or of a part of an action such as `…/action/Fibonacci_SendGoal`.
 
+    Only packages that rosidl generated are imported, because the name of a type may come from the network.
+
     Raises:
         AttributeError, ImportError: the package or the type is not installed.
         ValueError: the type is not a service, or not a message.
     """
     module, _, name = kind.rpartition("/")
+    package = module.partition("/")[0]
+    libraries = f"{package}_s__rosidl_typesupport_*"
+    if not package.isidentifier() or not any(any(folder.glob(libraries)) for folder in folders_of(package)):
+        raise ImportError(f"no package of ROS 2 types named {package!r} is installed")
     found = importlib.import_module(module.replace("/", "."))
     action, _, part = name.rpartition("_")
     if module.endswith("/action") and part in _PARTS_OF_ACTIONS:
