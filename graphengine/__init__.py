@@ -13,10 +13,9 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from graphengine.format.version import __version__ as __version__
 
+TYPE_CHECKING = False  # the name that type checkers know; `typing` takes longer to import than all else here
 if TYPE_CHECKING:
     from graphengine.api.calibration.figures import Calibration as Calibration
     from graphengine.api.robots import Joint as Joint

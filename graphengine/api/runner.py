@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any, TypeVar, get_args
 
 from graphengine.api.diagnostics import MOST_FAULTS, Diagnostics
 from graphengine.api.run_options import RunOptions, check_recording
+from graphengine.format import interrupts
 from graphengine.format.errors import NodeError, RecordingError, StateError, UsageError
 from graphengine.format.wording import listing
 from graphengine.messages.names import check_namespace
@@ -333,8 +334,9 @@ class Runner:
             pressed = True
             self.session.interrupt()
 
+        before = signal.getsignal(signal.SIGINT)
         own = threading.current_thread() is threading.main_thread()
-        handles = own and signal.getsignal(signal.SIGINT) is signal.default_int_handler
+        handles = own and before in (signal.default_int_handler, interrupts.interrupt)
         if handles:
             signal.signal(signal.SIGINT, end)
         try:
@@ -344,7 +346,7 @@ class Runner:
             raise
         finally:
             if handles:
-                signal.signal(signal.SIGINT, signal.default_int_handler)
+                signal.signal(signal.SIGINT, before)
             self.running = False
             self._end_run(error)
             if pressed:

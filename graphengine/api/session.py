@@ -254,7 +254,7 @@ class Session:
         {'dd100/joint_states/ComputeOdom.position': (0.0, 0.0, 0.0)}
 
         Args:
-            pattern: address as in `value`; each part may be a glob pattern, such as `*`.
+            pattern: address as in `value`; each part may be a glob pattern, such as `*`. `*` alone lists all ports.
 
         Raises:
             UsageError: no port matches.

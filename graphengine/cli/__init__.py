@@ -2,6 +2,11 @@
 
 from __future__ import annotations
 
+from graphengine.format import interrupts
+
+if interrupts.is_program():
+    interrupts.begin()  # before the imports below, which take most of the time until `main`
+
 import argparse
 import atexit
 import gc
@@ -163,6 +168,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     if arguments is None:  # called by `graphrun`, not by a test or another program in its own process
         gc.set_threshold(10_000)  # collections at the default take a sixth of the start, and free almost nothing
         atexit.register(gc.freeze)  # the collection at exit takes up to a second after a run, and frees nothing of use
+        interrupts.work()
     try:
         given = list(sys.argv[1:] if arguments is None else arguments)
         verb = next((index for index, word in enumerate(given) if not word.startswith("-")), None)
@@ -171,8 +177,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
         parser = make_parser(*[word for word in given if word in VERBS][:1])
         parser.set_defaults(verbose="--verbose" in given)
         return _execute(parser.parse_args(given))
-    except KeyboardInterrupt:
-        return 130
+    except BaseException as error:
+        if not interrupts.is_cause_of(error):
+            raise
+        return interrupts.CODE
+    finally:
+        interrupts.finish()
 
 
 def _execute(parsed: argparse.Namespace) -> int:

@@ -136,9 +136,13 @@ def add_message_path(parser: argparse.ArgumentParser) -> None:
     add_repeatable(parser, "--msg-path", "PATH", what, type=Path)
 
 
-def clean(text: str) -> str:
-    """Return the text with a replacement character for each control character other than a line break."""
-    return "".join(c if c.isprintable() or c == "\n" else "\N{REPLACEMENT CHARACTER}" for c in text)
+def clean(text: str, kept: str = "") -> str:
+    """Return the text with a replacement character for each character that controls a terminal or misleads its reader.
+
+    These are all characters that are not printable, such as control characters and U+202E, which reverses the order of text. Line
+    breaks and the characters in `kept` stay.
+    """
+    return "".join(c if c.isprintable() or c == "\n" or c in kept else "\N{REPLACEMENT CHARACTER}" for c in text)
 
 
 def explain(error: GraphError) -> str:

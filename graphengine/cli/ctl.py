@@ -60,9 +60,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the command-line arguments of `graphrun ctl` to its parser."""
     parser.formatter_class = argparse.RawDescriptionHelpFormatter
     parser.epilog = EXAMPLES
+    parser.set_defaults(run="", json=False)
     common = _Parser(add_help=False)
-    common.add_argument("--run", metavar="NAME|PID", default="", help="run to control (default: the only one)")
-    common.add_argument("--json", action="store_true", help="print the result as JSON")
+    for place in (parser, common):  # before or after the command; the latter must not replace what the former found
+        which, suppressed = "run to control (default: the only one)", argparse.SUPPRESS
+        place.add_argument("--run", metavar="NAME|PID", default=suppressed, help=which)
+        place.add_argument("--json", action="store_true", default=suppressed, help="print the result as JSON")
     verbs = parser.add_subparsers(dest="command", metavar="COMMAND", required=True, parser_class=_Parser)
 
     def add(name: str, summary: str, *fields: str, make: Callable[..., dict[str, Any]] | None = None) -> Any:

@@ -9,10 +9,10 @@ import sys
 import time
 from collections.abc import Callable, Iterable
 from contextlib import suppress
-from types import FrameType
 from typing import TYPE_CHECKING, Any
 
 from graphengine.cli.common import add_message_path, add_transport_argument, chosen_distro, clean, message_paths
+from graphengine.format import interrupts
 from graphengine.format.errors import TransportError
 from graphengine.format.files import installed_packages
 from graphengine.format.wording import did_you_mean, listing
@@ -20,7 +20,7 @@ from graphengine.messages.endpoints import QoS
 from graphengine.messages.names import check_topic
 from graphengine.ros.domain import Domain
 from graphengine.ros.network_graph import NetworkGraph
-from graphengine.ros.transport import JoinOptions, Transport, discover
+from graphengine.ros.transport import JoinOptions, Transport, brief, discover
 
 if TYPE_CHECKING:
     from graphengine.messages.definitions import Definitions
@@ -91,13 +91,17 @@ class Live:
         domain = Domain.from_environment(os.environ)
         joined = JoinOptions(domain, name, environ=os.environ, definitions=self.definitions)
         self.transport: Transport = open_transport(arguments.transport, joined)
+        kind, *further = brief(self.transport.description).split(", ")
+        self.where = f"{further[0]} ({kind})" if further else kind
+        """The domain and the transport, as in `domain 72 (embedded DDS)`."""
+        self._alone = domain.discovery_range == "OFF"
         self._node = f"/{name}"
         self._spin_time: float | None = arguments.spin_time
         self._before: dict[int, Any] = {}
 
     def __enter__(self) -> Live:
         for number in (signal.SIGINT, signal.SIGTERM):  # the first is ignored in what a script puts in the background
-            self._before[number] = signal.signal(number, _interrupt)
+            self._before[number] = signal.signal(number, interrupts.interrupt)
         return self
 
     def __exit__(self, kind: type[BaseException] | None, *_: object) -> bool:
@@ -169,11 +173,18 @@ class Live:
             raise TransportError(f"{topic} has more than one type: {', '.join(types)}")
         return types[0]
 
+    def say_none(self, what: str) -> None:
+        """Print that there are none of `what`, such as topics, in the domain, and what to do."""
+        step = "`graphrun run dd100_warehouse` starts a run; ROS_DOMAIN_ID selects the domain"
+        if self._alone:
+            step = "unset ROS_AUTOMATIC_DISCOVERY_RANGE: OFF means that no process is found"
+        print(f"no {what} on {self.where}\n  {step}", file=sys.stderr)
+
     def unknown(self, topic: str, graph: NetworkGraph) -> TransportError:
         """Return the error for a topic that has no publisher or subscriber, with a suggestion or the known topics."""
         known = [name for name in graph.types() if not is_hidden(name)]
         hint = near_topic(topic, graph.types()) or listing(known, "topics")
-        return TransportError(f"unknown topic {topic!r}\n{hint}\nsearched over {self.transport.description}")
+        return TransportError(f"unknown topic {topic!r}\n{hint}\nsearched {self.where}")
 
     def listen(
         self, topic: str, message_type: str, qos: QoS, clock: Clock = time.time_ns, waiting: int = 100
@@ -204,10 +215,6 @@ class Live:
         return clock
 
 
-def _interrupt(number: int, frame: FrameType | None) -> None:
-    raise KeyboardInterrupt
-
-
 def absolute(topic: str) -> str:
     """Return the full name of a topic, service, action or node. A name without a leading slash is in the root namespace.
 
@@ -235,5 +242,8 @@ def is_hidden(topic: str) -> bool:
 
 
 def show(text: str, end: str = "\n") -> None:
-    """Print and flush a text. On a terminal, control characters are replaced, because the text can come from peers."""
-    print(clean(text) if sys.stdout.isatty() else text, end=end, flush=True)
+    """Print and flush a text that can come from peers, with replacement characters for those that mislead or control a terminal.
+
+    Without a terminal, tabs and carriage returns are kept, as a text may go to a file.
+    """
+    print(clean(text, "" if sys.stdout.isatty() else "\t\r"), end=end, flush=True)

@@ -1,4 +1,4 @@
-"""Shows a progress bar on a terminal while a block of code runs, if it takes longer than `DELAY`."""
+"""Shows the progress of a block of code that takes longer: a bar on a terminal, and elsewhere a line now and then."""
 
 from __future__ import annotations
 
@@ -8,11 +8,14 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 
 from graphengine.cli import terminal
+from graphengine.format.wording import printable
 
 DELAY = 2.0
 """Wall time before the bar appears, s."""
 PERIOD = 0.1
 """Wall time between two updates of the bar, s."""
+PLAIN = 10.0
+"""Wall time between two lines where there is no terminal, s."""
 
 
 @contextmanager
@@ -22,19 +25,29 @@ def progress(what: str, done: Callable[[], float] = lambda: 0.0, total: float | 
     Args:
         what: label of the bar.
         done: returns the completed amount of work; called from another thread.
-        total: total amount of work; None: it is unknown, and the bar shows activity only.
+        total: total amount of work; None: it is unknown, the bar shows activity only, and no lines are printed.
     """
-    if not terminal.can_overwrite():
+    what, overwrites = printable(what), terminal.can_overwrite()
+    if not overwrites and (total is None or sys.stderr is None):
         yield
         return
     over = threading.Event()
-    thread = threading.Thread(target=_show, args=(what, done, total, over), name="progress", daemon=True)
+    thread = threading.Thread(
+        target=_show if overwrites else _print, args=(what, done, total, over), name="progress", daemon=True
+    )
     thread.start()
     try:
         yield
     finally:
         over.set()
         thread.join()
+
+
+def _print(what: str, done: Callable[[], float], total: float | None, over: threading.Event) -> None:
+    """Print a line with the completed share every `PLAIN` seconds until `over` is set; runs in its own thread."""
+    with suppress(OSError):
+        while not over.wait(PLAIN):
+            print(f"{what}: {100.0 * min(done() / total, 1.0) if total else 0.0:.0f} %", file=sys.stderr, flush=True)
 
 
 def _show(what: str, done: Callable[[], float], total: float | None, over: threading.Event) -> None:

@@ -7,6 +7,7 @@ import dataclasses
 import json
 
 from graphengine.cli.common import add_file_arguments, clean, fitted_table, load, print_findings
+from graphengine.cli.live import show
 from graphengine.format.errors import UsageError
 from graphengine.format.wording import unknown
 
@@ -33,7 +34,7 @@ def execute(arguments: argparse.Namespace) -> int:
     if arguments.urdf is not None:
         if arguments.urdf not in robots:
             raise UsageError(unknown("robot", arguments.urdf, robots))
-        print(robots[arguments.urdf].urdf)
+        show(robots[arguments.urdf].urdf)
     elif arguments.format == "json":
         print(json.dumps([dataclasses.asdict(robot) for robot in robots.values()], indent=2))
     else:

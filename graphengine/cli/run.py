@@ -17,6 +17,7 @@ from graphengine.cli.console import Console
 from graphengine.cli.quantities import address, duration, rate
 
 if TYPE_CHECKING:
+    from graphengine.api.runner import Runner
     from graphengine.runtime.command_queue import CommandQueue
     from graphengine.runtime.session_core import SessionCore
 
@@ -84,6 +85,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     quiet = "print only warnings, errors and losses, such as dropped messages; no status line, no summary"
     parser.add_argument("--quiet", action="store_true", help=quiet)
+    details = "also print why the transport was chosen, what it reaches, and how rays are cast"
+    parser.add_argument("--verbose", action="store_true", help=details)
     parser.add_argument("--force", action="store_true", help="let --record overwrite an existing file")
 
 
@@ -111,7 +114,7 @@ def execute(arguments: argparse.Namespace) -> int:
     from graphengine.api.run_options import RunOptions, check_recording
     from graphengine.api.scene import start_runner
     from graphengine.api.viewing import open_page
-    from graphengine.cli.common import clean, counted, open_scene
+    from graphengine.cli.common import clean, open_scene
     from graphengine.format.errors import UsageError
     from graphengine.runtime.file_watch import FileWatch
 
@@ -141,7 +144,7 @@ def execute(arguments: argparse.Namespace) -> int:
         patient=arguments.rate is not None and math.isinf(arguments.rate),
     )
     runner = start_runner(scene, options)
-    session, loaded = runner.session, runner.scene
+    session = runner.session
     console.network = runner.network
     with (
         _Signals(session),
@@ -151,14 +154,8 @@ def execute(arguments: argparse.Namespace) -> int:
         _profiled(arguments, session, on_tick, console) as on_tick,
         FileWatch(session.reloader, runner.queue, console.reloaded) if arguments.watch else nullcontext(),
     ):
-        graphs = counted(len(loaded.planned), "graph")
-        what = f"{loaded.path}: {graphs}, {1.0 / session.clock.delta:g} Hz; {runner.network.description}"
-        if not arguments.no_parameters and runner.network.description.startswith("dds "):
-            what += " (services, actions, parameters: with Cyclone DDS only; for other RMWs --transport rclpy)"
-        what += f"; Foxglove at {runner.foxglove.url}" if runner.foxglove else ""
-        rays = session.services.world.rays_in_use
-        what += (f"; rays {rays}" if rays else "") + (f"; recorded to {arguments.record}" if arguments.record else "")
-        console.inform(clean(what))
+        for line in _opening(arguments, runner):
+            console.inform(clean(line))
         if arguments.view:
             host, port, watching = arguments.view_host, arguments.view_port, arguments.view_read_only
             try:
@@ -172,6 +169,26 @@ def execute(arguments: argparse.Namespace) -> int:
         finally:
             console.summarize(session)
     return 0
+
+
+def _opening(arguments: argparse.Namespace, runner: Runner) -> Iterator[str]:
+    """Yield the lines that a run prints first: the scene, the tick rate and the transport; with `--verbose`, also all details."""
+    from graphengine.cli.common import counted
+    from graphengine.ros.transport import brief
+
+    loaded, session, transport = runner.scene, runner.session, runner.network.description
+    yield f"{loaded.path.name}: {1.0 / session.clock.delta:g} Hz, {brief(transport)}"
+    if runner.foxglove:
+        yield f"Foxglove at {runner.foxglove.url}"
+    if arguments.record:
+        yield f"recording to {arguments.record}"
+    if arguments.verbose:
+        yield f"{loaded.path}: {counted(len(loaded.planned), 'graph')}"
+        yield transport
+        if transport.startswith("dds "):
+            yield "services, actions, parameters: with Cyclone DDS only; for other RMWs --transport rclpy"
+        if rays := session.services.world.rays_in_use:
+            yield f"rays {rays}"
 
 
 def _channel(arguments: argparse.Namespace, queue: CommandQueue, console: Console) -> AbstractContextManager[object]:

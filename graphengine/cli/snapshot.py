@@ -33,6 +33,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     from graphengine.cli.quantities import duration
 
     add_file_arguments(parser)
+    parser.set_defaults(rays="mujoco")  # hardly a ray is cast for an image, and compiling takes seconds
     where = "view: top, perspective, the name of a camera in the world's MJCF file, or the prim of a camera (default perspective)"
     parser.add_argument("--camera", metavar="VIEW|PRIM", default="perspective", help=where)
     parser.add_argument(

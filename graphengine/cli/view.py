@@ -10,6 +10,8 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from graphengine.format import interrupts
+
 if TYPE_CHECKING:
     from graphengine.cli.recorded_run import RecordedRun
     from graphengine.recording.marks import Marks
@@ -51,7 +53,7 @@ def execute(arguments: argparse.Namespace) -> int:
 @contextlib.contextmanager
 def _interrupted_by_sigterm() -> Iterator[None]:
     """Return a context manager in which SIGTERM raises KeyboardInterrupt, so that the extracted files are removed."""
-    before = signal.signal(signal.SIGTERM, signal.default_int_handler)
+    before = signal.signal(signal.SIGTERM, interrupts.interrupt)
     try:
         yield
     finally:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import atexit
 import re
 import threading
 from collections.abc import Callable, Mapping, Sequence
@@ -59,12 +60,14 @@ class ParameterNodes:
         self._thread = threading.Thread(target=self._work, name="parameters", daemon=True)
         session.listeners.append(self._listen)
         self._thread.start()
+        atexit.register(self.close)  # of a session that is not closed; it is called before the transport's own
 
     def close(self) -> None:
         """End the thread and destroy all services. Safe to call twice."""
         if self._closed:
             return
         self._closed = True
+        atexit.unregister(self.close)
         self._session.listeners.remove(self._listen)
         self._wake.set()
         self._thread.join()

@@ -155,7 +155,9 @@ class Files:
             NotFoundError: the file does not exist, or lies outside the folders that may be read.
         """
         base = self.base
-        places = [folder / reference, base / reference, base / "scenes" / reference, base / "graphs" / reference]
+        names = [reference] if os.path.splitext(reference)[1] else [reference, f"{reference}.yaml"]
+        included = [base / kind / name for name in names for kind in ("scenes", "graphs")]
+        places = [folder / reference, base / reference, *included]
         for place in places:
             if os.path.isfile(place):  # False for illegal names, too
                 if not self.may_read(place):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import array
 import functools
+import unicodedata
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from typing import Any
@@ -117,11 +118,15 @@ def to_plain(message: Any, definitions: Definitions = DEFINITIONS) -> dict[str, 
 
 
 def to_yaml(part: TypedValue, style: Style = Style()) -> str:
-    """Return a message or value as `ros2 topic echo` prints it, without the line of dashes that separates messages."""
+    """Return a message or value as `ros2 topic echo` prints it, without the line of dashes that separates messages.
+
+    Characters that mislead readers, such as U+202E, which reverses the order of text, are written as escapes of YAML.
+    """
     import yaml  # not for the nodes that need `to_plain`
 
     plain = _plain(part, style)
-    return str(yaml.dump(plain, Dumper=_dumper(), allow_unicode=True, width=_WIDTH, default_flow_style=style.flow))
+    text = str(yaml.dump(plain, Dumper=_dumper(), allow_unicode=True, width=_WIDTH, default_flow_style=style.flow))
+    return text if text.isascii() else "".join(f"\\U{ord(c):08X}" if _misleads(c) else c for c in text)
 
 
 @functools.cache
@@ -133,8 +138,20 @@ def _dumper() -> Any:
         pass
 
     Dumper.add_representer(dict, lambda dump, data: dump.represent_mapping(_MAP, list(data.items()), flow_style=False))
-    Dumper.add_representer(bytes, lambda dump, data: dump.represent_str(data.decode("latin-1")))
+    Dumper.add_representer(str, _represent)
+    Dumper.add_representer(bytes, lambda dump, data: _represent(dump, data.decode("latin-1")))
     return Dumper
+
+
+def _represent(dump: Any, text: str) -> Any:
+    """Return the YAML node of a string, in double quotes if it has characters that must be written as escapes."""
+    style = None if text.isascii() or not any(map(_misleads, text)) else '"'
+    return dump.represent_scalar("tag:yaml.org,2002:str", text, style=style)
+
+
+def _misleads(character: str) -> bool:
+    """Return whether a character is invisible or reorders text; the dumper itself escapes control characters."""
+    return unicodedata.category(character) in ("Cf", "Cs", "Zl", "Zp")
 
 
 def to_csv(part: TypedValue, style: Style = Style()) -> str:

@@ -1,4 +1,4 @@
-"""Counts the values that nodes could not use and therefore dropped: from wires, or set while the session ran."""
+"""Counts the values that nodes could not use and therefore dropped: from wires and messages, or set while the session ran."""
 
 from __future__ import annotations
 
@@ -40,3 +40,8 @@ class DroppedValues(Stateful):
         self._latest[node] = tick
         count = self.ticks[node] = self.ticks.get(node, 0) + 1
         return count & (count - 1) == 0
+
+    def earlier(self, node: str) -> str:
+        """Return the end of a warning that is due: `, as in 3 of the ticks before`; empty for the first one of a node."""
+        before = self.ticks[node] - 1
+        return f", as in {before} of the ticks before" if before else ""

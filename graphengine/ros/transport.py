@@ -5,6 +5,7 @@ A package adds a transport with an entry point of the group `graphengine.transpo
 
 from __future__ import annotations
 
+import re
 import time
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -252,3 +253,10 @@ def discover(
         if enough(graph) or time.monotonic() - begun >= (seconds if told else seconds + PATIENCE):
             return graph
         time.sleep(_POLL)
+
+
+def brief(description: str) -> str:
+    """Return the transport and the domain of a transport's description in two words, such as `embedded DDS, domain 72`."""
+    name, *further = description.partition(";")[0].split(", ")
+    kind = re.split(r"[ :]", name)[0]
+    return ", ".join(["embedded DDS" if kind == "dds" else kind, *further[:1]])

@@ -135,7 +135,7 @@ def find_variable_at(runs: Iterable[GraphRun], graph: str, name: str) -> GraphVa
 def find_ports(runs: Iterable[GraphRun], pattern: str, sides: Sequence[Side] = SIDES) -> list[NodePort]:
     """Return the ports that match a pattern: an address, or the end of one; its parts may be globs.
 
-    A pattern that contains the full path of a node matches only ports of this node.
+    A pattern that contains the full path of a node matches only ports of this node. The pattern `*` matches all ports.
 
     Args:
         runs: running graphs to search.
@@ -148,7 +148,7 @@ def find_ports(runs: Iterable[GraphRun], pattern: str, sides: Sequence[Side] = S
     Raises:
         UsageError: no port matches.
     """
-    path, _, name = pattern.rpartition(".")
+    path, _, name = ("*.*" if pattern == "*" else pattern).rpartition(".")
     nodes = list(_nodes(runs))
     whole = [node for node in nodes if node[0] == path]
     matching = whole or [node for node in nodes if ends_with(node[0], path)]

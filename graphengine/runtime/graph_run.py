@@ -180,11 +180,11 @@ def make_graph_run(
         instance = graph.instances[index]
         node = f"{graph.prim_path}/{instance.id}"
         if dropped.add(node, clock.frame):
-            before = dropped.ticks[node] - 1
-            others = f", as in {before} of the ticks before" if before else ""
             what, *more = str(error).split("\n")
             where = f"{instance.span}: {instance.cls.type_name} in graph {graph.name}"
-            services.warn(node, "\n  ".join([f"{what}; dropped at tick {clock.frame}{others}", where, *more]))
+            services.warn(
+                node, "\n  ".join([f"{what}; dropped at tick {clock.frame}{dropped.earlier(node)}", where, *more])
+            )
         return True
 
     variables = {name: Variable(default) for name, default in graph.variables.items()}

@@ -42,7 +42,7 @@ class SubscriberNode(TopicNode):
             return None
         fault = self.deliver(message)
         if fault:
-            self.logger.log("warning", f"{self.subscription.topic}: {fault} was dropped")
+            self.logger.log_dropped(f"{self.subscription.topic}: {fault} was dropped")
             return None
         return self.exec_out
 

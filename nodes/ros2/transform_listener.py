@@ -81,7 +81,7 @@ class ROS2SubscribeTransformTree(TopicNode, type="isaacsim.ros2.bridge.ROS2Subsc
         for edge in newest.values():
             fault = self.follow(edge)
             if fault:
-                self.logger.log("warning", f"{self.subscription.topic}: {fault}")
+                self.logger.log_dropped(f"{self.subscription.topic}: {fault}")
         return self.exec_out if arrived else None
 
     def follow(self, edge: Any) -> str:

@@ -80,3 +80,9 @@ def test_numbers_of_numpy_are_set_like_those_of_python(start: Start, value: Any)
 def test_a_value_of_another_type_is_told(start: Start, value: Any, words: str) -> None:
     with pytest.raises(ge.UsageError, match=words):
         start(GRAPH).set("Fails.at", value)
+
+
+def test_a_star_lists_the_addresses_of_all_ports(sim: ge.Session) -> None:
+    everything = sim.values("*")
+    assert everything.keys() == sim.values("*.*").keys()
+    assert "dd100/joint_states/ComputeOdom.position" in everything

@@ -106,7 +106,7 @@ def run(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     with tempfile.TemporaryDirectory(prefix="graphrun-test-") as runtime:
         monkeypatch.setenv("XDG_RUNTIME_DIR", runtime)
         with live("run", "dd100_flat", "--paused", "--transport", "memory") as process:
-            assert process.hear(lambda said: " Hz; " in said)
+            assert process.hear(lambda said: " Hz, " in said)
             yield
 
 

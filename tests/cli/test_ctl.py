@@ -36,7 +36,7 @@ def runtime(monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
 def paused(*arguments: str, **how: Any) -> Iterator[Live]:
     """A run that waits at time 0."""
     with live("run", *arguments, "--paused", **how) as run:
-        assert run.hear(lambda said: " Hz; " in said)
+        assert run.hear(lambda said: " Hz, " in said)
         yield run
 
 
@@ -54,6 +54,18 @@ def ctl(graphrun: Graphrun) -> Graphrun:
 
 def state(ctl: Graphrun) -> Any:
     return json.loads(ctl("state", "--json").out)
+
+
+@pytest.mark.parametrize("command", ["move box 1 2", "state", "set A.b=1", "quit"])
+@pytest.mark.parametrize("options", ["--run 16087", "--run 16087 --json", "--json"])
+def test_the_options_stand_before_or_after_the_command(command: str, options: str) -> None:
+    before, after = (
+        make_parser("ctl").parse_args(["ctl", *words.split()])
+        for words in (f"{options} {command}", f"{command} {options}")
+    )
+    assert (
+        (before.run, before.json) == (after.run, after.json) == ("16087" if "run" in options else "", "json" in options)
+    )
 
 
 # A run in another process
@@ -210,7 +222,7 @@ def test_a_run_that_was_killed_is_forgotten_by_who_looks_next(ctl: Graphrun, run
 
 def test_a_run_can_be_closed_to_others(ctl: Graphrun, project: Path) -> None:
     with live("run", "mine.yaml", "--rate", "realtime", "--no-control", *MEMORY, cwd=project) as run:
-        assert run.hear(lambda said: " Hz; " in said)
+        assert run.hear(lambda said: " Hz, " in said)
         ctl("state", refused="no run to control")
         assert run.stop(signal.SIGINT) == 0
 

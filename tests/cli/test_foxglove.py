@@ -48,13 +48,13 @@ def run(recording: Path) -> Iterator[Live]:
         *MEMORY,
     )
     with live(*words) as running:
-        assert running.hear(lambda said: "recorded to" in said)
+        assert running.hear(lambda said: "recording to" in said)
         yield running
 
 
 @pytest.fixture
 def client(run: Live) -> Iterator[FoxgloveClient]:
-    found = re.search(r"; Foxglove at (ws://127\.0\.0\.1:\d+/\?token=\S+);", run.said)
+    found = re.search(r"Foxglove at (ws://127\.0\.0\.1:\d+/\?token=\S+)\n", run.said)
     assert found
     with FoxgloveClient(found[1]) as connected:
         yield connected

@@ -34,7 +34,8 @@ def param(graphrun: Graphrun, domain_id: int, monkeypatch: pytest.MonkeyPatch) -
 def running(tmp_path: Path, domain_id: int, param: Graphrun) -> Iterator[Live]:
     scene, env = write_scene(tmp_path), {"ROS_DOMAIN_ID": str(domain_id), "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"}
     recording = str(tmp_path / "out.mcap")
-    with live("run", str(scene), "--transport", "dds", "--record", recording, env=env) as run:
+    with live("run", str(scene), "--transport", "dds", "--record", recording, "--verbose", env=env) as run:
+        assert run.hear(lambda said: "services, actions, parameters: with Cyclone DDS only" in said)
         assert eventually(lambda: all(f"{node}:" in param("list").lines for node in NODES))
         yield run
 
@@ -42,7 +43,6 @@ def running(tmp_path: Path, domain_id: int, param: Graphrun) -> Iterator[Live]:
 def test_every_verb_prints_what_ros2_param_prints(
     param: Graphrun, running: Live, tmp_path: Path, graphrun: Graphrun
 ) -> None:
-    assert running.hear(lambda said: "services, actions, parameters: with Cyclone DDS only" in said)
     assert f"  {LIMIT}" in param("list", code=0, err="").lines
     typed = param("list", NODE, "--param-type", "--filter", LIMIT, code=0, err="")
     assert typed.out == f"  {LIMIT} (type: double)\n"

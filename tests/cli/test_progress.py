@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import sys
+import threading
 from pathlib import Path
 
 import pytest
@@ -53,6 +54,21 @@ def test_without_a_terminal_there_is_no_bar(drive: Path, tmp_path: Path) -> None
     assert "\x1b" not in result.err
     assert "replaying" not in result.err
     assert result.out.startswith("identical: ")
+
+
+def test_long_work_without_a_terminal_prints_its_share_now_and_then(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(bars, "PLAIN", 0.001)
+    seen = threading.Event()
+
+    def done() -> float:
+        seen.set()
+        return 0.5
+
+    with progress("local\u202eizing", done, 2.0):
+        assert seen.wait(PATIENCE)
+    assert set(capsys.readouterr().err.splitlines()) == {"local\ufffdizing: 25 %"}
 
 
 def test_work_that_is_soon_done_shows_nothing_and_imports_nothing(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -79,7 +79,7 @@ def test_a_drive_is_the_same_byte_by_byte(graphrun: Graphrun, drive: Path) -> No
 def test_what_run_records_is_the_same(graphrun: Graphrun, tmp_path: Path) -> None:
     path = tmp_path / "out.mcap"
     ran = graphrun("run", "dd100_flat", "--for", "1s", "--record", str(path), *MEMORY, code=0, out="")
-    assert f"; recorded to {path}\n" in ran.err
+    assert f"recording to {path}\n" in ran.err
     sent = ran.err.split()[-2]
     assert graphrun("replay", str(path)).out == f"identical: {sent} messages in 60 ticks, 1.000 s\n"
 

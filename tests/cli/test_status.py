@@ -97,7 +97,7 @@ def test_what_is_printed_meanwhile_goes_above_the_line_whole_and_in_order(tmp_pa
         assert run.process.wait(PATIENCE) == 0
     assert statuses(run.said)
     first, *screen, summary, _ = shown(run.said, 10_000)
-    assert first.startswith("noisy.yaml: 1 graph, 60 Hz;")
+    assert first.startswith("noisy.yaml: 60 Hz, ")
     assert screen[0] == "to the standard output"
     assert screen[1].split() == ["a", "long", "line", "to", "the", "standard", "error", *["word"] * 30, "end"]
     assert screen[2].endswith("UserWarning: something is odd")

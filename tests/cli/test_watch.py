@@ -45,7 +45,7 @@ def expect(run: Live, text: str) -> None:
 
 def test_a_run_follows_its_files_and_prints_what_came_of_it(hall: Path, graphrun: Graphrun) -> None:
     with live("run", "hall.yaml", "--watch", "--rate", "realtime", "--record", "out.mcap", *MEMORY, cwd=hall) as run:
-        expect(run, " Hz; ")
+        expect(run, " Hz, ")
         (hall / "mine.yaml").write_text(CLOCK.replace("topicName: clock", "topicName: other"), encoding="utf-8")
         expect(run, "mine.yaml changed: exchanged mine; 3 of 3 nodes keep their state\n")
         (hall / "mine.yaml").write_text(CLOCK.replace("topicName", "topicNam"), encoding="utf-8")
@@ -65,7 +65,7 @@ def test_a_run_follows_its_files_and_prints_what_came_of_it(hall: Path, graphrun
 
 def test_a_paused_run_follows_its_files_too(hall: Path) -> None:
     with live("run", "hall.yaml", "--watch", "--paused", *MEMORY, cwd=hall) as run:
-        expect(run, " Hz; ")
+        expect(run, " Hz, ")
         (hall / "mine.yaml").unlink()
         expect(run, "error S101: graph 'mine': no file 'mine.yaml'")
         (hall / "mine.yaml").write_text(CLOCK, encoding="utf-8")
@@ -75,7 +75,7 @@ def test_a_paused_run_follows_its_files_too(hall: Path) -> None:
 
 def test_without_watch_a_run_keeps_its_files_until_it_is_asked_to_reload(hall: Path, graphrun: Graphrun) -> None:
     with live("run", "hall.yaml", "--paused", *MEMORY, cwd=hall) as run:
-        expect(run, " Hz; ")
+        expect(run, " Hz, ")
         (hall / "mine.yaml").write_text(CLOCK.replace("topicName: clock", "topicName: other"), encoding="utf-8")
         result = graphrun("ctl", "reload", code=0)
         assert result.lines[0] == "mine.yaml changed: exchanged mine; 3 of 3 nodes keep their state"

@@ -51,7 +51,7 @@ def simulation(*arguments: str) -> Iterator[Tool]:
     with reserved_domain() as number:
         variables = {"ROS_DOMAIN_ID": str(number), "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"}
         with live("run", *arguments, "--transport", "dds", env=variables) as running:
-            assert running.hear(lambda said: "discovery range LOCALHOST" in said), running.said
+            assert running.hear(lambda said: " Hz, " in said), running.said
             yield lambda *words, **ended: process(*words, "--transport", "dds", env=variables, **ended)
 
 

@@ -181,6 +181,16 @@ def test_a_command_that_says_nothing_or_too_much_is_dropped_and_told(message: An
     assert context.logged == [("warning", f"/joint_command: {told} was dropped")]
 
 
+def test_dropped_commands_are_told_at_doubling_counts_and_counted(context: RecordingContext) -> None:
+    node = ready(ROS2SubscribeJointState, context)
+    for _ in range(9):
+        hear(context, node, joints([1], [], [1, 2, 3]))
+    fault = "/joint_command: a JointState of 2 joints with 1, 0, 3 positions, velocities and efforts was dropped"
+    others = ["", *(f", as in {before} of the ticks before" for before in (1, 3, 7))]
+    assert context.logged == [("warning", fault + other) for other in others]
+    assert list(context.services.dropped.ticks.values()) == [9]
+
+
 def test_what_is_not_a_number_in_a_command_is_delivered(context: RecordingContext) -> None:
     node = ready(ROS2SubscribeJointState, context)
     assert hear(context, node, joints([math.nan, 2], [], [])) == node.exec_out

@@ -97,7 +97,9 @@ def test_processes_meet_where_there_is_no_interface_but_loopback(reach: Discover
 def test_without_any_interface_that_is_up_the_domain_cannot_be_joined() -> None:
     done = isolated("true", JOIN)
     assert done.returncode == 0
-    assert done.stdout.startswith("cannot join domain 1, discovery range LOCALHOST")
+    first, *remedies = done.stdout.splitlines()
+    assert first.startswith("cannot join domain 1, discovery range LOCALHOST")
+    assert remedies == ["is a network interface up?", "to run without a network: --transport memory"]
 
 
 @pytest.fixture(params=["LOCALHOST", "SUBNET"])

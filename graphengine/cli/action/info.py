@@ -30,7 +30,7 @@ def execute(arguments: argparse.Namespace) -> int:
         known = action_types(graph)
         if action not in known:
             hint = near_topic(action, known) or listing(known, "actions")
-            raise TransportError(f"unknown action {action!r}\n{hint}\nsearched over {live.transport.description}")
+            raise TransportError(f"unknown action {action!r}\n{hint}\nsearched {live.where}")
         show(f"Action: {action}")
         for what, ends in (
             ("clients", graph.subscribers(action + FEEDBACK)),

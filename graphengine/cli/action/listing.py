@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import sys
 
 from graphengine.cli.live import Live, add_live_arguments, show
 from graphengine.ros.network_graph import NetworkGraph
@@ -28,7 +27,7 @@ def execute(arguments: argparse.Namespace) -> int:
             }
             show("\n".join(action + text for action, text in types.items()))
         if not actions:
-            print(f"no actions; {live.transport.description}", file=sys.stderr)
+            live.say_none("actions")
     return 0
 
 

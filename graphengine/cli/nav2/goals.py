@@ -165,7 +165,7 @@ def _action(live: Live, arguments: argparse.Namespace) -> str:
         if names
         else "is Nav2 running in this domain?"
     )
-    raise TransportError(f"no action {wanted or ACTION}\n{hint}\nsearched over {live.transport.description}")
+    raise TransportError(f"no action {wanted or ACTION}\n{hint}\nsearched {live.where}")
 
 
 def _servers(live: Live) -> list[str]:

@@ -40,7 +40,7 @@ def execute(arguments: argparse.Namespace) -> int:
         names = node_names(graph, hidden=arguments.include_hidden)
         if node not in names:
             hint = near_topic(node, names) or listing(names, "nodes")
-            raise TransportError(f"unknown node {node!r}\n{hint}\nsearched over {live.transport.description}")
+            raise TransportError(f"unknown node {node!r}\n{hint}\nsearched {live.where}")
         if (number := names.count(node)) > 1:
             print(f"WARNING: {number} nodes have the name {node!r}; the lists below merge them", file=sys.stderr)
         sections = _sections(graph, node)

@@ -27,7 +27,7 @@ def execute(arguments: argparse.Namespace) -> int:
                 print("WARNING: some nodes have the same name; this can have unintended effects", file=sys.stderr)
             show("\n".join(names))
         if not names:
-            print(f"no nodes; {live.transport.description}", file=sys.stderr)
+            live.say_none("nodes")
     return 0
 
 

@@ -55,5 +55,5 @@ def execute(arguments: argparse.Namespace) -> int:
             if lines:
                 show("\n".join(lines if arguments.node else [f"{client.node}:", *lines]))
         if not clients:
-            print(f"no nodes with parameters; {live.transport.description}", file=sys.stderr)
+            live.say_none("nodes with parameters")
     return code

@@ -51,5 +51,5 @@ def client_of(live: Live, given: str) -> ParameterClient:
     known = nodes_with_parameters(graph)
     if node not in known:
         near = did_you_mean(node, known) or listing(known, "nodes with parameters")
-        raise TransportError(f"no node {node!r} with parameters\n{near}\nsearched over {live.transport.description}")
+        raise TransportError(f"no node {node!r} with parameters\n{near}\nsearched {live.where}")
     return ParameterClient(live.transport, node, live.definitions)

@@ -27,6 +27,6 @@ def execute(arguments: argparse.Namespace) -> int:
         types = service_types(live.graph(lambda graph: service in service_types(graph)))
         if service not in types:
             hint = near_topic(service, types) or listing(types, "services")
-            raise TransportError(f"unknown service {service!r}\n{hint}\nsearched over {live.transport.description}")
+            raise TransportError(f"unknown service {service!r}\n{hint}\nsearched {live.where}")
         show("\n".join(types[service]))
     return 0

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import sys
 
 from graphengine.cli.live import Live, add_live_arguments, is_hidden, show
 from graphengine.ros.network_graph import NetworkGraph
@@ -29,7 +28,7 @@ def execute(arguments: argparse.Namespace) -> int:
             shown = {name: f" [{', '.join(types[name])}]" if arguments.show_types else "" for name in services}
             show("\n".join(name + text for name, text in shown.items()))
         if not services:
-            print(f"no services; {live.transport.description}", file=sys.stderr)
+            live.say_none("services")
     return 0
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import sys
 from typing import Literal
 
 from graphengine.cli.live import Live, add_live_arguments, is_hidden, show
@@ -40,7 +39,7 @@ def execute(arguments: argparse.Namespace) -> int:
             types = {topic: f" [{', '.join(names)}]" for topic, names in graph.types().items()}
             show("\n".join(topic + (types[topic] if arguments.show_types else "") for topic in topics))
         if not topics:
-            print(f"no topics; {live.transport.description}", file=sys.stderr)
+            live.say_none("topics")
     return 0
 
 

@@ -139,3 +139,11 @@ class Context(WorldHandles, OwnedActions, Shared):
     def log(self, severity: Literal["info", "warning", "error"], message: str) -> None:
         """Log a message of the node. `graphrun run` prints messages with the same severity and first line only once."""
         self._services.log(severity, self.prim_path, message)
+
+    def log_dropped(self, message: str) -> None:
+        """Count a tick in which the node dropped a message; log a warning in its first, second, fourth, eighth, … such tick."""
+        dropped = self._services.dropped
+        if dropped is None or dropped.add(self.prim_path, self.clock.frame):
+            self._services.warn(
+                self.prim_path, message + (dropped.earlier(self.prim_path) if dropped is not None else "")
+            )

@@ -62,9 +62,11 @@ class RosEnd:
                 return
             try:
                 take(*message)
-            except Exception:
+            except Exception as error:
                 if not self._failed:
-                    _log.exception("%s: a message could not be delivered; further errors are not reported", self.name)
+                    what = "a message could not be delivered; further errors are not reported"
+                    full = isinstance(error, MemoryError)
+                    _log.error("%s: %s", self.name, f"out of memory: {what}" if full else what, exc_info=not full)
                 self._failed = True
 
     def closed(self) -> TransportError:

@@ -7,10 +7,10 @@ from __future__ import annotations
 
 import functools
 import logging
-import threading
 
 import numba
 import numpy as np
+from numba.core.event import Event, Listener, install_listener
 
 from graphengine.format.process_limits import has_address_space
 from graphengine.physics.engine import Floats, Indices, mujoco
@@ -30,9 +30,6 @@ MAX_TRIANGLES = 1_000_000
 ADDRESS_SPACE = 400_000_000
 """Size of the address space that must be available before numba is used, bytes; 310 MB were measured."""
 
-PATIENCE = 1.0
-"""Time after which a message says that kernels are being compiled, s; loading takes 0.3 s, compiling 5 to 10 s."""
-
 _log = logging.getLogger(__name__)
 
 
@@ -43,20 +40,31 @@ def trouble() -> str:
         return "the environment variable NUMBA_DISABLE_JIT keeps numba from compiling them"
     if not has_address_space(ADDRESS_SPACE):  # LLVM aborts the process where it finds no memory
         return f"numba needs {ADDRESS_SPACE // 10**6} MB of address space, and the process cannot get that much (see `ulimit -v`)"
-    notice = threading.Timer(PATIENCE, _log.warning, ["compiling the ray casting of lidars, which takes some seconds"])
-    notice.daemon = True
-    notice.start()
     try:
         nothing = mujoco.MjModel.from_xml_string("<mujoco/>")
-        rays = FastRays(nothing, mujoco.MjData(nothing))
-        rays.caster(np.zeros((1, 3)), 1.0, 0).cast(np.zeros(3), np.eye(3))
+        with install_listener("numba:compile", _Notice()):
+            rays = FastRays(nothing, mujoco.MjData(nothing))
+            rays.caster(np.zeros((1, 3)), 1.0, 0).cast(np.zeros(3), np.eye(3))
     except Exception as error:  # of numba, or of reading what it kept, which a crash may have left incomplete
         found = f"{type(error).__name__}: {error}; if numba's cache is damaged, delete its files in {kept_in(cast)}"
         _log.warning("numba is installed but fails, so lidars use MuJoCo's slower rays: %s", found)
         return found
-    finally:
-        notice.cancel()
     return ""
+
+
+class _Notice(Listener):  # type: ignore[misc]  # numba has no types
+    """Logs the begin of the first compilation; loading kernels from numba's cache is no compilation."""
+
+    logged = False
+
+    def on_start(self, event: Event) -> None:
+        """Log a message for the first event."""
+        if not self.logged:
+            self.logged = True
+            _log.warning("compiling the ray casting of lidars, which takes some seconds")
+
+    def on_end(self, event: Event) -> None:
+        """Do nothing."""
 
 
 def why_not(model: mujoco.MjModel) -> str:

@@ -260,7 +260,10 @@ def _open(domain: Domain) -> Any:
                 return DdsDomain(domain.id, configuration)
         except DDSException as error:
             errors.append(LOG.reason() or str(error))
-    raise TransportError(f"cannot join {domain}: {errors[-1]}")
+    remedies = (
+        "" if domain.cyclone_uri else "\nis a network interface up?\nto run without a network: --transport memory"
+    )
+    raise TransportError(f"cannot join {domain}: {errors[-1]}{remedies}")
 
 
 def configurations(domain: Domain) -> list[str]:
