@@ -188,6 +188,7 @@ def test_dropped_commands_are_told_at_doubling_counts_and_counted(context: Recor
     fault = "/joint_command: a JointState of 2 joints with 1, 0, 3 positions, velocities and efforts was dropped"
     others = ["", *(f", as in {before} of the ticks before" for before in (1, 3, 7))]
     assert context.logged == [("warning", fault + other) for other in others]
+    assert context.services.dropped is not None
     assert list(context.services.dropped.ticks.values()) == [9]
 
 
