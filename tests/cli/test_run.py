@@ -291,7 +291,7 @@ def test_without_a_terminal_lines_are_plain(graphrun: Graphrun, monkeypatch: pyt
     monkeypatch.setattr("graphengine.cli.console.Console.PLAIN", 0.0)
     result = graphrun("run", "dd100_flat", "--for", "100ms", *MEMORY)
     lines = result.err.splitlines()
-    assert [bool(STATUS.fullmatch(line)) for line in lines] == [False, *[True] * 6, False]
+    assert [bool(STATUS.fullmatch(line)) for line in lines] == [False, *[True] * 6, False, False]
 
 
 def test_messages_that_were_dropped_are_counted_in_the_end(
