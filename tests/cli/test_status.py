@@ -138,7 +138,7 @@ def test_a_terminal_that_cannot_overwrite_gets_plain_lines(term: str) -> None:
         run.hear(lambda said: False)
         assert run.process.wait(PATIENCE) == 0
     assert "\x1b" not in run.said
-    assert len(run.said.splitlines()) == 2
+    assert len(run.said.splitlines()) == 3
 
 
 def test_no_color_leaves_the_colours_out(tmp_path: Path) -> None:
