@@ -51,6 +51,7 @@ _COSTS: tuple[tuple[str, float, tuple[str, ...]], ...] = (
     ("size", ELEMENT, ("nkey",)),
     ("size", 75, ("nuserdata",)),
     *(("size", 750_000, (name,)) for name in _NUSER),
+    ("contact", 10, ("num",)),
     ("user", 75, ("dim",)),
     ("general", 75, ("actdim",)),
 )
@@ -139,7 +140,7 @@ def _mesh_size(data: bytes) -> float:
         vertices, normals, coordinates, triangles = struct.unpack_from("<4i", data)
         if len(data) == 16 + 12 * (vertices + normals + triangles) + 8 * coordinates:
             hull = _HULL if triangles < vertices / 4 else 1.0
-            return max(hull * vertices, float(triangles))
+            return float(max(hull * vertices, triangles))
     return _obj_size(data)
 
 

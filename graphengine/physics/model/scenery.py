@@ -189,7 +189,7 @@ class Scenery:
         kinds = {id(kind.robot.file): kind for kind in self._kinds.values() if kind is not None}
         if self._memory() + sum(kinds[id(robot.file)].each for robot in robots.values()) > MAX_MEMORY:
             span = self.scene.document.key_span("robots")
-            findings.add("S106", f"the world and its {len(robots)} robots {TOO_LARGE}", span, *HOW_MEMORY_COUNTS)
+            findings.add("S106", f"the world and its robots ({len(robots)}) {TOO_LARGE}", span, *HOW_MEMORY_COUNTS)
             return None
         before, whole = len(findings.errors), self._world.copy()
         whole.assets.clear()

@@ -9,10 +9,13 @@ from collections.abc import Iterable
 import pytest
 
 from graphengine.format.diagnostics import Findings
+from graphengine.format.errors import CheckError
 from graphengine.format.files import Files
+from graphengine.format.spec import RobotUse
 from graphengine.physics.files import bounds, references
 from graphengine.physics.files.bounds import MAX_MEMORY
 from graphengine.physics.files.references import Library
+from graphengine.physics.model import scenery
 from tests.physics.harness import ROBOT, Project
 
 GEOM = '<geom size="1"/>'
@@ -41,6 +44,7 @@ def world(assets: str = "", bodies: str = "", more: str = "") -> str:
             "key",
         ),
         (world(bodies=1000 * "<body><freejoint/><geom/></body>", more='<size nkey="6000"/>'), "size"),
+        (world(bodies=GEOM, more='<sensor><contact geom1="g" num="1000000000"/></sensor>'), "contact"),
         (world(more='<size nuser_geom="1000000000"/>'), "size"),
         (world(more='<sensor><user dim="1000000000"/></sensor>'), "user"),
         (world(bodies=JOINT, more='<actuator><general joint="j" actdim="1000000000"/></actuator>'), "general"),
@@ -177,6 +181,20 @@ def test_robots_and_the_world_count_together(project: Project, monkeypatch: pyte
     assert "error S102: at this <site> the world and its robots exceed the limit of" in error
 
 
+def test_a_robot_that_was_removed_counts_no_longer(project: Project, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Each robot takes 9 MB while it is read, and once more in the scene."""
+    monkeypatch.setattr(bounds, "MAX_MEMORY", 20_000_000)
+    monkeypatch.setattr(scenery, "MAX_MEMORY", 20_000_000)
+    loaded = project.write("scene.yaml", "scene: test\nworld: world.xml\n").load()
+    for number in range(4):
+        bodies = f'<body name="b{number}">{600 * "<site/>"}<geom size="1"/></body>'
+        loaded.add("added", RobotUse(use=world(bodies=bodies)))
+        loaded.remove("added")
+    loaded.add("added", RobotUse(use=world(bodies=f'<body name="b">{600 * "<site/>"}<geom size="1"/></body>')))
+    with pytest.raises(CheckError, match="the world and its robots exceed the limit of"):
+        loaded.add("other", RobotUse(use=world(bodies=f'<body name="c">{900 * "<site/>"}<geom size="1"/></body>')))
+
+
 def test_excluded_contacts_and_copies_of_a_robot_count(project: Project) -> None:
     """Each two of 800 links of a robot may not collide: 319 600 pairs."""
     links = "".join(
@@ -198,7 +216,7 @@ def test_excluded_contacts_and_copies_of_a_robot_count(project: Project) -> None
         "scene: test\nworld: world.xml\nrobots:\n  bot: {use: bot.yaml, count: 100, spacing: [9, 9], per_row: 10}\n",
     )
     error = project.error()
-    assert "scene.yaml:3:1: error S106: the world and its 100 robots exceed the limit of 1.5 GB of memory" in error
+    assert "scene.yaml:3:1: error S106: the world and its robots (100) exceed the limit of 1.5 GB of memory" in error
 
 
 def test_all_files_of_a_scene_together_have_a_limit(project: Project, monkeypatch: pytest.MonkeyPatch) -> None:
