@@ -178,6 +178,7 @@ def _opening(arguments: argparse.Namespace, runner: Runner) -> Iterator[str]:
 
     loaded, session, transport = runner.scene, runner.session, runner.network.description
     yield f"{loaded.path.name}: {1.0 / session.clock.delta:g} Hz, {brief(transport)}"
+    yield from runner.network.notices
     if runner.foxglove:
         yield f"Foxglove at {runner.foxglove.url}"
     if arguments.record:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter, defaultdict, deque
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from functools import partial
 from typing import Any, TypeVar
@@ -234,6 +234,11 @@ class LiveNetwork(Network):
     def description(self) -> str:
         """Descriptions of the open transports, separated by semicolons."""
         return "; ".join(transport.description for transport in self._transports.values())
+
+    @property
+    def notices(self) -> Sequence[str]:
+        """Lines for users about what the open transports cannot do for the endpoints of the session."""
+        return [notice for transport in self._transports.values() for notice in transport.notices]
 
     def close(self) -> None:
         """Leave all domains."""

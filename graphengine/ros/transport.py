@@ -156,6 +156,10 @@ class Transport(Protocol):
         """One line for users: the implementation, domain and discovery range."""
 
     @property
+    def notices(self) -> Sequence[str]:
+        """Lines for users about what this transport cannot do for the endpoints that are open now."""
+
+    @property
     def spin_time(self) -> float:
         """Typical time that the discovery of existing peers takes, s."""
 

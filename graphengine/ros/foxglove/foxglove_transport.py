@@ -86,6 +86,11 @@ class FoxgloveTransport:
         return self._inner.description
 
     @property
+    def notices(self) -> Sequence[str]:
+        """Notices of the inner transport."""
+        return self._inner.notices
+
+    @property
     def spin_time(self) -> float:
         """Typical time that the discovery of existing peers takes, s."""
         return self._inner.spin_time

@@ -25,7 +25,7 @@ from graphengine.ros.transport import (
 from graphengine.ros.transports.vendors import CYCLONE, CYCLONE_RMW
 
 _SHOWN = 3
-"""Maximum number of services and actions to name in the description."""
+"""Maximum number of services and actions to name in a notice."""
 
 
 class ComposedTransport:
@@ -118,15 +118,20 @@ class ComposedTransport:
 
     @property
     def description(self) -> str:
-        """Description of the first transport, and of the second one if it is open, with its services and actions."""
-        parts = [self._first.description]
-        if self._second is not None and self._lacking:
-            parts.append(f"types of {', '.join(self._lacking)} on {self._second.description.partition(',')[0]}")
-        if apart := list(self._apart):
-            others = f" and {len(apart) - _SHOWN} others" if len(apart) > _SHOWN else ""
-            shown = f"{', '.join(apart[:_SHOWN])}{others}"
-            parts.append(f"only nodes on {CYCLONE_RMW} can use the services and actions {shown}")
-        return "; ".join(parts)
+        """Description of the first transport, and of the second one if it is open."""
+        if self._second is None or not self._lacking:
+            return self._first.description
+        second = self._second.description.partition(",")[0]
+        return f"{self._first.description}; types of {', '.join(self._lacking)} on {second}"
+
+    @property
+    def notices(self) -> Sequence[str]:
+        """Notices of the first transport, and a line with the services and actions that are on the second one."""
+        if not (apart := list(self._apart)):
+            return self._first.notices
+        others = f" and {len(apart) - _SHOWN} others" if len(apart) > _SHOWN else ""
+        shown = f"{', '.join(apart[:_SHOWN])}{others}"
+        return [*self._first.notices, f"only nodes on {CYCLONE_RMW} can use the services and actions {shown}"]
 
     @property
     def spin_time(self) -> float:

@@ -35,6 +35,7 @@ class RosNode(Stateful):
 
     _rosout: Writer | None = None
     """Writer for /rosout; None if the process does not announce the node."""
+    notices: Sequence[str] = ()
 
     def __init__(self, options: JoinOptions) -> None:
         self._domain, self._name, self._namespace = options.domain, options.node_name, options.node_namespace
