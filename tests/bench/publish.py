@@ -37,6 +37,7 @@ from graphengine.ros.transport import JoinOptions, Transport
 from graphengine.ros.transports import rcl
 from graphengine.ros.transports.dds.dds import DdsTransport
 from graphengine.ros.transports.rcl.rcl import RclTransport
+from graphengine.ros.transports.rcl.rcl_profiles import ros_class
 
 DOMAIN = Domain(86, "LOCALHOST")
 BEAMS = 2751
@@ -244,10 +245,9 @@ def ways(
     ends = [node.publisher._writer, publisher._writer, writer]
     if theirs is not None:
         from rclpy.serialization import deserialize_message
-        from rosidl_runtime_py.utilities import get_message
 
         foreign = theirs.writer(f"/rclpy/{name}", kind, QoS())
-        built = deserialize_message(data, get_message(kind))
+        built = deserialize_message(data, ros_class(kind, service=False))
         sides["rclpy"] = lambda: foreign.entity.publish(built)
         ends.append(foreign)
     return sides, [f"{end.topic}={kind}" for end in ends], lambda: all(end.matched for end in ends)
