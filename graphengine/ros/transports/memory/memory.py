@@ -101,6 +101,7 @@ class MemoryTransport:
     """
 
     description = "memory: nothing leaves this process"
+    notices: Sequence[str] = ()
     spin_time = 0.0
     node = ""
     identity = b""
