@@ -6,6 +6,15 @@ A limit on time is in `TESTED` too: its test gives the package a peer that does 
 from __future__ import annotations
 
 TESTED = {
+    "format.bounded_json.MAX_BYTES": "tests/format/test_bounded_json.py::test_the_limits_are_exact",
+    "format.bounded_json.MAX_CONTAINERS": "tests/format/test_bounded_json.py::test_the_limits_are_exact",
+    "format.bounded_json.MAX_DEPTH": "tests/format/test_bounded_json.py::test_the_limits_are_exact",
+    "format.bounded_json.MAX_PARTS": "tests/format/test_bounded_json.py::test_the_limits_are_exact",
+    "physics.files.references.MAX_FILES_BYTES": (
+        "tests/physics/files/test_bounds.py::test_all_files_of_a_scene_together_have_a_limit"
+    ),
+    "ros.foxglove.publish_gate.MAX_CLIENTS": "tests/ros/test_foxglove.py::test_no_more_clients_than_allowed_are_connected",
+    "view.page_server.MAX_REQUEST": "tests/view/test_page_server.py::test_a_request_that_is_too_long_is_refused_with_an_answer",
     "api.navigation.true_poses.PATIENCE": "tests/api/navigation/test_true_poses.py::test_a_run_that_never_answers_is_refused",
     "compiler.budget.MAX_PARTS": "tests/compiler/test_budget.py::test_a_graph_may_hold_as_many_parts_as_the_limit",
     "compiler.planning.regions.MAX_PUSHERS": (
@@ -44,9 +53,6 @@ TESTED = {
     ),
     "physics.files.conversion.MAX_SECONDS": (
         "tests/physics/files/test_conversion.py::test_a_file_that_takes_too_long_is_ended"
-    ),
-    "physics.sensors.fast.rays.PATIENCE": (
-        "tests/physics/sensors/test_rays.py::test_that_compiling_takes_its_time_is_told"
     ),
     "recording.recorder.CHUNK_SECONDS": (
         "tests/recording/test_recorder.py::test_a_chunk_of_many_bytes_is_written_before_its_second_is_over"

@@ -308,11 +308,6 @@ def reads(kind: Any, data: Any, most: int = 1000) -> bool:
     return accepts(lambda: untrusted.read(json.dumps(data, separators=(",", ":")).encode(), kind, most), ProcessError)
 
 
-@limit("sandbox.untrusted.MAX_PARTS", at=10)
-def _(parts: int) -> bool:
-    return reads(list[int], [0] * parts)  # a bracket, and a comma less than there are numbers
-
-
 @limit("sandbox.untrusted.MAX_FINDINGS", at=3)
 def _(number: int) -> bool:
     findings = Findings()

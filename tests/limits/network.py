@@ -6,6 +6,8 @@ from contextlib import closing
 from typing import Any
 
 import pytest
+from websockets.exceptions import ConnectionClosed
+from websockets.sync.client import connect
 
 from graphengine.format.errors import TransportError
 from graphengine.messages import messages
@@ -14,6 +16,8 @@ from graphengine.messages.endpoints import EndpointClaim, QoS
 from graphengine.ros import endpoint_faults
 from graphengine.ros.action_caller import ActionCaller
 from graphengine.ros.domain import Domain
+from graphengine.ros.foxglove import publish_gate
+from graphengine.ros.foxglove.__init__ import open_server
 from graphengine.ros.foxglove.foxglove_layout import foxglove_layout
 from graphengine.ros.foxglove.foxglove_server import ServedEnd
 from graphengine.ros.network import LiveNetwork
@@ -103,6 +107,24 @@ def _(received: int) -> bool:
         for _ in range(received):
             subscription.deliver(messages.encode(messages.String("a")))
         return len(subscription._arrived) == received
+
+
+@limit("ros.foxglove.foxglove_server.MAX_NAMES", at=20)
+def _(letters: int) -> bool:
+    with closing(open_server(("127.0.0.1", 0), "test", DEFINITIONS, publish=True)) as server:
+        channel = {"id": 1, "topic": "/".ljust(letters - 1, "a"), "encoding": "cdr", "schemaName": "b"}
+        server.announce(1, {"op": "advertise", "channels": [channel]})
+        return len(server._published) == 1
+
+
+@limit("ros.foxglove.publish_gate.MAX_MESSAGE", at=100)
+def _(size: int) -> bool:
+    with (
+        closing(open_server(("127.0.0.1", 0), "test", DEFINITIONS, publish=True)) as server,
+        connect(server.url, subprotocols=[publish_gate.SUBPROTOCOL]) as client,
+    ):
+        client.send("{}".ljust(size))
+        return accepts(lambda: client.ping().wait(10), ConnectionClosed) and client.close_code is None
 
 
 @limit("ros.foxglove.foxglove_server.MAX_KEPT", at=3)

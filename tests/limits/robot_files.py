@@ -14,13 +14,13 @@ import pytest
 from graphengine.format.diagnostics import Findings, Source, Span
 from graphengine.format.document import Value
 from graphengine.format.files import Files
-from graphengine.physics.description import absent_packages, dom, urdf_reader, xacro
+from graphengine.physics.description import absent_packages, dom, mjcf_trial, urdf_reader, xacro
 from graphengine.physics.description.robot_file import read_robot
 from graphengine.physics.description.xacro_macros import robot_macros
-from graphengine.physics.files import conversion, meshes, references, xml
-from graphengine.physics.files.bounds import weigh
+from graphengine.physics.files import bounds, conversion, meshes, references, xml
 from graphengine.physics.files.meshes import MeshError
 from graphengine.physics.files.packages import Packages
+from graphengine.physics.files.references import Library
 from graphengine.physics.importing import arm_gains, controllers_file, joint_drives
 from graphengine.physics.sdf import sdf_files, sdf_values
 from graphengine.physics.sdf.sdf_geoms import GeomWriter
@@ -115,14 +115,15 @@ def _(elements: int) -> bool:
     return parsed(f"<a>{'<b/>' * (elements - 1)}</a>")[0] is not None
 
 
-@limit("physics.files.bounds.MAX_CELLS", at=20_000)
-def _(cells: int) -> bool:
-    """Cells of a texture, beside those of its element and of the elements around it."""
+@limit("physics.files.bounds.MAX_MEMORY", at=20_000)
+def _(size: int) -> bool:
+    root, _ = parsed("<mujoco/>")
+    return bounds.weigh(root, 0.0, {}, size - bounds.ELEMENT)[1] is None
 
-    def weight(height: float) -> tuple[float, Any]:
-        return weigh(parsed(f'<mujoco><asset><texture width="1" height="{height:.0f}"/></asset></mujoco>')[0], 0.0)
 
-    return weight(1 + cells - weight(1)[0])[1] is None
+@limit("physics.description.mjcf_trial.MAX_PLAIN_MEMORY", at=20_000)
+def _(size: int) -> bool:
+    return mjcf_trial.is_plain(parsed("<mujoco/>")[0], size)
 
 
 @limit("physics.files.conversion.MAX_REASON", at=20)
@@ -182,7 +183,7 @@ def _(levels: int, folder: Path) -> bool:
 @limit("physics.files.references.MAX_FILE_BYTES", at=10)
 def _(size: int, folder: Path) -> bool:
     (folder / "a").write_bytes(bytes(size))
-    return accepts(lambda: references._content(folder / "a"), references._UnreadableError)
+    return accepts(lambda: Library(Files((folder,)), Findings())._content(folder / "a"), references._UnreadableError)
 
 
 # SDF

@@ -21,7 +21,8 @@ from graphengine.format.errors import RecordingError, UsageError
 from graphengine.format.files import Files
 from graphengine.messages import messages
 from graphengine.messages.definitions import DEFINITIONS
-from graphengine.recording import mcap_schema, records, replay
+from graphengine.recording import manifest, mcap_schema, records, replay
+from graphengine.recording.manifest import Manifest
 from graphengine.recording.marks import Marks
 from graphengine.recording.player import RecordingPlayer
 from graphengine.recording.reader import Recording, Tick
@@ -215,6 +216,22 @@ def _(number: int) -> bool:
     found.path = Path("a.mcap")
     stream: Any = SimpleNamespace(topic="/a", message_type="std_msgs/msg/String")
     return accepts(lambda: repeat(number, lambda: found._add(tick, stream, b"")), RecordingError)
+
+
+@limit("recording.reader.MAX_INPUTS", at=50)
+def _(size: int) -> bool:
+    found = Recording.__new__(Recording)
+    found.path = Path("a.mcap")
+    data = messages.encode(messages.String("{}".ljust(size)))
+    return accepts(lambda: found._add_outside(Tick(1), data), RecordingError)
+
+
+@limit("recording.manifest.MAX_BYTES", at=50)
+def _(size: int) -> bool:
+    """A text within the limit is read; it is not the version of a manifest."""
+    with pytest.raises(RecordingError) as error:
+        Manifest.from_metadata({"format": str(manifest.FORMAT), "version": "{}".ljust(size)})
+    return "cannot be read" not in str(error.value)
 
 
 @limit("recording.reader.MAX_SILENCE", at=3)

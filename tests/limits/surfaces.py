@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import logging
 import threading
 from pathlib import Path
 from types import SimpleNamespace
@@ -12,7 +13,7 @@ import numpy as np
 
 import graphengine as ge
 from graphengine.api.navigation.true_poses import TruePoses
-from graphengine.cli import import_graph, import_report, replay
+from graphengine.cli import import_graph, import_report, log_output, replay
 from graphengine.cli.import_urdf import check_source
 from graphengine.drawing import manual_layout, view_model
 from graphengine.drawing.geometry import GAP, LayoutBox
@@ -69,6 +70,12 @@ def findings_of(notes: int) -> Findings:
     for number in range(notes):
         findings.add("N302", f"note {number}")
     return findings
+
+
+@limit("cli.log_output.LONGEST", at=50)
+def _(letters: int) -> bool:
+    text = "x" * letters
+    return log_output._Cleaned().format(logging.makeLogRecord({"msg": text})) == text
 
 
 @limit("cli.import_graph.LONGEST")
