@@ -53,8 +53,6 @@ FEW = 12
 """Maximum number of legal values that the error message for an illegal value lists."""
 FILES_ONLY = ("check", "completion", "nodes", "schema", "show")
 """Verbs that exchange no data with other programs; they do not import `logging`, as they start fast."""
-OUT_OF_MEMORY = 3
-"""Exit code of `graphrun` when memory runs out."""
 
 MODULES = {"import": "import_graph", "import-robot": "import_urdf"}
 """Module name by verb, for verbs whose module is named differently."""
@@ -178,9 +176,16 @@ def main(arguments: Sequence[str] | None = None) -> int:
         parser.set_defaults(verbose="--verbose" in given)
         return _execute(parser.parse_args(given))
     except BaseException as error:
-        if not interrupts.is_cause_of(error):
+        if interrupts.has_cause(error, KeyboardInterrupt):
+            return interrupts.CODE
+        if not interrupts.has_cause(error, MemoryError) and str(error) != "can't start new thread":
             raise
-        return interrupts.CODE
+        from graphengine.cli.common import clean
+
+        print(clean(": ".join(("error: out of memory", *filter(None, [str(error)])))), file=sys.stderr, flush=True)
+        if arguments is None:
+            interrupts.end(interrupts.OUT_OF_MEMORY)  # closing the interpreter needs memory too
+        return interrupts.OUT_OF_MEMORY
     finally:
         interrupts.finish()
 
@@ -214,11 +219,6 @@ def _execute(parsed: argparse.Namespace) -> int:
     except GraphError as error:
         print(wrapped(f"error: {explain(error)}", sys.stderr), file=sys.stderr)
         return 1
-    except (MemoryError, RuntimeError) as error:
-        if not isinstance(error, MemoryError) and str(error) != "can't start new thread":
-            raise
-        print(clean(": ".join(("error: out of memory", *filter(None, [str(error)])))), file=sys.stderr)
-        return OUT_OF_MEMORY
     except BrokenPipeError:  # the reader, such as `head`, has seen enough
         sys.stderr.close()
         return 0

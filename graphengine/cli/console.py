@@ -153,7 +153,7 @@ class Console:
         ):
             for topic, number in sorted(messages.items()):
                 self.tell(f"{fate}: {counted(number, 'message')} of {topic}")
-        if self.network.sent < ticks:
+        if self.network.sent < ticks and self.network.publishers and not self.network.subscribers:
             self.inform("few messages: topics without subscribers send only what late subscribers get")
         self.inform(
             f"{counted(ticks, 'tick')}, {simulated:.3f} s of simulation in {wall:.3f} s (x{simulated / wall:.2f}), "

@@ -1,8 +1,8 @@
-"""Ctrl-C in the program `graphrun`: it ends the program without a traceback, at any moment from its first import to its exit.
+"""Ctrl-C in the program `graphrun`, or a lack of memory, ends the program without a traceback, from its first import to its exit.
 
 Python raises KeyboardInterrupt in whatever code is running. Inside the initialization of a C module it becomes an ImportError,
 and in a destructor it is printed and lost. So the handler waits until the current import has ended, and sends a lost interrupt
-again.
+again. A lost MemoryError ends the process: if a thread runs out of memory as it starts, the thread that starts it waits forever.
 """
 
 from __future__ import annotations
@@ -14,8 +14,14 @@ import sys
 import time
 from types import FrameType, TracebackType
 
+TYPE_CHECKING = False
+if TYPE_CHECKING:  # `typing` is slow to import
+    from threading import ExceptHookArgs
+
 CODE = 130
 """Exit code of a program that Ctrl-C ends, as shells report it."""
+OUT_OF_MEMORY = 3
+"""Exit code of `graphrun` when memory runs out."""
 _POLL = 0.01
 """Time between two checks whether the import has ended, s."""
 
@@ -35,7 +41,9 @@ def work() -> None:
     """Raise KeyboardInterrupt at Ctrl-C from now on, but never inside an import; call it after `begin`."""
     if signal.getsignal(signal.SIGINT) is _exit:
         signal.signal(signal.SIGINT, interrupt)
-        sys.unraisablehook, sys.excepthook = _raise_again, _report
+    import threading  # not at the top: until `begin`, Ctrl-C prints a traceback
+
+    sys.unraisablehook, sys.excepthook, threading.excepthook = _raise_again, _report, _report_of_thread
 
 
 def finish() -> None:
@@ -45,24 +53,24 @@ def finish() -> None:
 
 
 def interrupt(number: int, frame: FrameType | None) -> None:
-    """Raise KeyboardInterrupt, as a signal handler; if the main thread is importing a module, raise it after the import."""
-    if not _imports(frame):
+    """Raise KeyboardInterrupt, as a signal handler; where it would be lost, as in an import, raise it later."""
+    if not _loses(frame):
         raise KeyboardInterrupt
     _thread.start_new_thread(_wait, (number, _thread.get_ident()))
 
 
-def _imports(frame: FrameType | None) -> bool:
-    """Return whether a frame or one of its callers executes an import."""
+def _loses(frame: FrameType | None) -> bool:
+    """Return whether a frame or one of its callers executes an import, or reports a lost exception."""
     while frame is not None:
-        if frame.f_code.co_filename == "<frozen importlib._bootstrap>":
+        if frame.f_code.co_filename == "<frozen importlib._bootstrap>" or frame.f_code is _raise_again.__code__:
             return True
         frame = frame.f_back
     return False
 
 
 def _wait(number: int, thread: int) -> None:
-    """Send the signal again when a thread has ended its import."""
-    while _imports(sys._current_frames().get(thread)):
+    """Send the signal again when a thread can raise the interrupt."""
+    while _loses(sys._current_frames().get(thread)):
         time.sleep(_POLL)
     _thread.interrupt_main(signal.Signals(number))
 
@@ -71,23 +79,48 @@ def _raise_again(lost: sys.UnraisableHookArgs) -> None:
     """Report an exception that Python cannot raise where it occurred; an interrupt is sent again instead."""
     if issubclass(lost.exc_type, KeyboardInterrupt):
         _thread.interrupt_main()
+    elif issubclass(lost.exc_type, MemoryError):
+        end_without_memory()
     else:
         sys.__unraisablehook__(lost)
 
 
 def _report(kind: type[BaseException], error: BaseException, traceback: TracebackType | None) -> None:
     """Print the traceback of an uncaught exception, unless it is a second Ctrl-C while the first ends the program."""
-    if not is_cause_of(error):
+    if has_cause(error, MemoryError):
+        end_without_memory()
+    if not has_cause(error, KeyboardInterrupt):
         sys.__excepthook__(kind, error, traceback)
+
+
+def _report_of_thread(failed: ExceptHookArgs) -> None:
+    """Print the traceback of an exception that ended a thread."""
+    _report(failed.exc_type, failed.exc_value or failed.exc_type(), failed.exc_traceback)
 
 
 def _exit(number: int, frame: FrameType | None) -> None:
     os._exit(CODE)
 
 
-def is_cause_of(error: BaseException) -> bool:
-    """Return whether an exception is a KeyboardInterrupt or was raised while one was handled."""
-    while not isinstance(error, KeyboardInterrupt):
+def end_without_memory() -> None:
+    """Print that memory ran out, and end the process."""
+    try:
+        os.write(2, b"error: out of memory\n")
+    finally:
+        end(OUT_OF_MEMORY)
+
+
+def end(code: int) -> None:
+    """Write the buffered output, and end the process at once."""
+    try:
+        sys.stdout.flush()
+    finally:
+        os._exit(code)
+
+
+def has_cause(error: BaseException, kind: type[BaseException]) -> bool:
+    """Return whether an exception is of a kind, or was raised while one of the kind was handled."""
+    while not isinstance(error, kind):
         if error.__context__ is None:
             return False
         error = error.__context__

@@ -290,7 +290,7 @@ def test_a_terminal_shows_that_a_run_is_paused(project: Path) -> None:
         (["push", "a", "--force", "1,2,3", "--for", "-2ms"], "'-2ms' is not a time"),
         (["reset", "--scope", "world"], "invalid choice"),
         (["fly"], "no command 'fly'"),
-        ([], "required"),
+        ([], "COMMAND is missing"),
     ],
 )
 def test_a_command_line_that_makes_no_sense_is_told(graphrun: Graphrun, words: list[str], legal: str) -> None:

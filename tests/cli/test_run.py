@@ -224,7 +224,7 @@ def test_set_does_not_hide_the_errors_of_the_file(graphrun: Graphrun, project: P
 
 
 def test_robot_state_is_published_on_request(graphrun: Graphrun) -> None:
-    run = ("run", "dd100_flat", "--for", "100ms", *MEMORY)
+    run = ("run", "dd100_flat", "--for", "100ms", "--verbose", *MEMORY)
     assert "4 graphs" in graphrun(*run).err
     assert "5 graphs" in graphrun(*run, "--robot-state").err
 
@@ -301,7 +301,7 @@ def test_messages_that_were_dropped_are_counted_in_the_end(
     monkeypatch.setattr(LiveNetwork, "overwritten", {"/b": 4})
     monkeypatch.setattr(LiveNetwork, "given_up", {"/c": 3})
     result = graphrun("run", "mine.yaml", "--for", "100ms", *MEMORY)
-    assert result.err.splitlines()[1:-1] == [
+    assert result.err.splitlines()[1:-2] == [
         "malformed and dropped: 1 message of /a",
         "malformed and dropped: 2 messages of /b",
         "overwritten before a tick read them: 4 messages of /b",
@@ -317,23 +317,24 @@ def test_pictures_that_come_too_late_are_told_at_once_and_counted_in_the_end(
 
     monkeypatch.setattr(DryWorld, "step", step)
     result = graphrun("run", "mine.yaml", "--for", "100ms", *MEMORY)
-    _, warning, remedy, count, _ = result.err.splitlines()
+    _, warning, remedy, count, *_ = result.err.splitlines()
     assert warning == "warning: /robot/camera: an image came too late and was dropped"
     assert remedy.startswith("  rendering does not keep up")
     assert count == "came too late and dropped: 6 images of /robot/camera"
     assert ticks(result.err) == 6
 
 
-def test_without_a_terminal_a_short_run_says_two_lines() -> None:
+def test_without_a_terminal_a_short_run_says_three_lines_if_nothing_subscribes() -> None:
     result = process("run", "dd100_flat", "--for", "1s", "--rays", "mujoco", *MEMORY, code=0, out="")
     assert not re.search(r"[\r\x1b]", result.err)
-    assert len(result.err.splitlines()) == 2
+    assert len(result.err.splitlines()) == 3
+    assert result.err.splitlines()[1].startswith("few messages: topics without subscribers send only")
     assert ticks(result.err) == 60
 
 
 def test_a_profile_lists_the_nodes_that_ran_by_the_time_they_took(graphrun: Graphrun) -> None:
     result = graphrun("run", "dd100_flat", "--for", "1s", "--profile", *MEMORY)
-    header, *rows, last = result.err.splitlines()[2:]
+    header, *rows, last = result.err.splitlines()[3:]
     assert header.split() == ["node", "type", "runs", "fired", "us", "a", "run", "share"]
     assert last == "in 6 ticks of 60"
     runs = {row.split()[0]: row.split()[2:4] for row in rows}
