@@ -323,6 +323,18 @@ def test_a_client_that_does_not_read_delays_neither_the_tick_nor_the_end(foxglov
         assert eventually(lambda: not ending.is_alive())
 
 
+def test_a_stranger_whose_request_never_ends_does_not_delay_the_end(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(publish_gate, "_OPTIONS", {**publish_gate._OPTIONS, "open_timeout": None})
+    server = open_server(("127.0.0.1", 0), "test", DEFINITIONS, publish=True)
+    with socket.create_connection(("127.0.0.1", urlsplit(server.url).port or 0)) as stranger:
+        stranger.sendall(b"GET / HTTP/1.1\r\n")
+        with FoxgloveClient(server.url):  # connected after the stranger
+            ending = threading.Thread(target=server.close, daemon=True)
+            ending.start()
+            assert eventually(lambda: not ending.is_alive())
+        assert stranger.recv(1) == b""
+
+
 def test_clients_are_disconnected_and_the_port_is_free_after_the_end(
     foxglove: FoxgloveServer, client: FoxgloveClient
 ) -> None:

@@ -74,22 +74,18 @@ class PublishGate:
         self._thread.join()
 
     def _run(self) -> None:
-        with contextlib.closing(self._loop):
-            self._loop.run_until_complete(self._serve())
+        with asyncio.Runner(loop_factory=lambda: self._loop) as runner:  # whose end cancels what still runs
+            runner.run(self._serve())
 
     async def _serve(self) -> None:
-        async with serve(
-            self._handle,
-            sock=self._socket,
-            process_request=self._check,
-            max_size=MAX_MESSAGE,
-            **_OPTIONS,
-        ) as server:
-            await self._ended.wait()
-            server.close()
-            await asyncio.wait([asyncio.ensure_future(server.wait_closed())], timeout=CLOSING)
-            for client in self._clients:  # that do not read
-                client.transport.abort()
+        server = await serve(
+            self._handle, sock=self._socket, process_request=self._check, max_size=MAX_MESSAGE, **_OPTIONS
+        )
+        await self._ended.wait()
+        server.close()
+        await asyncio.wait([asyncio.ensure_future(server.wait_closed())], timeout=CLOSING)
+        for client in self._clients:  # that do not read
+            client.transport.abort()
 
     def _check(self, connection: ServerConnection, request: Request) -> Response | None:
         """Return None for a request with the token, otherwise the response that refuses it."""
