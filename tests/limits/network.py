@@ -16,8 +16,7 @@ from graphengine.messages.endpoints import EndpointClaim, QoS
 from graphengine.ros import endpoint_faults
 from graphengine.ros.action_caller import ActionCaller
 from graphengine.ros.domain import Domain
-from graphengine.ros.foxglove import publish_gate
-from graphengine.ros.foxglove.__init__ import open_server
+from graphengine.ros.foxglove import open_server, publish_gate
 from graphengine.ros.foxglove.foxglove_layout import foxglove_layout
 from graphengine.ros.foxglove.foxglove_server import ServedEnd
 from graphengine.ros.network import LiveNetwork
@@ -119,12 +118,28 @@ def _(letters: int) -> bool:
 
 @limit("ros.foxglove.publish_gate.MAX_MESSAGE", at=100)
 def _(size: int) -> bool:
+    return _is_taken(b"\1".ljust(size, b"\0"))
+
+
+@limit("ros.foxglove.publish_gate.MAX_TEXT", at=100)
+def _(size: int) -> bool:
+    return _is_taken("{}".ljust(size))
+
+
+def _is_taken(message: str | bytes) -> bool:
+    """Whether a Foxglove server answers a client that sends this and then a channel that is none."""
     with (
         closing(open_server(("127.0.0.1", 0), "test", DEFINITIONS, publish=True)) as server,
         connect(server.url, subprotocols=[publish_gate.SUBPROTOCOL]) as client,
     ):
-        client.send("{}".ljust(size))
-        return accepts(lambda: client.ping().wait(10), ConnectionClosed) and client.close_code is None
+        try:
+            client.send(message)
+            client.send('{"op": "advertise", "channels": [0]}')
+            while '"status"' not in client.recv(timeout=10):
+                pass
+        except ConnectionClosed:
+            return False
+        return True
 
 
 @limit("ros.foxglove.foxglove_server.MAX_KEPT", at=3)

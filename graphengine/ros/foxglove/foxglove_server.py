@@ -250,10 +250,9 @@ class FoxgloveServer(ServerListener):
                 for channel in channels:
                     self._advertise(client, channel)
             case {"op": "unadvertise", "channelIds": [*ids]}:
+                gone = {(client, number) for number in ids if isinstance(number, int)}
                 with self._lock:
-                    self._published = {
-                        key: end for key, end in self._published.items() if key[0] != client or key[1] not in ids
-                    }
+                    self._published = {key: end for key, end in self._published.items() if key not in gone}
             case _:
                 return False
         return True

@@ -33,6 +33,8 @@ MESSAGE_DATA, HEADER = 1, struct.Struct("<BI")
 MAX_CLIENTS = 16
 MAX_MESSAGE = 16_000_000
 """Maximum size of a message from a client, bytes."""
+MAX_TEXT = 100_000
+"""Maximum size of a text from a client, characters; while it is parsed, the run waits."""
 CLOSING = 0.5
 """Maximum wait for a client at the end, s."""
 
@@ -104,6 +106,9 @@ class PublishGate:
             async with connect(self._inner, proxy=None, max_size=None, ping_interval=None, **_OPTIONS) as inner:
                 sending = asyncio.ensure_future(_send(inner, client))
                 async for message in client:
+                    if isinstance(message, str) and len(message) > MAX_TEXT:
+                        await client.close(1009, f"a text has at most {MAX_TEXT} characters")
+                        break
                     if not self._take(number, message):
                         await inner.send(message)
                         await (await inner.ping())  # a subscription holds before the client's next message
