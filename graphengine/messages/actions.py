@@ -65,7 +65,8 @@ class Goal(TrackedGoal):
 
     Attributes:
         identity: UUID of the goal, 16 bytes.
-        message: the goal's message, such as a `control_msgs/action/FollowJointTrajectory_Goal`.
+        message: the goal's message, such as a `control_msgs/action/FollowJointTrajectory_Goal`; None after the goal's end, so that
+            the results that are kept hold no messages of clients.
     """
 
     kept = (*TrackedGoal.kept, "pending")
@@ -77,6 +78,15 @@ class Goal(TrackedGoal):
         self.pending = True
         """Whether the goal still waits to be accepted or rejected."""
         self._server = server
+
+    def save(self) -> Any:
+        """Return a copy of the state; the message, which nobody changes, is shared."""
+        return super().save(), self.message
+
+    def restore(self, saved: Any) -> None:
+        """Return to a saved state."""
+        state, self.message = saved
+        super().restore(state)
 
     @property
     def cancel_requested(self) -> bool:
@@ -228,6 +238,7 @@ class ActionServer(ActionEndpoint[ServerEndpoints]):
     def end(self, goal: Goal, status: int, result: Any) -> None:
         """End a goal, and send its result to the clients that wait for it."""
         response = self._goals.end(goal, status, result)
+        goal.message = None
         while goal.waiting:
             self.endpoints.get_result.answer(goal.waiting.popleft(), response)
         self._changed = True

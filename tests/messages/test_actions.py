@@ -106,6 +106,15 @@ def test_results_are_answered_at_the_end_also_where_they_were_asked_before(serve
     assert served.peer.status == [[EXECUTING], [SUCCEEDED]]
 
 
+def test_a_goal_that_has_ended_holds_its_result_and_no_longer_what_the_client_sent(served: Served) -> None:
+    goal = served.accepted()
+    before = served.server.save()
+    goal.succeed(result())
+    assert (goal.ended, goal.message) == (True, None)
+    served.server.restore(before)
+    assert (goal.active, goal.message.steps) == (True, 3)
+
+
 def test_results_are_kept_for_a_time(served: Served, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(goals, "RESULT_TIMEOUT", 1.0)
     served.accepted().succeed()
