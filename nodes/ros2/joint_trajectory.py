@@ -22,7 +22,8 @@ from graphengine.nodes.ros2.joint_spline import Floats, JointPoint, JointSpline
 SUCCESSFUL, INVALID_GOAL, INVALID_JOINTS, OLD_HEADER_TIMESTAMP = 0, -1, -2, -3
 PATH_TOLERANCE_VIOLATED, GOAL_TOLERANCE_VIOLATED = -4, -5
 
-MAX_POINTS = 100_000
+MAX_POINTS = 10_000
+"""Maximum number of points of a trajectory; checking this many takes the time of some ticks."""
 _SLACK = 1e-3
 """Distance by which a point may exceed a joint's range, rad or m, because simulated joint limits are slightly soft."""
 _FASTER = 1.01
