@@ -119,7 +119,7 @@ _CHOICE = re.compile(r"argument (\S+): invalid choice: '(.*)' \(choose from (.*)
 
 def _choices(names: Collection[Any]) -> str:
     """Return a line that lists legal values; empty if there are none, or so many that only the help lists them."""
-    return f"\n  choose from: {', '.join(map(str, names))}" if 0 < len(names) <= FEW else ""
+    return f"\n  choose from: {', '.join(str(name) for name in names)}" if 0 < len(names) <= FEW else ""
 
 
 def _hint(words: Iterable[str], legal: Iterable[str]) -> str:

@@ -93,7 +93,7 @@ def test_powers_of_whole_numbers_are_doubles_and_may_be_negative() -> None:
 
 
 def test_roots_of_negative_numbers_exist_where_the_degree_is_odd() -> None:
-    assert computed(NthRoot, value=-27.0, nth_root=3).result == -3.0
+    assert computed(NthRoot, value=-27.0, nth_root=3).result == pytest.approx(-3.0, rel=1e-15)
     assert computed(NthRoot, value=-32.0, nth_root=5).result == pytest.approx(-2.0, rel=1e-15)
     assert math.isnan(computed(NthRoot, value=-4.0).result)
     assert math.isnan(computed(NthRoot, value=-16.0, nth_root=4).result)
