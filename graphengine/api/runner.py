@@ -330,7 +330,7 @@ class Runner:
         def end(number: int, frame: FrameType | None) -> None:
             nonlocal pressed
             if pressed:
-                raise KeyboardInterrupt
+                interrupts.interrupt(number, frame)
             pressed = True
             self.session.interrupt()
 

@@ -87,9 +87,14 @@ class Channel:
                     connection.close()
                     continue
                 thread = threading.Thread(target=self._talk, args=(connection,), name="control client", daemon=True)
+                try:
+                    thread.start()
+                except RuntimeError as error:  # such as too many threads
+                    _refuse(connection, str(error))
+                    connection.close()
+                    continue
                 self._clients[thread] = connection
                 self._idle[thread] = None
-                thread.start()
 
     def _has_room(self) -> bool:
         """Return whether another client may connect; if necessary, disconnect the client that has been idle longest."""

@@ -24,6 +24,8 @@ OUT_OF_MEMORY = 3
 """Exit code of `graphrun` when memory runs out."""
 _POLL = 0.01
 """Time between two checks whether the import has ended, s."""
+_raised: list[int] = []
+"""Signals that have raised KeyboardInterrupt."""
 
 
 def is_program() -> bool:
@@ -55,6 +57,7 @@ def finish() -> None:
 def interrupt(number: int, frame: FrameType | None) -> None:
     """Raise KeyboardInterrupt, as a signal handler; where it would be lost, as in an import, raise it later."""
     if not _loses(frame):
+        _raised.append(number)
         raise KeyboardInterrupt
     _thread.start_new_thread(_wait, (number, _thread.get_ident()))
 
@@ -69,19 +72,19 @@ def _loses(frame: FrameType | None) -> bool:
 
 
 def _wait(number: int, thread: int) -> None:
-    """Send the signal again when a thread can raise the interrupt."""
+    """Send the signal again when a thread can raise the interrupt; unlike `interrupt_main`, a signal ends a wait for a lock."""
     while _loses(sys._current_frames().get(thread)):
         time.sleep(_POLL)
-    _thread.interrupt_main(signal.Signals(number))
+    signal.pthread_kill(thread, number)
 
 
 def _raise_again(lost: sys.UnraisableHookArgs) -> None:
     """Report an exception that Python cannot raise where it occurred; an interrupt is sent again instead."""
     if issubclass(lost.exc_type, KeyboardInterrupt):
-        _thread.interrupt_main()
+        _thread.start_new_thread(_wait, (signal.SIGINT, _thread.get_ident()))
     elif issubclass(lost.exc_type, MemoryError):
         end_without_memory()
-    else:
+    elif not _raised:  # an interrupt leaves objects half made, whose destructors fail
         sys.__unraisablehook__(lost)
 
 

@@ -111,7 +111,8 @@ def test_an_error_that_ends_the_run_stands_last_on_a_clean_terminal(tmp_path: Pa
         assert run.process.wait(PATIENCE) == 1
     screen = shown(run.said, 10_000)
     assert not any(STATUS.search(line) for line in screen)
-    assert any(line.startswith("error: ") and "this node is broken" in line for line in screen), screen
+    assert "raised ValueError: this node is broken" in " ".join(" ".join(screen).split()), screen
+    assert any(line.startswith("error: ") for line in screen), screen
     assert screen[-1] == ""
 
 

@@ -164,6 +164,23 @@ def test_where_all_clients_wait_for_an_answer_the_next_is_refused_with_the_reaso
             assert asked.result(PATIENCE) == 1
 
 
+def test_a_client_that_gets_no_thread_is_refused_with_the_reason_and_the_next_is_served(
+    ticking: MakeTicking, runtime: Runtime, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    start = threading.Thread.start
+
+    def fail(thread: threading.Thread) -> None:
+        if thread.name == "control client":
+            monkeypatch.setattr(threading.Thread, "start", start)
+            raise RuntimeError("can't start new thread")
+        start(thread)
+
+    with reachable(ticking, runtime) as (_, channel):
+        monkeypatch.setattr(threading.Thread, "start", fail)
+        assert json.loads(spoken(channel.path, b"")) == {"error": "can't start new thread"}
+        assert b"result" in spoken(channel.path, b'{"command": "state"}\n')
+
+
 def test_a_run_that_ends_answers_first(ticking: MakeTicking, runtime: Runtime) -> None:
     run = Controlled(ticking().session, paused=True)
     with Channel(run.queue, "hall", runtime), Client(find(environment=runtime)) as client:
