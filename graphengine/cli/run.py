@@ -156,6 +156,8 @@ def execute(arguments: argparse.Namespace) -> int:
     ):
         for line in _opening(arguments, runner):
             console.inform(clean(line))
+        if runner.foxglove:  # also if the console is quiet: the address may have a token
+            console.tell(f"Foxglove at {runner.foxglove.url}")
         if arguments.view:
             host, port, watching = arguments.view_host, arguments.view_port, arguments.view_read_only
             try:
@@ -179,8 +181,6 @@ def _opening(arguments: argparse.Namespace, runner: Runner) -> Iterator[str]:
     loaded, session, transport = runner.scene, runner.session, runner.network.description
     yield f"{loaded.path.name}: {1.0 / session.clock.delta:g} Hz, {brief(transport)}"
     yield from runner.network.notices
-    if runner.foxglove:
-        yield f"Foxglove at {runner.foxglove.url}"
     if arguments.record:
         yield f"recording to {arguments.record}"
     if arguments.verbose:

@@ -48,7 +48,7 @@ def run(recording: Path) -> Iterator[Live]:
         *MEMORY,
     )
     with live(*words) as running:
-        assert running.hear(lambda said: "recording to" in said)
+        assert running.hear(lambda said: re.search(r"recording to .*\nFoxglove at .*\n", said) is not None)
         yield running
 
 
@@ -84,8 +84,8 @@ def test_a_client_drives_a_robot_and_a_replay_repeats_it(
 
 def test_without_the_option_a_client_reads_and_does_not_drive(graphrun: Graphrun) -> None:
     with live("run", "dd100_flat", "--paused", "--foxglove", "0", *MEMORY) as run:
-        assert run.hear(lambda said: re.search(r"; Foxglove at \S+;", said) is not None)
-        (url,) = re.findall(r"; Foxglove at (ws://127\.0\.0\.1:\d+);", run.said)
+        assert run.hear(lambda said: re.search(r"^Foxglove at \S+\n", said, re.MULTILINE) is not None)
+        (url,) = re.findall(r"^Foxglove at (ws://127\.0\.0\.1:\d+)\n", run.said, re.MULTILINE)
         with FoxgloveClient(url) as client:
             client.advertise(CMD_VEL, TWIST)(messages.encode(twist(0.5, 0.0)))
             client.subscribe(ODOM)
@@ -93,6 +93,11 @@ def test_without_the_option_a_client_reads_and_does_not_drive(graphrun: Graphrun
             assert client.until(lambda: len(client.messages[ODOM]) == 60)
             odometry = messages.decode(client.messages[ODOM][-1], "nav_msgs/msg/Odometry")
             assert abs(odometry.pose.pose.position.x) < 0.01
+
+
+def test_a_quiet_run_prints_the_address_too() -> None:
+    with live("run", "dd100_flat", "--paused", "--foxglove", "0", "--foxglove-publish", "--quiet", *MEMORY) as run:
+        assert run.hear(lambda said: re.match(r"Foxglove at ws://127\.0\.0\.1:\d+/\?token=\S+\n", said) is not None)
 
 
 def test_publishing_needs_a_port(graphrun: Graphrun) -> None:
