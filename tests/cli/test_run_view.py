@@ -55,7 +55,7 @@ def test_the_address_is_printed_by_the_run_and_by_ctl_when_the_page_is_there(
     env: Mapping[str, str], gate: Path
 ) -> None:
     with live(*RUN, "--rate", "1", "--view", env=env) as run:
-        assert run.hear(lambda said: "Hz; " in said)
+        assert run.hear(lambda said: " Hz, " in said)
         for _ in range(2):  # the run goes on meanwhile
             assert "playing" in process("ctl", "state", env=env, code=0).out
         with live("ctl", "view", env=env, out=True) as asked:
