@@ -83,7 +83,7 @@ class Port:
         """
         if not isinstance(self.type, UnionType):
             value = coerce(value, self.type)
-        if not recorded and (wrong := self.refusal(value)):
+        if (wrong := self.refusal(value)) and not (recorded and self.is_bounded):
             raise ValueError(wrong)
         return value
 

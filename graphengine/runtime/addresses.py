@@ -71,7 +71,8 @@ class NodePort:
                 converted = types.coerce(value, wanted)
         except (TypeError, ValueError) as error:
             raise UsageError(f"{self.address} is {with_article(wanted)}: {error}, got {shown(value)}") from None
-        wrong = "" if recorded or types.equal(converted, self.value) else self.port.refusal(converted)
+        tolerated = (recorded and self.port.is_bounded) or types.equal(converted, self.value)
+        wrong = "" if tolerated else self.port.refusal(converted)
         if wrong:
             unit = f" (unit: {self.port.unit})" if self.port.unit else ""
             raise UsageError(f"{self.address}: {wrong}{got_value(wrong, value)}{unit}")

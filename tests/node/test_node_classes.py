@@ -308,3 +308,10 @@ def test_numbered_ports_come_of_numbers_only() -> None:
 
 def test_numbered_ports_that_are_not_named_are_not_there() -> None:
     assert Ways.series == {"way": ("way0",), "weight": ()}
+
+
+def test_a_value_of_a_recording_may_be_out_of_bounds_but_is_one_of_the_legal_strings() -> None:
+    fields = Controller.fields
+    assert fields["wheel_radius"].check(-0.1, recorded=True) == -0.1
+    with pytest.raises(ValueError, match="expected one of fast, slow"):
+        fields["mode"].check("none", recorded=True)
