@@ -65,8 +65,8 @@ class Goal(TrackedGoal):
 
     Attributes:
         identity: UUID of the goal, 16 bytes.
-        message: the goal's message, such as a `control_msgs/action/FollowJointTrajectory_Goal`; None after the goal's end, so that
-            the results that are kept hold no messages of clients.
+        message: the goal's message, such as a `control_msgs/action/FollowJointTrajectory_Goal`; None after the goal's end,
+            so that the results that are kept hold no messages of clients.
     """
 
     kept = (*TrackedGoal.kept, "pending")
