@@ -353,7 +353,7 @@ def test_a_type_that_is_not_available_is_refused_with_those_that_are() -> None:
 
 def test_a_type_that_there_is_not_is_refused() -> None:
     with pytest.raises(ValueError, match="one of rgb"):
-        ROS2CameraHelper(type_in="camera_info")
+        Bench("camera_info")
 
 
 # In the graph that ships

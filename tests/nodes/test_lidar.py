@@ -255,7 +255,7 @@ def test_queue_profile_and_domain_are_those_of_the_ports() -> None:
 
 def test_a_type_that_there_is_not_is_refused() -> None:
     with pytest.raises(ValueError, match="one of laser_scan, point_cloud"):
-        ROS2RtxLidarHelper(type_in="depth_image")
+        Bench(type_in="depth_image")
 
 
 def test_the_object_id_map_is_told_to_have_no_effect() -> None:
