@@ -177,6 +177,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return _execute(parser.parse_args(given))
     except BaseException as error:
         if interrupts.has_cause(error, KeyboardInterrupt):
+            if (
+                arguments is None
+            ):  # the interpreter would wait for threads, which an interrupt may have left without an end
+                interrupts.finish()
+                atexit._run_exitfuncs()
+                interrupts.end(interrupts.CODE)
             return interrupts.CODE
         if not interrupts.has_cause(error, MemoryError) and str(error) != "can't start new thread":
             raise

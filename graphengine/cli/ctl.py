@@ -11,7 +11,7 @@ import sys
 import time
 from typing import TYPE_CHECKING, Any
 
-from graphengine.cli import Parser, add_verb
+from graphengine.cli import Parser, add_verb, terminal
 from graphengine.cli.common import clean, counted, parse_set, table
 from graphengine.cli.quantities import angle, duration, number, rate, vector, whole
 from graphengine.control.client import Client, find
@@ -23,8 +23,8 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
 EXAMPLES = """examples:
-  graphrun run dd100_warehouse --paused        in one terminal; in another:
-  graphrun ctl step 60                         run 60 ticks (one second), then pause again
+  graphrun run dd100_warehouse --paused  in one terminal; in another:
+  graphrun ctl step 60                   run 60 ticks (one second), then pause
   graphrun ctl play
   graphrun ctl rate 0.5
   graphrun ctl push dd100 --force 0,80,0 --for 0.5s
@@ -32,11 +32,13 @@ EXAMPLES = """examples:
   graphrun ctl spawn second robots/dd100.yaml --at 0,6,0.03 --namespace second
   graphrun ctl set DiffController.maxLinearSpeed=0.5
   graphrun ctl reset --scope state
-  graphrun ctl checkpoint before; graphrun ctl push dd100 --impulse 0,9,0; graphrun ctl restore before
+  graphrun ctl checkpoint before         save the state, for:
+  graphrun ctl restore before
 
-Only the user who started a run can control it, and only on the same machine; the transport of the run does not matter.
-Commands are executed between two ticks. Lengths are in m, times in s of simulation, forces in N; angles are in rad, or in
-degrees when written as 90deg."""
+Only the user who started a run can control it, and only on the same machine;
+the transport of the run does not matter. Commands are executed between two
+ticks. Lengths are in m, times in s of simulation, forces in N; angles are in
+rad, or in degrees when written as 90deg."""
 
 POLL = 0.1
 """Wall time between two requests for the address of a page that is starting, s."""
@@ -270,7 +272,7 @@ def _show(entry: Entry, state: dict[str, Any], *, robots: bool) -> None:
     if robots and state["robots"]:
         print(clean(table([_robot(robot) for robot in state["robots"]], indent="  ")))
     if robots and state["objects"]:
-        print(clean(f"  {listing(state['objects'], 'objects')}"))
+        print(terminal.wrapped(clean(f"  {listing(state['objects'], 'objects')}"), sys.stdout))
     if state.get("findings"):
         print(
             f"  {counted(len(state['findings']), 'error')} in changed files; the run continues with the previous version"

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 from graphengine.cli.console import Console
 from graphengine.cli.quantities import address, duration, rate
+from graphengine.cli.terminal import wrapped
 
 if TYPE_CHECKING:
     from graphengine.api.runner import Runner
@@ -155,7 +156,7 @@ def execute(arguments: argparse.Namespace) -> int:
         FileWatch(session.reloader, runner.queue, console.reloaded) if arguments.watch else nullcontext(),
     ):
         for line in _opening(arguments, runner):
-            console.inform(clean(line))
+            console.inform(wrapped(clean(line), sys.stderr))
         if runner.foxglove:  # also if the console is quiet: the address may have a token
             console.tell(f"Foxglove at {runner.foxglove.url}")
         if arguments.view:

@@ -59,7 +59,7 @@ def execute(arguments: argparse.Namespace) -> int:
         writer = live.transport.writer(topic, message_type, QoS())
         publisher = VelocityPublisher(writer, message_type, clock, arguments.frame_id)
         stick = Stick(arguments.hold, arguments.speed, arguments.turn)
-        print(f"{topic} [{message_type}]; {live.transport.description}\n{HELP}", file=sys.stderr)
+        print(f"{topic} [{message_type}]; {live.where}\n{HELP}", file=sys.stderr)
         with keyboard:
             try:
                 _follow(keyboard, stick, publisher)

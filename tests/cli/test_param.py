@@ -166,4 +166,4 @@ def test_the_reason_of_a_peer_has_no_control_characters_on_a_terminal(capsys: py
 
 
 def test_where_nobody_is_list_says_where_it_looked(param: Graphrun) -> None:
-    assert param("list", code=0, out="").err.startswith("no nodes with parameters; dds (Eclipse Cyclone DDS), domain ")
+    assert param("list", code=0, out="").err.startswith("no nodes with parameters on domain ")
