@@ -26,6 +26,8 @@ _HULL = 1.6
 """Factor for points with few or no triangles, all of which may be corners of the convex hull."""
 _KEY = 300
 """Bytes for a joint in a keyframe."""
+_USER = 8
+"""Bytes for a character of the longest `user` attribute, because all elements of a kind get as many values as one has."""
 PAIR = 5000
 """Bytes for a pair of links whose contacts are excluded; 300 000 pairs take two seconds."""
 _EACH = (
@@ -79,7 +81,7 @@ def weigh(
         The memory in bytes, including `before`, and None; or the memory so far, and the element at which it exceeds
         `MAX_MEMORY`.
     """
-    total, joints, keys = before, 0.0, 0.0
+    total, joints, keys, elements, users = before, 0.0, 0.0, 0.0, 0
     shared: set[tuple[str, str]] = set()
     sizes: dict[tuple[str, str], float] = {}
     pending = [(root, 1.0)]
@@ -98,10 +100,13 @@ def weigh(
             total += sizes[kind] * (_faces(element) / len(used) if element.tag == "texture" else 1.0)
         joints += copies * (element.tag in ("joint", "freejoint"))
         keys += copies * (element.tag == "key") + (_product(element, ("nkey",)) if element.tag == "size" else 0.0)
-        if total + keys * joints * _KEY > MAX_MEMORY:
+        elements += copies
+        users = max(users, len(element.get("user")))
+        whole = total + keys * joints * _KEY + users * elements * _USER
+        if whole > MAX_MEMORY:
             return total, element
         pending.extend((child, copies) for child in reversed(element.children))
-    return total + keys * joints * _KEY, None
+    return whole, None
 
 
 def memory_of_file(tag: str, data: bytes) -> float:

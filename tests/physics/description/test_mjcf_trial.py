@@ -94,6 +94,12 @@ def test_a_world_that_ends_the_process_is_refused(project: Project, monkeypatch:
     assert "error S102: MuJoCo: compiling the world crashed: Segmentation fault" in project.error()
 
 
+def test_a_class_whose_name_is_a_format_of_printf_ends_only_the_confined_process(project: Project) -> None:
+    """MuJoCo reads memory that it does not have, in the message that the class is unknown."""
+    project.write("world.xml", f'<mujoco><worldbody><geom size="1" class="{100 * "%s%n"}"/></worldbody></mujoco>')
+    assert "error S102: MuJoCo: compiling the world crash" in project.error()
+
+
 @pytest.mark.parametrize(
     ("text", "plain"),
     [
@@ -108,6 +114,11 @@ def test_a_world_that_ends_the_process_is_refused(project: Project, monkeypatch:
             False,
         ),
         ('<mujoco><asset><texture name="t" file="a.png"/></asset></mujoco>', False),
+        (f"<mujoco><worldbody>{150 * '<body><freejoint/><geom/></body>'}</worldbody></mujoco>", True),
+        (f"<mujoco><worldbody>{200 * '<body><freejoint/><geom/></body>'}</worldbody></mujoco>", False),
+        (f'<mujoco><worldbody><geom name="{1000 * "n"}"/></worldbody></mujoco>', True),
+        (f'<mujoco><worldbody><geom name="{1001 * "n"}"/></worldbody></mujoco>', False),
+        ('<mujoco><worldbody><geom class="%n"/></worldbody></mujoco>', False),
     ],
 )
 def test_only_small_models_of_plain_elements_are_plain(tmp_path: Path, text: str, plain: bool) -> None:

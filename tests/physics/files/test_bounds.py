@@ -46,6 +46,7 @@ def world(assets: str = "", bodies: str = "", more: str = "") -> str:
         (world(bodies=1000 * "<body><freejoint/><geom/></body>", more='<size nkey="6000"/>'), "size"),
         (world(bodies=GEOM, more='<sensor><contact geom1="g" num="1000000000"/></sensor>'), "contact"),
         (world(more='<size nuser_geom="1000000000"/>'), "size"),
+        (world(bodies=f'<geom size="1" user="{100_000 * "1 "}"/>{1000 * GEOM}'), "geom"),
         (world(more='<sensor><user dim="1000000000"/></sensor>'), "user"),
         (world(bodies=JOINT, more='<actuator><general joint="j" actdim="1000000000"/></actuator>'), "general"),
     ],
