@@ -41,6 +41,8 @@ def uses_colours(stream: TextIO | None) -> bool:
 
 _WHOLE = re.compile(r"^ *\d* +\| |.graphrun |.cd |--allow |pip install")
 """Lines that are not wrapped, because they show a file or because users copy them."""
+_TOGETHER = re.compile(r"--[\w-]+ |'[^']*/[^']*'")
+"""Parts of a line with spaces at which it is not wrapped: an option and its value, and a quoted path."""
 
 
 def wrapped(text: str, stream: TextIO | None) -> str:
@@ -52,8 +54,9 @@ def wrapped(text: str, stream: TextIO | None) -> str:
         below = " " * (len(line) - len(line.lstrip()) + 2)
         wraps = len(line) > most and not _WHOLE.search(line)
         options: dict[str, Any] = {"break_long_words": False, "break_on_hyphens": False}
+        line = _TOGETHER.sub(lambda part: part[0].replace(" ", "\0"), line) if wraps else line
         lines += textwrap.wrap(line, most, subsequent_indent=below, **options) if wraps else [line]
-    return "\n".join(lines)
+    return "\n".join(lines).replace("\0", " ")
 
 
 def shows_stdout() -> bool:

@@ -260,6 +260,13 @@ def test_a_command_in_a_message_stays_in_one_line_on_a_terminal(folder: Path) ->
     assert f"  graphrun import-robot '{name}' -o robots/NAME.yaml" in running.said.replace("\r", "").splitlines()
 
 
+def test_a_quoted_path_with_spaces_stays_in_one_line_on_a_terminal(folder: Path) -> None:
+    name = "./my folder/the hall of my robots/and its neighbours/first.yaml"
+    with live("run", name, cwd=folder, columns=70) as running:
+        running.hear(lambda said: False)
+    assert f"  '{name}'" in running.said.replace("\r", "").splitlines()
+
+
 # Control characters
 
 
