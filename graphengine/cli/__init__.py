@@ -52,7 +52,7 @@ VERBS = {
 FEW = 12
 """Maximum number of legal values that the error message for an illegal value lists."""
 FILES_ONLY = ("check", "completion", "nodes", "schema", "show")
-"""Verbs that exchange no data with other programs; they do not import `logging`, as they start fast."""
+"""Verbs that exchange no data with other programs. They do not import `logging`, so that they start fast."""
 
 MODULES = {"import": "import_graph", "import-robot": "import_urdf"}
 """Module name by verb, for verbs whose module is named differently."""

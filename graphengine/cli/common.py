@@ -344,7 +344,7 @@ def table(rows: Sequence[Sequence[str]], *, indent: str = "") -> str:
 
 
 def fitted_table(rows: Sequence[Sequence[str]], lead: int, *, indent: str = "") -> str:
-    """Return rows as text as `table` does; if standard output is a terminal too narrow for it, as a table of the first columns.
+    """Return rows as `table` does; for a terminal that is too narrow for all columns, only the first columns form the table.
 
     The cells of the other columns then follow below each row, in wrapped lines. Nothing is cut off, as in a pipe or a file.
 

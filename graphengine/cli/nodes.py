@@ -123,7 +123,7 @@ def _found(word: str | None, cls: type[Node]) -> str:
 
 
 def _find(name: str, registry: Registry) -> type[Node]:
-    """Return the node type with this registered or short name, or with a name that contains the text as that of no other type.
+    """Return the node type with this registered or short name, or the only one whose name contains the text.
 
     Raises:
         UsageError: no node type has this name, or several contain the text.

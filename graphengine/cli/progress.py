@@ -1,4 +1,4 @@
-"""Shows the progress of a block of code that takes longer: a bar on a terminal, and elsewhere a line now and then."""
+"""Shows the progress of a slow block of code: a bar on a terminal, elsewhere a line every `PLAIN` seconds."""
 
 from __future__ import annotations
 

@@ -290,7 +290,7 @@ class Findings:
             span = item.cause or item.span
             if span is None:
                 return (files[""], 0, 0, False, item.code)
-            return (files[span.source.path], span.line, span.column, item.cause is not None, item.code)
+            return (files.get(span.source.path, 0), span.line, span.column, item.cause is not None, item.code)
 
         return sorted(self.items, key=key)
 

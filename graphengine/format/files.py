@@ -156,7 +156,7 @@ class Files:
         """
         base = self.base
         names = [reference] if os.path.splitext(reference)[1] else [reference, f"{reference}.yaml"]
-        included = [base / kind / name for name in names for kind in ("scenes", "graphs")]
+        included = [base / kind / name for name in names for kind in INCLUDED]
         places = [folder / reference, base / reference, *included]
         for place in places:
             if os.path.isfile(place):  # False for illegal names, too

@@ -53,7 +53,7 @@ def trouble() -> str:
 
 
 class _Notice(Listener):  # type: ignore[misc]  # numba has no types
-    """Logs the begin of the first compilation; loading kernels from numba's cache is no compilation."""
+    """Logs a message when numba compiles for the first time; loading kernels from its cache does not count."""
 
     logged = False
 
