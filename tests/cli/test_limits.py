@@ -39,6 +39,13 @@ def test_memory_that_suffices_for_a_run_but_not_for_dds_is_refused_before_cyclon
     assert "it needs 400 MB more memory\nraise the limit of `ulimit -v`" in result.err
 
 
+@pytest.mark.skipif(sys.platform != "linux", reason="other systems do not limit address space")
+def test_memory_that_does_not_suffice_for_opengl_is_refused_before_it_crashes(tmp_path: Path) -> None:
+    result = limited("-v 1250000", "snapshot", "dd100_flat", "-o", str(tmp_path / "x.png"))
+    told = "error: out of memory: rendering images needs 1100 MB of address space; raise the limit of `ulimit -v`\n"
+    assert (result.code, result.out, result.err) == (3, "", told)
+
+
 @pytest.mark.parametrize("files", [8, 16])
 def test_too_few_open_files_for_dds_are_told(files: int) -> None:
     result = limited(f"-n {files}", *RUN, "--transport", "dds")

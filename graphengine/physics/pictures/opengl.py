@@ -16,7 +16,10 @@ from contextlib import AbstractContextManager
 from typing import Any
 
 from graphengine.format.errors import RenderError
+from graphengine.format.process_limits import has_address_space
 
+ADDRESS_SPACE = 1_100_000_000
+"""Address space that Mesa's software renderer needs, bytes; with less, it fails without a reason or crashes."""
 _Handle, _Unsigned, _Integer = ctypes.c_void_p, ctypes.c_uint, ctypes.c_int32
 _RENDERER, _VERSION = 0x1F01, 0x1F02
 _INSTALL = (
@@ -64,8 +67,13 @@ def _own_platform() -> _Egl | _OSMesa:
 def _platform() -> tuple[_Egl | _OSMesa, int]:
     """Return the first platform (EGL or OSMesa) that works, and the id of the process in which it was opened.
 
+    Raises MemoryError if too little address space is free.
+
     The result is cached, because MuJoCo looks up the platform's OpenGL functions only once per process.
     """
+    if not has_address_space(ADDRESS_SPACE):
+        needed = f"rendering images needs {ADDRESS_SPACE // 10**6} MB of address space"
+        raise MemoryError(f"{needed}; raise the limit of `ulimit -v`")
     failures: list[str] = []
     for name, platform in (("EGL", _Egl), ("OSMesa", _OSMesa)):
         try:
