@@ -166,8 +166,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     if arguments is None:  # called by `graphrun`, not by a test or another program in its own process
         gc.set_threshold(10_000)  # collections at the default take a sixth of the start, and free almost nothing
         atexit.register(gc.freeze)  # the collection at exit takes up to a second after a run, and frees nothing of use
-        interrupts.work()
     try:
+        if arguments is None:
+            interrupts.work()  # within the block that catches an interrupt
         given = list(sys.argv[1:] if arguments is None else arguments)
         verb = next((index for index, word in enumerate(given) if not word.startswith("-")), None)
         if verb is not None:
