@@ -340,9 +340,9 @@ class SimulationCore(Stateful):
         compensation = self.compensation.apply(efforts) if self.compensation.joints else None
         if self.limits.joints:
             self.limits.apply(efforts, compensation)
+        self.steps += 1
         try:
             mujoco.mj_step2(self.model, self.data)
-            self.steps += 1
             for handle in self._handles.watching:
                 handle.see_forces()  # mj_step1 finds the contacts of the state after the step, whose forces nobody knows yet
             for body in self.held:

@@ -187,6 +187,7 @@ class Move(_Change):
         orientation = (turned.quaternion_xyzw or from_orientation(turned)) if turned is not None else None
         to = entities.Move(position, orientation, self.linear, self.angular)
         session.services.world.entities.place(self.entity, to)
+        session.services.disturbed = True
         turn = {"quaternion_xyzw": orientation} if orientation is not None else None
         where = {"position": position, "orientation": turn, "linear": self.linear, "angular": self.angular}
         self._record(session, entity=self.entity, **where)
@@ -233,6 +234,7 @@ class Push(_Change):
         x, y, z = self.force or self.impulse or (0.0, 0.0, 0.0)
         force = (x, y, z) if self.force is not None else (x / duration, y / duration, z / duration)
         session.services.world.entities.push(self.entity, force, duration, self.at)
+        session.services.disturbed = True
         self._record(session, entity=self.entity, force=force, duration=duration, at=self.at)
 
 

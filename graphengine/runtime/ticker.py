@@ -9,7 +9,7 @@ from typing import Any, Literal
 
 from graphengine.compiler.graph import Graph
 from graphengine.devices.backend import World
-from graphengine.format.errors import GraphError, NodeError, TransportError
+from graphengine.format.errors import GraphError, NodeError, PhysicsError, TransportError
 from graphengine.messages.endpoints import Network
 from graphengine.node.clock import Clock
 from graphengine.node.context.session_services import Services
@@ -190,7 +190,10 @@ class Ticker:
             self._freeze(inbox)
             frame = self.clock.frame + 1
             for substep in range(world.substeps):
-                world.step()
+                try:
+                    world.step()
+                except PhysicsError as error:
+                    self._put_back(error)
                 if self._on_step:
                     self.step_clock.set_frame((frame - 1) * world.substeps + substep + 1)
                     for executor in self._on_step:
@@ -214,6 +217,17 @@ class Ticker:
             raise
         finally:
             self.running = False
+
+    def _put_back(self, error: PhysicsError) -> None:
+        """Return a world that diverged after a command moved or pushed a body to its initial state; else raise the error."""
+        dropped = self.services.dropped
+        if not self.services.disturbed or dropped is None or not dropped.drops_set_values:
+            raise error
+        self.begin_anew("state")
+        what, *_ = str(error).splitlines()
+        self.services.warn(
+            "", f"{what}\n  the world is back in its initial state, as a command had moved or pushed a body"
+        )
 
     def _warn_of_clamped(self) -> None:
         """Log a warning for each joint whose command exceeded its limits and was clamped, once per joint."""
@@ -298,6 +312,7 @@ class Ticker:
         if "time" in scopes:
             world.zero_commands()
         if "state" in scopes:
+            services.disturbed = False
             world.reset_state()
         if "time" not in scopes:
             return

@@ -70,8 +70,7 @@ class PageProcess:
             self._tell({**message, "viewer": viewer.number, "id": number_of(message)})
 
     def _tell(self, what: Mapping[str, Any]) -> None:
-        # An OSError is found by the thread that reads too; the nesting of a request may be as deep as Python allows.
-        with self._sending, contextlib.suppress(OSError, RecursionError):
+        with self._sending, contextlib.suppress(OSError):  # which the thread that reads finds too
             self._run.send_bytes(json.dumps(what).encode())
 
     def serve(self) -> None:

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import itertools
 import math
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
 import graphengine as ge
+from graphengine.cli import main
 from graphengine.format.errors import CheckError, NodeError
 from graphengine.runtime.commands import Command
 from graphengine.runtime.parameter_table import Parameter, graph_parameters
@@ -197,3 +199,31 @@ def test_an_input_may_be_set_to_the_value_that_it_has(start: Start) -> None:
     sim.set("Scan.numRows", 1)
     with pytest.raises(ge.UsageError, match="got 0"):
         sim.set("Scan.numRows", 0)
+
+
+DISTURBANCES: dict[str, dict[str, Any]] = {
+    "push": {"entity": "dd100", "impulse": [0.0, 1000.0, 0.0], "at": [10.0, 0.0, 0.0]},
+    "move": {"entity": "dd100", "angular": [0.0, 0.0, 1000.0]},
+}
+
+
+@pytest.mark.parametrize("command", DISTURBANCES)
+def test_a_world_that_a_command_makes_diverge_is_put_back_and_the_run_goes_on(command: str, tmp_path: Path) -> None:
+    said = list[str]()
+    recorded = tmp_path / "run.mcap"
+    scene = ge.load("dd100_flat", rays="mujoco")
+    with scene.session(record=recorded, log=lambda severity, node, text: said.append(text)) as sim:
+        sim.step(5)
+        sim._runner.command(command, **DISTURBANCES[command])
+        sim.step(60)
+        assert (sim.tick, sim.state) == (65, "paused")
+        assert all(math.isfinite(number) for number in sim.robots["dd100"].pose.position)
+    assert sum("the world is back in its initial state" in text for text in said) == 1
+    assert main(["replay", str(recorded)]) == 0
+
+
+def test_a_world_that_a_command_makes_diverge_ends_a_run_that_bad_values_end() -> None:
+    with ge.load("dd100_flat", rays="mujoco").session(bad_values="stop") as sim:
+        sim._runner.command("move", **DISTURBANCES["move"])
+        with pytest.raises(ge.PhysicsError, match="diverged"):
+            sim.step(60)

@@ -48,6 +48,8 @@ class Services:
     render_products: dict[str, RenderProduct] = field(default_factory=dict)
     dropped: DroppedValues | None = field(default_factory=DroppedValues)
     """Count of dropped bad values for each node; None if a bad value ends the run instead."""
+    disturbed: bool = False
+    """Whether a command has moved or pushed a body since the world was last in its initial state."""
     started: bool = False
     """Whether the session has started: the values of graphs that are added from now on were set while it runs."""
 
