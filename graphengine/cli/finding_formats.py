@@ -11,18 +11,14 @@ from graphengine.format.wording import printable
 
 COLOURS = {"error": "1;31", "warning": "1;33", "note": "1;36"}
 """Parameters of the escape sequence SGR by severity: bold red, bold yellow, bold cyan."""
-LEVELS = {"error": "error", "warning": "warning", "note": "notice"}
-"""Workflow command of GitHub Actions by severity."""
 
 
 def coloured(finding: Finding, text: str) -> str:
     """Return the rendered text of a finding with its severity, code and carets in the colour of the severity."""
     start, reset = f"\x1b[{COLOURS[finding.severity]}m", "\x1b[0m"
-    place = f"{finding.span}: " if finding.span else ""
     title = f"{finding.severity} {finding.code}"
-    rest = text.removeprefix(place).removeprefix(title)
-    rest = re.sub(r"^( {7}\| *)(\^+)$", rf"\g<1>{start}\g<2>{reset}", rest, flags=re.MULTILINE)
-    return f"{place}{start}{title}{reset}{rest}"
+    text = text.replace(title, f"{start}{title}{reset}", 1)
+    return re.sub(r"^( {7}\| *)(\^+)$", rf"\g<1>{start}\g<2>{reset}", text, flags=re.MULTILINE)
 
 
 def annotation(finding: Finding, root: Path) -> str:
@@ -41,7 +37,7 @@ def annotation(finding: Finding, root: Path) -> str:
     related = [f"{span}: {label}" for span, label in finding.related]
     text = "\n".join([finding.message, *finding.help, *related])
     given = ",".join(f"{name}={_escaped(value, ':,')}" for name, value in properties.items())
-    return f"::{LEVELS[finding.severity]} {given}::{_escaped(text)}"
+    return f"::{finding.severity.replace('note', 'notice')} {given}::{_escaped(text)}"
 
 
 def _escaped(text: str, more: str = "") -> str:

@@ -21,9 +21,7 @@ def print_logs() -> None:
 
     Without a handler of the root logger, Python would print them as they are. Handlers of a program that calls `main` stay.
     """
-    root = logging.getLogger()
-    if not root.handlers:
-        handler = logging.StreamHandler()
-        handler.setLevel(logging.WARNING)
-        handler.setFormatter(_Cleaned())
-        root.addHandler(handler)
+    handler = logging.StreamHandler()
+    handler.setLevel(logging.WARNING)
+    handler.setFormatter(_Cleaned())
+    logging.basicConfig(handlers=[handler])

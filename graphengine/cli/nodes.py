@@ -135,9 +135,7 @@ def _find(name: str, registry: Registry) -> type[Node]:
         if advice := replacement(name):
             raise UsageError(f"the node type {name!r} of Isaac Sim is not available; {advice}")
         part = name.lower()
-        last = {n: cls for n, cls in registry.types.items() if part and part in n.rpartition(".")[2].lower()}
-        holding = last or {n: cls for n, cls in registry.types.items() if part and part in n.lower()}
-        named = sorted({cls.type_name for cls in holding.values()})
+        named = sorted({cls.type_name for n, cls in registry.types.items() if part and part in n.lower()})
         if len(named) == 1:
             return registry.types[named[0]]
         more = [f"… ({len(named) - MANY} more): graphrun nodes --search {quoted(name)}"] if len(named) > MANY else []

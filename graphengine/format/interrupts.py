@@ -14,10 +14,6 @@ import sys
 import time
 from types import FrameType, TracebackType
 
-TYPE_CHECKING = False
-if TYPE_CHECKING:  # `typing` is slow to import
-    from threading import ExceptHookArgs
-
 CODE = 130
 """Exit code of a program that Ctrl-C ends, as shells report it."""
 OUT_OF_MEMORY = 3
@@ -45,7 +41,8 @@ def work() -> None:
         signal.signal(signal.SIGINT, interrupt)
     import threading  # not at the top: until `begin`, Ctrl-C prints a traceback
 
-    sys.unraisablehook, sys.excepthook, threading.excepthook = _raise_again, _report, _report_of_thread
+    sys.unraisablehook, sys.excepthook = _raise_again, _report
+    threading.excepthook = lambda lost: _report(lost.exc_type, lost.exc_value or lost.exc_type(), lost.exc_traceback)
 
 
 def finish() -> None:
@@ -96,11 +93,6 @@ def _report(kind: type[BaseException], error: BaseException, traceback: Tracebac
         sys.__excepthook__(kind, error, traceback)
 
 
-def _report_of_thread(failed: ExceptHookArgs) -> None:
-    """Print the traceback of an exception that ended a thread."""
-    _report(failed.exc_type, failed.exc_value or failed.exc_type(), failed.exc_traceback)
-
-
 def _exit(number: int, frame: FrameType | None) -> None:
     os._exit(CODE)
 
@@ -123,8 +115,7 @@ def end(code: int) -> None:
 
 def has_cause(error: BaseException, kind: type[BaseException]) -> bool:
     """Return whether an exception is of a kind, or was raised while one of the kind was handled."""
-    while not isinstance(error, kind):
-        if error.__context__ is None:
-            return False
-        error = error.__context__
-    return True
+    found: BaseException | None = error
+    while found is not None and not isinstance(found, kind):
+        found = found.__context__
+    return found is not None

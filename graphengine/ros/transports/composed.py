@@ -9,6 +9,7 @@ from collections.abc import Callable, Collection, Mapping, Sequence
 from typing import Any
 
 from graphengine.format.errors import TransportError
+from graphengine.format.wording import listing
 from graphengine.messages.endpoints import QoS
 from graphengine.messages.names import action_of
 from graphengine.ros.network_graph import Direction, NetworkGraph, NetworkNode
@@ -23,9 +24,6 @@ from graphengine.ros.transport import (
     Writer,
 )
 from graphengine.ros.transports.vendors import CYCLONE, CYCLONE_RMW
-
-_SHOWN = 3
-"""Maximum number of services and actions to name in a notice."""
 
 
 class ComposedTransport:
@@ -129,9 +127,7 @@ class ComposedTransport:
         """Notices of the first transport, and a line with the services and actions that are on the second one."""
         if not (apart := list(self._apart)):
             return self._first.notices
-        others = f" and {len(apart) - _SHOWN} others" if len(apart) > _SHOWN else ""
-        shown = f"{', '.join(apart[:_SHOWN])}{others}"
-        return [*self._first.notices, f"only nodes on {CYCLONE_RMW} can use the services and actions {shown}"]
+        return [*self._first.notices, listing(apart, f"only nodes on {CYCLONE_RMW} can use the services and actions")]
 
     @property
     def spin_time(self) -> float:
