@@ -80,7 +80,9 @@ def test_one_whose_check_fails_is_passed_over_by_auto_and_says_why_where_it_is_n
     (site / "acme_transport.py").unlink()
     (site / "acme_transport.py").write_text("\n".join(lines))
     environment = {"ROS_AUTOMATIC_DISCOVERY_RANGE": "OFF"}
-    done = python(site, "-m", "graphengine.cli", "run", "clock", "--for", "0.1", "--rate", "max", **environment)
+    done = python(
+        site, "-m", "graphengine.cli", "run", "clock", "--for", "0.1", "--rate", "max", "--verbose", **environment
+    )
     assert done.returncode == 0, done.stderr
     assert "acme cannot be used (RuntimeError: the driver is broken)" in done.stderr + done.stdout
     done = graphrun(site, "run", "clock", "--transport", "acme")

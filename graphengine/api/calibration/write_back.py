@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
@@ -114,7 +113,6 @@ def find_changes(scene: LoadedScene, calibration: Calibration) -> tuple[list[Cha
         place = _find_place(graph, instance, name, index, file)
         if place is not None and (value := place.document.find(*place.location)) is not None:
             old = float(value.data)  # an override of `--set` is not in the file
-        new = math.copysign(new, old)
         if abs(new - old) <= SAME * abs(new):
             continue
         if place is None and old == 0.0 and name not in _COVARIANCES:

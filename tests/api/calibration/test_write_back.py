@@ -66,13 +66,6 @@ def test_a_parameter_of_a_graph_in_a_graph_is_replaced_in_the_robot_file(tmp_pat
     assert notes[0].startswith("outer/Inner/DiffController.wheelDistance: not written")
 
 
-def test_a_negative_radius_stays_negative(tmp_path: Path) -> None:
-    base = bases.differential(tmp_path)
-    base.graphs["drive"] = "{use: drive.yaml, parameters: {wheels: [left_joint, right_joint], radius: -0.05}}"
-    changes, _ = write_figures(loaded_of(ge.load(base.write().scene)), MEASURED)
-    assert [change.new for change in changes if change.input == "wheelRadius"] == [-0.049123]
-
-
 def test_the_geometry_of_wheels_that_slip_is_not_written(tmp_path: Path) -> None:
     base = bases.differential(tmp_path).write()
     slips = Motion("forward", "straight", Twist(x=0.3), Twist(x=0.1), 0.33, slip=0.67)
