@@ -167,20 +167,20 @@ def main(arguments: Sequence[str] | None = None) -> int:
         gc.set_threshold(10_000)  # collections at the default take a sixth of the start, and free almost nothing
         atexit.register(gc.freeze)  # the collection at exit takes up to a second after a run, and frees nothing of use
     try:
-        if arguments is None:
-            interrupts.work()  # within the block that catches an interrupt
         given = list(sys.argv[1:] if arguments is None else arguments)
         verb = next((index for index, word in enumerate(given) if not word.startswith("-")), None)
         if verb is not None:
             given[verb] = OLD_NAMES.get(given[verb], given[verb])
         parser = make_parser(*[word for word in given if word in VERBS][:1])
         parser.set_defaults(verbose="--verbose" in given)
-        return _execute(parser.parse_args(given))
+        parsed = parser.parse_args(given)
+        if arguments is None:
+            interrupts.work()  # not for --help, as it imports more; within the block that catches an interrupt
+        return _execute(parsed)
     except BaseException as error:
         if interrupts.has_cause(error, KeyboardInterrupt):
-            if (
-                arguments is None
-            ):  # the interpreter would wait for threads, which an interrupt may have left without an end
+            # The interpreter would wait for threads, which an interrupt may have left without an end.
+            if arguments is None:
                 interrupts.finish()
                 atexit._run_exitfuncs()
                 interrupts.end(interrupts.CODE)
