@@ -70,7 +70,8 @@ class PageProcess:
             self._tell({**message, "viewer": viewer.number, "id": number_of(message)})
 
     def _tell(self, what: Mapping[str, Any]) -> None:
-        with self._sending, contextlib.suppress(OSError):  # which the thread that reads finds too
+        # An OSError is found by the thread that reads too; the nesting of a request may be as deep as Python allows.
+        with self._sending, contextlib.suppress(OSError, RecursionError):
             self._run.send_bytes(json.dumps(what).encode())
 
     def serve(self) -> None:

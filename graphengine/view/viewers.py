@@ -191,6 +191,8 @@ def _parse(asked: Mapping[str, Any]) -> Command | UsageError:
         return parse(name, arguments)
     except UsageError as error:
         return error
+    except RecursionError:
+        return UsageError(f"{name[:40]}: the arguments are nested too deeply")
 
 
 def _name(asked: Mapping[str, Any], what: str) -> str:
