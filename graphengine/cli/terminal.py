@@ -17,7 +17,12 @@ if TYPE_CHECKING:
 
 def can_overwrite() -> bool:
     """Return whether standard error is a terminal on which a line can be overwritten."""
-    return sys.stderr is not None and sys.stderr.isatty() and os.environ.get("TERM") not in ("dumb", "unknown")
+    return _takes_sequences(sys.stderr)
+
+
+def _takes_sequences(stream: TextIO | None) -> bool:
+    """Return whether a stream is a terminal that understands escape sequences."""
+    return stream is not None and stream.isatty() and os.environ.get("TERM") not in ("dumb", "unknown")
 
 
 def width(stream: TextIO) -> int:
@@ -35,8 +40,7 @@ def uses_colours(stream: TextIO | None) -> bool:
     """Return whether to write colours to a stream: only to a terminal, unless NO_COLOR or FORCE_COLOR are set."""
     if os.environ.get("NO_COLOR"):
         return False
-    forced = os.environ.get("FORCE_COLOR", "0") not in ("", "0")
-    return forced or (stream is not None and stream.isatty() and os.environ.get("TERM") not in ("dumb", "unknown"))
+    return os.environ.get("FORCE_COLOR", "0") not in ("", "0") or _takes_sequences(stream)
 
 
 _WHOLE = re.compile(r"^ *\d* +\| |.graphrun |.cd |--allow |pip install")

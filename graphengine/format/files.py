@@ -51,7 +51,7 @@ OTHERS = (
     ((".py", ".usd", ".usda", ".usdc", ".usdz"), "a script or stage of Isaac Sim", "import", ""),
     ((".mcap",), "a recording", "replay", ""),
 )
-"""Files that users confuse with scenes and graphs: suffixes, noun, the verb for such a file, and its further arguments."""
+"""Kinds of files that are not scenes or graphs: suffixes, name of the kind, and the verb that reads it, with its arguments."""
 MAX_NAMED = 5
 """Maximum number of scene files that the error message names if the user gives a folder."""
 MAX_SEARCHED = 10_000

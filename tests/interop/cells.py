@@ -129,7 +129,7 @@ def back(
         peer.send(topic=topic, kind=kind, count=1, rate=1.0, size=size, first=GREETING)
         return tally.greeted.wait(1.0)
 
-    # That a reader of ours is matched is not told, and Fast DDS may lose the first large message to Cyclone DDS.
+    # The peer cannot report when our reader is matched, and Fast DDS may lose the first large message to Cyclone DDS.
     seconds_until(greet, "a first message arrives")
     took = peer.send(topic=topic, kind=kind, count=count, rate=rate, size=size)["seconds"]
     report = settled(tally.report, count)

@@ -195,14 +195,14 @@ def _(letters: int) -> bool:
 
 
 def answered(module: Any, answer: bytes, action: Any) -> Any:
-    """Do something with a module whose confined process gives an answer."""
+    """Return the result of `action` while the confined process of `module` gives this answer."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(module, "ask", lambda *_: answer)
         return action()
 
 
 def script(folder: Path, text: str, answer: ScriptAnswer, size: int = 0) -> list[str]:
-    """Return what is told of a script, whose process gives an answer of a size."""
+    """Return the findings for a script whose confined process answers with `size` bytes."""
     path, findings = folder / "script.py", Findings()
     path.write_text(text, encoding="utf-8")
     answered(script_reader, encoded(answer).encode().ljust(size), lambda: script_reader.read_script(path, findings))
@@ -297,7 +297,7 @@ def _(characters: int, folder: Path) -> bool:
 
 
 def stage(folder: Path, contents: StageContents, size: int = 0) -> list[str]:
-    """Return what is told of a stage, whose process gives an answer of a size."""
+    """Return the findings for a stage whose confined process answers with `size` bytes."""
     path, findings = folder / "a.usda", Findings()
     path.write_text("#usda 1.0\n", encoding="utf-8")
     answer = encoded(contents).encode().ljust(size)

@@ -127,7 +127,7 @@ def _(size: int) -> bool:
 
 
 def _is_taken(message: str | bytes) -> bool:
-    """Whether a Foxglove server answers a client that sends this and then a channel that is none."""
+    """Return whether a Foxglove server reads this text: it then answers the invalid channel that follows with a warning."""
     with (
         closing(open_server(("127.0.0.1", 0), "test", DEFINITIONS, publish=True)) as server,
         connect(server.url, subprotocols=[publish_gate.SUBPROTOCOL]) as client,

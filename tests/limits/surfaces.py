@@ -117,7 +117,7 @@ def _(nodes: int) -> bool:
         make_graph_view(graph, Findings())
     except UsageError:
         return False
-    except AttributeError:  # such a graph cannot be drawn
+    except AttributeError:  # the limit was passed; this incomplete graph cannot be drawn
         pass
     return True
 

@@ -201,7 +201,7 @@ def test_an_endpoint_of_no_ros_node_has_no_node_and_is_not_waited_for(domain: Do
 
 
 class Fellows:
-    """A session with endpoints on both transports, and the faults that it is told."""
+    """A session with endpoints on both transports, and the faults that it reports."""
 
     def __init__(self, transport: ComposedTransport) -> None:
         self.told: list[str] = []

@@ -39,7 +39,7 @@ CLOSING = 0.5
 """Maximum wait for a client at the end, s."""
 
 _quiet = logging.getLogger(__name__)
-_quiet.setLevel(logging.CRITICAL + 1)  # websockets logs the bytes of each request that is none, with a traceback
+_quiet.setLevel(logging.CRITICAL + 1)  # websockets logs the bytes of each malformed request
 _OPTIONS: Any = {"subprotocols": [SUBPROTOCOL], "compression": None, "close_timeout": CLOSING, "logger": _quiet}
 
 
