@@ -37,8 +37,8 @@ def spoken(path: Path, data: bytes) -> bytes:
     """What is answered to a stranger until the end of the connection."""
     with runs.connect(path) as stranger:
         stranger.settimeout(PATIENCE)
-        stranger.sendall(data)
-        with contextlib.suppress(OSError):  # who is hung up on may find out at either end
+        with contextlib.suppress(OSError):  # who is hung up on may find out while sending, and still reads the answer
+            stranger.sendall(data)
             stranger.shutdown(socket.SHUT_WR)
         answer = b""
         with contextlib.suppress(ConnectionResetError):
