@@ -102,6 +102,10 @@ class Port:
                 return f"expected values {self.constraint}, got {number} at [{index}]"
         return ""
 
+    def is_missing(self, value: Any) -> bool:
+        """Whether the port is required, and the value is an empty list or text, which counts as none."""
+        return self.required is True and isinstance(value, tuple | str) and not value and not self.default_counts
+
     def _allows(self, number: float) -> bool:
         """Return whether a number is within the bounds; NaN never is."""
         low_enough = (self.le is None or number <= self.le) and (self.lt is None or number < self.lt)

@@ -72,7 +72,8 @@ class NodePort:
         except (TypeError, ValueError) as error:
             raise UsageError(f"{self.address} is {with_article(wanted)}: {error}, got {shown(value)}") from None
         tolerated = (recorded and self.port.is_bounded) or types.equal(converted, self.value)
-        wrong = "" if tolerated else self.port.refusal(converted)
+        missing = "the input is required, expected a value" if self.port.is_missing(converted) else ""
+        wrong = "" if tolerated else missing or self.port.refusal(converted)
         if wrong:
             unit = f" (unit: {self.port.unit})" if self.port.unit else ""
             raise UsageError(f"{self.address}: {wrong}{got_value(wrong, value)}{unit}")

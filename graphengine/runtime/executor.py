@@ -15,6 +15,7 @@ from graphengine.format.errors import BadValueError, ContextError, GraphError, N
 from graphengine.node import types
 from graphengine.node.context.context import Context
 from graphengine.node.node_class import Ending, Node
+from graphengine.node.port import Port
 
 ContextFactory = Callable[[int], Context]
 """A function that returns a new context for the node with the given index, and closes the handles of its previous context."""
@@ -235,10 +236,7 @@ class Executor:
         node = self.nodes[index]
         ports = [port for port in type(node).fields.values() if port.setup and (index, port.field) in self._wired]
         values = {port.name: getattr(node, port.field) for port in ports}
-        for port, value in zip(ports, values.values(), strict=True):
-            empty = port.required is True and isinstance(value, tuple | str) and not value
-            if empty or (port.tokens and value not in port.tokens):
-                raise BadValueError(port.name, value, port.constraint)
+        _check_setup_inputs(node, ports)
         try:
             self._setup_node(index)
         except BadValueError:
@@ -268,11 +266,16 @@ class Executor:
         incoming = _by_target(self._constant_copies())
         for target in self.plan.order:
             node = self.nodes[target]
-            read = [port.field for port in type(node).fields.values() if port.setup]
-            before = {name: getattr(node, name) for name in read}
+            ports = [port for port in type(node).fields.values() if port.setup]
+            before = [getattr(node, port.field) for port in ports]
             self._apply(incoming[target])
-            changed = any(not types.equal(before[name], getattr(node, name)) for name in read)
-            if changed or (target == index and field in read):
+            changed = [
+                port
+                for old, port in zip(before, ports, strict=True)
+                if (target == index and port.field == field) or not types.equal(old, getattr(node, port.field))
+            ]
+            if changed:
+                self._call(target, _check_setup_inputs, node, changed)
                 self._call(target, self._setup_node, target)
             if target in constant:
                 self._call(target, node.compute)
@@ -452,6 +455,14 @@ def _by_target(copies: Iterable[Copy]) -> defaultdict[int, list[Copy]]:
     for copy in copies:
         incoming[copy.target].append(copy)
     return incoming
+
+
+def _check_setup_inputs(node: Node, ports: Iterable[Port]) -> None:
+    """Raise BadValueError if a required input of these is empty, or has a value that is not one of its legal ones."""
+    for port in ports:
+        value = getattr(node, port.field)
+        if port.is_missing(value) or (port.tokens and value not in port.tokens):
+            raise BadValueError(port.name, value, port.constraint)
 
 
 def _short(value: Any) -> str:

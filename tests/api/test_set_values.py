@@ -13,6 +13,7 @@ import pytest
 import graphengine as ge
 from graphengine.cli import main
 from graphengine.format.errors import CheckError, NodeError
+from graphengine.runtime.addresses import find_ports
 from graphengine.runtime.commands import Command
 from graphengine.runtime.parameter_table import Parameter, graph_parameters
 from tests.api.conftest import Start
@@ -90,6 +91,23 @@ def test_a_value_that_its_node_cannot_use_is_dropped_and_counted_and_the_robot_d
     sim.run(2.0)
     assert dropped(sim) == {ART: 10}
     assert sim.robots["dd100"].pose.position[0] > 0.5
+
+
+def test_a_required_input_cannot_be_emptied_while_the_session_runs(sim: ge.Session) -> None:
+    ports = [
+        port
+        for port in find_ports(sim._runner.session.graphs, "*")
+        if isinstance(port.value, tuple | str) and port.port.is_missing(type(port.value)())
+    ]
+    refused = 0
+    for port in ports:
+        before = port.value
+        with pytest.raises(ge.UsageError, match=r"is wired|the input is required, expected a value, got ") as refusal:
+            sim.set(port.address, type(before)())
+        refused += "required" in str(refusal.value)
+        assert port.value == before
+    assert refused == 3  # chassis, targets of the transform tree, and camera
+    sim.step(2)
 
 
 def test_the_warning_names_port_value_and_what_is_legal(start: Start) -> None:
