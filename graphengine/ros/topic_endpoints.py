@@ -44,8 +44,9 @@ class LivePublisher(HeldEndpoint, Publisher, Shared):
 
     @property
     def wanted(self) -> bool:
-        """Whether messages have a receiver: a matched reader, or a sink of the session."""
-        return self._writer.matched > 0 or bool(self._network.sinks)
+        """Whether messages have a receiver: a matched reader, a sink of the session, or readers that join a latched topic later."""
+        latched = self.claim.qos.durability == "transientLocal"
+        return latched or self._writer.matched > 0 or bool(self._network.sinks)
 
     @property
     def subscribers(self) -> int:

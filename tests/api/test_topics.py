@@ -136,3 +136,25 @@ def test_what_a_user_sends_sets_and_asks_for_is_recorded_and_replayed(
         assert sim.robots["dd100"].velocity.linear[0] == pytest.approx(0.6, abs=0.05)
     assert graphrun(["replay", str(path)]) == 0
     assert "90 ticks, 1.500 s" in capsys.readouterr().out
+
+
+def test_a_latched_message_that_was_published_once_reaches_a_later_subscriber(start: Start) -> None:
+    sim = start(
+        """
+nodes:
+  Once: OnImpulseEvent
+  Profile: {type: QoSProfile, inputs: {createProfile: Custom, depth: 1, durability: transientLocal}}
+  Publish:
+    type: ROS2Publisher
+    inputs: {messagePackage: std_msgs, messageName: String, topicName: plan, data: lane 3}
+connections:
+  - Once.execOut -> Publish.execIn
+  - Profile.qosProfile -> Publish.qosProfile
+"""
+    )
+    sim.impulse("Once")
+    sim.step(2)
+    plan = sim.subscribe("/plan", "std_msgs/msg/String")
+    sim.step()
+    assert plan.latest is not None
+    assert plan.latest.data == "lane 3"
