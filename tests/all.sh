@@ -6,8 +6,11 @@ cd "$(dirname "$0")/.."
 python=${PYTHON:-python3}
 venv=.venv-$("$python" -c 'import sys; print("%d.%d" % sys.version_info[:2])')
 "$python" -m venv "$venv"
-"$venv/bin/pip" install --quiet --disable-pip-version-check --no-compile --editable '.[test]'
-"$venv/bin/python" -m compileall -q -q -j 0 "$venv/lib" || true  # pip would use one processor; some templates are no Python
+# With uv, where it is on the path, in a fraction of pip's time.
+if ! { command -v uv >/dev/null && uv pip install --quiet --python "$venv/bin/python" --editable '.[test]'; }; then
+    "$venv/bin/pip" install --quiet --disable-pip-version-check --no-compile --editable '.[test]'
+fi
+"$venv/bin/python" -m compileall -q -q -j 0 "$venv/lib" || true  # on all processors; some templates are no Python
 PATH="$PWD/$venv/bin:$PATH"
 export PATH
 processors=$(python -c 'import os; print(len(getattr(os, "sched_getaffinity", lambda _: range(os.cpu_count()))(0)))')
