@@ -27,6 +27,7 @@ VERBS = {
     "replay": "replay a recorded run and compare the output byte by byte",
     "view": "show a recorded run on a web page: play it, go to any time, find the first difference of a replay",
     "check": "report all errors and warnings in scenes and graphs",
+    "explain": "explain the code of an error, warning or note: its cause, an example and the remedy",
     "show": "print a graph's nodes and wires, its schedule or its generated code, or draw the graph",
     "snapshot": "render an image of a scene, from above, in perspective or from one of its cameras",
     "calibrate": "drive a robot on a flat floor and measure its speeds, drift, odometry errors and effective wheel radius",
@@ -51,7 +52,7 @@ VERBS = {
 
 FEW = 12
 """Maximum number of legal values that the error message for an illegal value lists."""
-FILES_ONLY = ("check", "completion", "nodes", "schema", "show")
+FILES_ONLY = ("check", "completion", "explain", "nodes", "schema", "show")
 """Verbs that exchange no data with other programs. They do not import `logging`, so that they start fast."""
 
 MODULES = {"import": "import_graph", "import-robot": "import_urdf"}

@@ -29,7 +29,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--strict", action="store_true", help="exit with code 1 also if there are only warnings")
     form = "output format (default text); github prints annotations for pull requests in GitHub Actions"
     parser.add_argument("--format", choices=("text", "json", "github"), default="text", help=form)
-    parser.epilog = "For a folder, all scene, robot and graph files in it and its subfolders are checked."
+    parser.epilog = (
+        "For a folder, all scene, robot and graph files in it and its subfolders are checked. The code of a finding, "
+    )
+    parser.epilog += "such as G204, is explained by `graphrun explain G204`."
 
 
 def execute(arguments: argparse.Namespace) -> int:
@@ -52,6 +55,8 @@ def execute(arguments: argparse.Namespace) -> int:
                 print(annotation(finding, root))
         else:
             print_findings(findings, stream=sys.stdout)
+            for finding in [*findings.errors, *findings.warnings, *findings.items][:1]:
+                print(f"explain a code: graphrun explain {finding.code}")
         read = f"{counted(files, 'file')}, {counted(graphs, 'graph')}"
         print(f"{read}: {counted(errors, 'error')}, {counted(warnings, 'warning')}")
     return 1 if errors or (arguments.strict and warnings) else 0

@@ -8,6 +8,7 @@ from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Any
 
+from graphengine.format.diagnostics import CODES
 from graphengine.format.files import shipped
 
 SHELLS = ("bash", "zsh", "fish")
@@ -64,6 +65,8 @@ def _complete_values(parser: argparse.ArgumentParser) -> None:
         complete = by_metavar.get(str(action.metavar), shtab.FILE if action.type is Path else None)
         if (verb, action.dest) == ("nodes", "name"):
             complete = _words("node_types", _node_types())
+        if (verb, action.dest) == ("explain", "codes"):
+            complete = _words("codes", CODES)
         if complete is not None:
             action.complete = complete  # type: ignore[attr-defined]  # shtab reads this attribute
         elif action.choices is not None and not isinstance(action.choices, dict):

@@ -215,9 +215,9 @@ def _notes(findings: Findings) -> Iterator[str]:
     notes = [note for note in notes if not note.message.endswith(BESIDE)]
     for note in notes[:LONGEST]:
         at = f"{note.span}: " if note.span is not None else ""
-        yield f"note: {at}{'; '.join([note.message, *note.help])}"
+        yield f"{at}note {note.code}: {'; '.join([note.message, *note.help])}"
     if len(notes) > LONGEST:
         yield f"note: … ({len(notes) - LONGEST} more)"
     if passed:
         more = f", … ({len(passed) - LONGEST} more)" if len(passed) > LONGEST else ""
-        yield f"note: left out, because it does not belong to a graph: {', '.join(passed[:LONGEST])}{more}"
+        yield f"note N302: left out, because it does not belong to a graph: {', '.join(passed[:LONGEST])}{more}"

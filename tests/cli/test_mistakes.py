@@ -194,7 +194,7 @@ def test_a_verb_or_option_that_is_mistyped_gets_a_suggestion(
     ("arguments", "said"),
     [
         (["rnu"], "graphrun: no verb 'rnu'\n  did you mean 'run'?"),
-        (["xyzzy"], "graphrun: no verb 'xyzzy'"),  # the help has the 27 verbs
+        (["xyzzy"], "graphrun: no verb 'xyzzy'"),  # the help has the 28 verbs
         (["topic", "zzz"], "graphrun topic: no verb 'zzz'\n  choose from: list, info, echo, hz, delay, pub"),
         (["schema", "zzz"], "graphrun schema: no kind 'zzz'\n  choose from: graph, scene, robot"),
         (

@@ -108,7 +108,7 @@ def test_a_script_that_fails_lists_what_can_be_called_and_a_call_goes_on_behind_
     assert "  build(place, world), line 7" in done.err
     done = imports(BROKEN, "--call", "build(Place('/World/' + 'g'), world)")
     assert done.code == 0
-    assert "note: world in --call: undefined names, assumed to be objects of Omniverse" in done.out
+    assert "note N302: world in --call: undefined names, assumed to be objects of Omniverse" in done.out
     assert "3:24: warning W302: NameError: name 'arguments' is not defined; the script continues after" in done.err
     assert (tmp_path / "g.yaml").is_file()
 
