@@ -100,6 +100,12 @@ def test_bash_completes_node_types_by_their_registered_and_short_names(bash: Com
     assert bash("nodes", "omni.graph.action.OnPlayb") == ["omni.graph.action.OnPlaybackTick"]
 
 
+@needs("bash")
+def test_bash_completes_every_code_to_explain(bash: Complete) -> None:
+    assert bash("explain", "W30") == ["W301", "W302"]
+    assert bash("explain", "W301", "G40") == ["G401", "G402"]
+
+
 @pytest.fixture
 def run(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     """A run that `graphrun ctl` reaches, and no other."""

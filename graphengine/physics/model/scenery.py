@@ -144,9 +144,10 @@ class Scenery:
         floating = mjcf.floating if mjcf is not None else ()
         still = [joint.name for joint in robot.moving if joint.name not in robot.drives and joint.mimic is None]
         number, known = len(robot.moving) + len(floating), len(robot.moving) if floating else "all"
+        count = f"{number} joint{'s' * (number != 1)}; graphs can use {known}" if number else "no joint that moves"
         findings.add(
             "N104",
-            f"the description, used without a robot file, has {number} joint{'s' * (number != 1)}; graphs can use {known}",
+            f"the description, used without a robot file, has {count}",
             self._place_of(placement),
             listing(floating, "ball and free joints, which graphs cannot use") if floating else "",
             listing(still, "joints without a drive") if still else "",

@@ -75,8 +75,11 @@ def test_modules_above_a_script_are_named_with_the_folder_that_may_be_allowed(
     done = imports(library, "--call", "build_one('/World/x')")
     err = done.err
     assert done.code == 1
-    assert f"build.py:2:1: module 'my_ext' is not imported; to import it, add --allow {tmp_path}" in err
-    assert f"build.py:3:1: module 'names' is not imported; to import it, add --allow {tmp_path / 'my_ext'}" in err
+    assert f"build.py:2:1: note N302: module 'my_ext' is not imported; to import it, add --allow {tmp_path}" in err
+    assert (
+        f"build.py:3:1: note N302: module 'names' is not imported; to import it, add --allow {tmp_path / 'my_ext'}"
+        in err
+    )
     assert "'parts" not in err
     assert "'helper" not in err
 

@@ -108,7 +108,7 @@ for turn in Once():
 def test_what_a_script_imports_of_a_module_that_is_not_there_is_unknown(told: Told) -> None:
     everything = told("from missing import *\nmake_robot()\n" + BUILD)
     assert "warning" not in everything
-    assert "script.py:5:1: module 'missing' is not imported" in everything
+    assert "script.py:5:1: note N302: module 'missing' is not imported" in everything
 
 
 @pytest.mark.parametrize("given", ["=1", "MY_WS_THAT_NOBODY_SETS"])
