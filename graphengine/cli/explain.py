@@ -32,21 +32,12 @@ GROUPS = {
     "N3": "Notes: import",
 }
 """Title of each group of codes, by the first two characters of the codes."""
-INTRODUCTION = """# Diagnostics
-
-`graphrun check`, and every verb that loads a file, reports errors, warnings and notes. Each has a code, the position in
-the file, the reason, and in most cases a remedy. The first letter of the code is the severity: G (graphs) and S
-(scenes) are errors, with which a file cannot run; W are warnings, with which `graphrun check` fails only with
-`--strict`; N are notes.
-
-`graphrun explain G204` prints the explanation of a code, and `graphrun explain` lists all codes. To try an example,
-save its files to an empty folder and run its command there."""
-"""Beginning of the reference page."""
 WIDEST = 100
 """Maximum number of columns of the text on a wider terminal."""
+RELATED = re.compile(r"^- ([GSWN]\d{3})$", re.MULTILINE)
+"""Entry of a related code in an explanation."""
 
 _BLOCK = re.compile(r"^(```.*?^```)$", re.MULTILINE | re.DOTALL)
-_RELATED = re.compile(r"^- ([GSWN]\d{3})$", re.MULTILINE)
 _DIFF_COLOURS = {"-": "31", "+": "32"}
 
 
@@ -54,27 +45,25 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the command-line arguments of `graphrun explain` to its parser."""
     code = "code of an error, warning or note, such as G204; without a code, all codes are listed"
     parser.add_argument("codes", metavar="CODE", nargs="*", help=code)
-    parser.add_argument("--markdown", action="store_true", help="print the explanations of all codes as Markdown")
 
 
 def execute(arguments: argparse.Namespace) -> int:
     """Print the explanations of the given codes, or a list of all codes; return 0.
 
     Raises:
-        UsageError: a code does not exist, or codes are given together with `--markdown`.
+        UsageError: a code does not exist.
     """
     codes = list(dict.fromkeys(code.upper() for code in arguments.codes))
-    if codes and arguments.markdown:
-        raise UsageError("--markdown prints all codes; leave out CODE or --markdown")
     for code in codes:
         if code not in CODES:
             raise UsageError(f"{unknown('code', code, CODES)}\n  `graphrun explain` lists all codes")
-    if arguments.markdown:
-        print(reference(), end="")
-    elif codes:
+    if codes:
         print("\n\n\n".join("\n\n".join(_parts(code)) for code in codes))
     else:
-        lists = (f"{title}\n" + "\n".join(f"  {code}  {CODES[code]}" for code in codes) for title, codes in groups())
+        lists = (
+            f"{_painted(title, '1')}\n" + "\n".join(f"  {code}  {CODES[code]}" for code in codes)
+            for title, codes in groups()
+        )
         print("\n\n".join(lists))
     return 0
 
@@ -90,33 +79,16 @@ def explanation(code: str) -> str:
     return (FOLDER / f"{code}.md").read_text("utf-8").strip()
 
 
-def reference() -> str:
-    """Return the explanations of all codes as one page of Markdown, with a list of the codes at the top."""
-    text = [INTRODUCTION]
-    text += [f"**{title}**\n\n" + "\n".join(f"- {_link(code)}" for code in codes) for title, codes in groups()]
-    for title, codes in groups():
-        text.append(f"## {title}")
-        for code in codes:
-            body = _RELATED.sub(lambda line: f"- {_link(line[1])}", explanation(code))
-            text += [f"### {_heading(code)}", re.sub(r"^## (.*)$", r"**\1**", body, flags=re.MULTILINE)]
-    return "\n\n".join(text) + "\n"
-
-
-def _heading(code: str) -> str:
+def heading(code: str) -> str:
+    """Return a code with its title."""
     return f"{code}: {CODES[code]}"
-
-
-def _link(code: str) -> str:
-    """Return a link to the heading of a code on the reference page."""
-    anchor = re.sub(r"[^\w -]", "", _heading(code)).lower().replace(" ", "-")
-    return f"[{_heading(code)}](#{anchor})"
 
 
 def _parts(code: str) -> Iterator[str]:
     """Yield title, paragraphs, headings and indented blocks of an explanation, for the terminal."""
     finding = Finding(code, CODES[code])
     yield coloured(finding, finding.render()) if terminal.uses_colours(sys.stdout) else finding.render()
-    text = _RELATED.sub(lambda line: f"- {_heading(line[1])}", explanation(code))
+    text = RELATED.sub(lambda line: f"- {heading(line[1])}", explanation(code))
     for number, part in enumerate(_BLOCK.split(text)):
         if number % 2:
             yield _block(part)

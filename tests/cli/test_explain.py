@@ -10,10 +10,11 @@ from pathlib import Path
 
 import pytest
 
-from graphengine.cli.explain import FOLDER, explanation, groups, reference
+from graphengine.cli.explain import FOLDER, RELATED, explanation, groups
 from graphengine.format.diagnostics import CODES, Finding
 from graphengine.sandbox.borders import BORDERS
 from tests.cli.harness import ROOT, Graphrun, Result, live, process
+from tests.docs.generate import diagnostics
 
 RECORDINGS = Path(__file__).parent / "recordings"
 WITHOUT_EDIT = {"G101", "N104", "N302", "W109", "W206", "W301"}
@@ -113,7 +114,7 @@ def test_an_explanation_names_only_codes_that_exist_and_fits_80_columns(graphrun
     result = graphrun("explain", code, code=0, err="")
     assert result.lines[0] == Finding(code, CODES[code]).render()
     assert [line for line in result.lines if len(line) > 80] == []
-    related = re.findall(r"^- ([GSWN]\d{3})$", explanation(code), re.MULTILINE)
+    related = RELATED.findall(explanation(code))
     assert related
     assert code not in related
     assert result.lines[-len(related) :] == [f"- {other}: {CODES[other]}" for other in related]
@@ -163,18 +164,11 @@ def test_check_names_the_command_that_explains_the_gravest_finding(
         assert "graphrun explain" not in graphrun("check", "broken.yaml", "--format", form).out
 
 
-def test_the_page_of_all_codes_is_the_one_in_the_documentation(graphrun: Graphrun) -> None:
-    page = (ROOT / "docs/reference/diagnostics.md").read_text(encoding="utf-8")
-    assert page == reference(), "run: graphrun explain --markdown > docs/reference/diagnostics.md"
-    graphrun("explain", "--markdown", code=0, out=page, err="")
-    graphrun("explain", "G204", "--markdown", code=2, out="")
-
-
-def test_links_of_the_page_lead_to_its_headings() -> None:
-    page = reference()
-    headings = {
-        re.sub(r"[^\w -]", "", line[4:].lower()).replace(" ", "-") for line in page.splitlines() if line[:4] == "### "
-    }
-    links = set(re.findall(r"\]\(#([^)]+)\)", page))
-    assert len(headings) == len(CODES)
-    assert links == headings
+def test_the_page_in_the_documentation_has_all_explanations_and_its_links_lead_to_them() -> None:
+    ((name, page),) = diagnostics.pages()
+    kept = (ROOT / "docs/reference" / name).read_text(encoding="utf-8")
+    assert kept == f"<!-- Written by `python -m tests.docs.generate`. -->\n\n{page}"
+    headings = [line[4:] for line in page.splitlines() if line.startswith("### ")]
+    assert headings == [f"{code}: {CODES[code]}" for _, codes in groups() for code in codes]
+    anchors = {re.sub(r"[^\w -]", "", heading.lower()).replace(" ", "-") for heading in headings}
+    assert set(re.findall(r"\]\(#([^)]+)\)", page)) == anchors
