@@ -55,6 +55,15 @@ def test_a_scene_file_names_a_description_too(project: Project) -> None:
     assert loaded.simulation.articulation(loaded.stage.find("/bot")).joint_names == ("arm_joint",)
 
 
+def test_a_note_says_that_a_description_has_no_joint_that_moves(project: Project) -> None:
+    project.write("scene.yaml", "scene: test\nworld: world.xml\nrobots:\n  box: {use: box.urdf}\n").write(
+        "box.urdf", BOX
+    )
+    _, findings = project.load_with_findings()
+    (note,) = (finding for finding in findings.items if finding.code == "N104")
+    assert note.message == "the description, used without a robot file, has no joint that moves"
+
+
 def test_a_xacro_file_is_expanded(project: Project) -> None:
     text = BOX.replace('<robot name="crate">', '<robot name="crate" xmlns:xacro="http://www.ros.org/wiki/xacro">')
     loaded = project.write("box.urdf.xacro", text.replace('value="3"', 'value="${1 + 2}"')).load()
