@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from graphengine.api.topics import Publication, Subscription
 from graphengine.format.diagnostics import Finding
+from graphengine.format.distribution import install_command
 from graphengine.format.errors import UsageError
 from graphengine.messages.names import join_namespaces
 from graphengine.scene.hot_reload import scene_of
@@ -84,7 +85,7 @@ def check_packages() -> None:
     """Raise UsageError if the extra `view` is not installed."""
     missing = missing_packages()
     if missing:
-        raise UsageError(f"the web page needs {' and '.join(missing)}\n  pip install 'graphengine[view]'")
+        raise UsageError(f"the web page needs {' and '.join(missing)}\n  {install_command('view')}")
 
 
 def open_page(

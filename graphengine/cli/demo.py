@@ -8,6 +8,7 @@ from pathlib import Path
 
 from graphengine.cli import run
 from graphengine.cli.quantities import duration, whole
+from graphengine.format.distribution import install_command
 from graphengine.format.files import near, shipped
 from graphengine.format.wording import quoted
 
@@ -22,7 +23,7 @@ which its lidar sees. Ctrl-C ends the run. Try in another terminal:
 To change its graph, copy it, change a number, and `graphrun run` your copy:
   cp {graph} .
 """
-WITHOUT_PAGE = "To see it in a browser: pip install 'graphengine[view]'\n"
+WITHOUT_PAGE = f"To see it in a browser: {install_command('view')}\n"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from graphengine.cli.common import clean, explain
+from graphengine.format.distribution import install_command
 from graphengine.format.errors import CheckError, GraphError, RecordingError, UsageError
 
 if TYPE_CHECKING:
@@ -171,7 +172,7 @@ def _rays(rays: RaysChoice, recording: Path) -> RaysChoice:
     if rays == "fast" and find_spec("numba") is None:
         raise UsageError(
             f"{recording}: the run cast the rays of lidars with --rays fast, which needs numba\n"
-            "  pip install 'graphengine[fast]'\n"
+            f"  {install_command('fast')}\n"
             "  or give --rays mujoco: the distances then agree to a nanometre, but not in every bit"
         )
     return rays

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from graphengine.drawing import routing
 from graphengine.drawing.geometry import GAP, Arrangement, LayoutBox, LayoutLink, Point, Route, ends, simplified
+from graphengine.format.distribution import install_command
 from graphengine.format.errors import UsageError
 
 _LOOP = 10.0
@@ -48,7 +49,7 @@ def arrange(boxes: Sequence[LayoutBox], links: Sequence[LayoutLink]) -> Arrangem
     try:
         import graphlay
     except ImportError:
-        raise UsageError("pictures of graphs need graphlay\n  pip install 'graphengine[draw]'") from None
+        raise UsageError(f"pictures of graphs need graphlay\n  {install_command('draw')}") from None
     if not boxes:
         return Arrangement((), ())
     loops = [0] * len(boxes)

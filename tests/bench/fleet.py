@@ -13,6 +13,7 @@ import tempfile
 import time
 from pathlib import Path
 
+from graphengine.format.distribution import install_command
 from graphengine.messages import messages
 from graphengine.messages.endpoints import QoS
 from graphengine.physics.sensors.rays import RaysChoice
@@ -63,7 +64,7 @@ def main() -> None:
     seconds = float(sys.argv[1]) if len(sys.argv) > 1 else 10.0
     ways: list[RaysChoice] = ["mujoco"] if importlib.util.find_spec("numba") is None else ["fast", "mujoco"]
     if len(ways) == 1:
-        print("numba is not installed: pip install graphengine[fast]")
+        print(f"numba is not installed: {install_command('fast')}")
     with tempfile.TemporaryDirectory() as folder:
         for rays in ways:
             alone = 0.0

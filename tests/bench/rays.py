@@ -19,6 +19,7 @@ from pathlib import Path
 import numpy as np
 
 from graphengine.devices.lidar import beam_directions
+from graphengine.format.distribution import install_command
 from graphengine.physics.sensors.lidar import RayLidar
 from graphengine.physics.sensors.rays import Caster, RaysChoice, select_rays
 from graphengine.physics.simulation import Simulation
@@ -138,7 +139,7 @@ def main() -> None:
     rounds = int(sys.argv[1]) if len(sys.argv) > 1 else 5
     ways: list[RaysChoice] = ["mujoco"]
     if importlib.util.find_spec("numba") is None:
-        print("numba is not installed: pip install 'graphengine[fast]'")
+        print(f"numba is not installed: {install_command('fast')}")
     else:
         ways.append("fast")
     one_lidar(ways, rounds)

@@ -196,7 +196,7 @@ def test_without_the_layout_library_it_is_told_how_to_get_it(
 ) -> None:
     monkeypatch.setitem(sys.modules, "graphlay", None)
     result = graphrun("show", "mine.yaml", "--svg", "out.svg", code=2)
-    assert "pip install 'graphengine[draw]'" in result.err
+    assert "pip install '.[draw]'" in result.err
 
 
 def test_a_graph_that_is_too_large_to_be_drawn_is_told(graphrun: Graphrun, project: Path) -> None:

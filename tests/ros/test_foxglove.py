@@ -465,7 +465,7 @@ def test_without_the_sdk_the_error_says_what_to_install(monkeypatch: pytest.Monk
     monkeypatch.delitem(sys.modules, "graphengine.ros.foxglove.foxglove_server")
     monkeypatch.setitem(sys.modules, "foxglove", None)
     with pytest.raises(
-        TransportError, match=r"Foxglove needs foxglove-sdk and websockets: .*\n  pip install 'graphengine\[foxglove\]'"
+        TransportError, match=r"Foxglove needs foxglove-sdk and websockets: .*\n  pip install '\.\[foxglove\]'"
     ):
         open_server(("127.0.0.1", 0), "test", DEFINITIONS)
 

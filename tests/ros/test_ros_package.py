@@ -82,7 +82,7 @@ def test_without_the_engine_the_error_says_what_to_do(other: str, monkeypatch: p
     assert "graphengine is not found; looked in GRAPHENGINE_PYTHON, VIRTUAL_ENV, graphrun on the PATH" in str(
         raised.value
     )
-    assert "pip install graphengine" in str(raised.value)
+    assert "~/graphengine/bin/pip install .    # in a checkout" in str(raised.value)
     assert "break-system-packages" not in str(raised.value)
 
 

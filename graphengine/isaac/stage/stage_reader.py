@@ -13,6 +13,7 @@ import yaml
 
 from graphengine.compiler.registry import Registry
 from graphengine.format.diagnostics import Findings, Span
+from graphengine.format.distribution import install_command
 from graphengine.format.errors import UsageError
 from graphengine.format.files import Files
 from graphengine.isaac.recorded_graph import NAMESPACE, RecordedGraph, carried
@@ -103,7 +104,7 @@ def _check_usage(path: Path) -> None:
     if path.suffix not in SUFFIXES:
         raise UsageError(f"{path}: not a .usd, .usda or .usdc file")
     if importlib.util.find_spec("pxr") is None:
-        raise UsageError("reading stages needs usd-core\n  pip install 'graphengine[usd]'")
+        raise UsageError(f"reading stages needs usd-core\n  {install_command('usd')}")
 
 
 def _tell_failure(failure: str, spans: PrimSpans, findings: Findings) -> None:

@@ -12,6 +12,7 @@ from typing import Literal, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from graphengine.format.distribution import install_command
 from graphengine.format.errors import UsageError
 from graphengine.physics.engine import RAYS, RAYS_AND_PICTURES, Floats, Indices, mujoco
 
@@ -76,7 +77,7 @@ def _obstacle(model: mujoco.MjModel) -> str:
     try:
         from graphengine.physics.sensors.fast.rays import trouble, why_not  # numba takes 0.4 s to import
     except Exception as error:  # numba is not there, or one of its libraries does not fit
-        return f"rays 'fast' need numba: {error}\n  pip install 'graphengine[fast]'"
+        return f"rays 'fast' need numba: {error}\n  {install_command('fast')}"
     if why := trouble():
         return f"rays 'fast' cannot be cast here: {why}\n  use rays 'mujoco' instead"
     if unknown := why_not(model):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from graphengine.format.distribution import install_command
 from graphengine.format.errors import TransportError
 from graphengine.messages.definitions import Definitions
 
@@ -30,6 +31,6 @@ def open_server(address: Address, name: str, definitions: Definitions, *, publis
         from graphengine.ros.foxglove.foxglove_server import FoxgloveServer
     except ImportError as error:
         raise TransportError(
-            f"Foxglove needs foxglove-sdk and websockets: {error}\n  pip install 'graphengine[foxglove]'"
+            f"Foxglove needs foxglove-sdk and websockets: {error}\n  {install_command('foxglove')}"
         ) from None
     return FoxgloveServer(address, name, definitions, publish=publish)

@@ -14,7 +14,7 @@ _HAS_ENGINE = "import importlib.util, sys; sys.exit(importlib.util.find_spec('gr
 _TIMEOUT = 30.0
 """Maximum time in which a Python interpreter has to answer, s."""
 REMEDY = f"""install graphengine in a virtual environment, and name that:
-  python3 -m venv ~/graphengine && ~/graphengine/bin/pip install graphengine
+  python3 -m venv ~/graphengine && ~/graphengine/bin/pip install .    # in a checkout of graphengine
   export {VARIABLE}=~/graphengine/bin/python        or the launch argument python:=~/graphengine/bin/python"""
 
 

@@ -308,7 +308,7 @@ def test_without_numba_mujocos_are_used_and_ours_on_request_are_an_error(monkeyp
     monkeypatch.setitem(sys.modules, "numba", None)
     world = world_of("<mujoco/>")
     assert select_rays("auto", *world).name == "mujoco"
-    with pytest.raises(UsageError, match=r"need numba.*\n.*pip install 'graphengine\[fast\]'"):
+    with pytest.raises(UsageError, match=r"need numba.*\n.*pip install '\.\[fast\]'"):
         select_rays("fast", *world)
 
 

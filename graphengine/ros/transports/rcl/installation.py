@@ -9,6 +9,8 @@ import sys
 from collections.abc import Iterator
 from pathlib import Path
 
+from graphengine.format.distribution import install_command
+
 _BOOTSTRAPPER = "ros_wheels_bootstrapper"
 """Module beside the wheels of ROS 2 on PyPI; it sets LD_LIBRARY_PATH at each start of Python."""
 _DEFAULT_RMW = "rmw_fastrtps_cpp"
@@ -31,7 +33,7 @@ def is_from_wheels() -> bool:
 def _obstacles() -> Iterator[str]:
     folders = folders_of("rclpy")
     if not folders:
-        extra = ", or pip install 'graphengine[ros]'" if _has_wheels() else ""
+        extra = f", or {install_command('ros')}" if _has_wheels() else ""
         yield f"no ROS 2 is sourced\nsource a ROS 2 installation{extra}"
         return
     built = [file.name.partition(".")[2] for folder in folders for file in sorted(folder.glob(f"{_NATIVE}.*"))]
