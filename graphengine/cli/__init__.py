@@ -46,6 +46,7 @@ VERBS = {
     "nav2": "drive the robots of a scene with Nav2: write Nav2's files, send goals and measure how well robots reach them",
     "teleop": "drive a robot from the keyboard",
     "nodes": "list or search node types, or print the ports of one",
+    "doctor": "check this installation, this machine and its network for problems, and print a remedy for each",
     "completion": "print the script for tab completion of graphrun in bash, zsh or fish",
     "schema": "print the JSON Schema of graph, scene or robot files, for editors",
 }
@@ -98,19 +99,25 @@ class Parser(argparse.ArgumentParser):
 
 
 class Version(argparse.Action):
-    """The option `--version`. With `--verbose`, it also prints the kernel's sandbox features and the usable transports."""
+    """The option `--version`. With `--verbose`, it also prints sandbox features, transports and a damaged installation."""
 
     def __call__(self, parser: argparse.ArgumentParser, *_: object) -> NoReturn:
         """Print the version; if `--verbose` is given, also what this machine offers; exit with code 0."""
         print(f"graphrun {__version__}")
         if parser.get_default("verbose"):
             from graphengine.cli.common import clean
+            from graphengine.format.installed_files import conflicts
             from graphengine.ros.transports.select import transport_states
             from graphengine.sandbox.borders import describe
 
             print(f"confinement: {describe()}")
             for name, state in transport_states().items():
                 print(f"transport {name}:", clean(state.replace("\n", "\n  ")))
+            found, remedies = conflicts()
+            for conflict in found:
+                print("installation:", clean(conflict))
+            for remedy in remedies:
+                print(f"  {remedy}")
         parser.exit()
 
 

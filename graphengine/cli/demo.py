@@ -23,7 +23,6 @@ which its lidar sees. Ctrl-C ends the run. Try in another terminal:
 To change its graph, copy it, change a number, and `graphrun run` your copy:
   cp {graph} .
 """
-WITHOUT_PAGE = f"To see it in a browser: {install_command('view')}\n"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -49,7 +48,7 @@ def execute(arguments: argparse.Namespace) -> int:
     missing = missing_packages()
     given.view = not (arguments.no_view or missing)
     introduction = INTRODUCTION.format(graph=quoted(near(str(folder / GRAPH))))
-    print(
-        introduction + (WITHOUT_PAGE if missing and not arguments.no_view else ""), end="", file=sys.stderr, flush=True
-    )
+    if missing and not arguments.no_view:
+        introduction += f"To see it in a browser: {install_command('view')}\n"
+    print(introduction, end="", file=sys.stderr, flush=True)
     return run.execute(given)

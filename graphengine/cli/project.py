@@ -11,6 +11,7 @@ from graphengine.cli.common import clean
 from graphengine.cli.project_skills import DRIVE, Skill, commanded, is_arm, skills_of, test_file, usage
 from graphengine.devices.rotation import Vector3
 from graphengine.format.atomic_write import write_together
+from graphengine.format.distribution import requirement
 from graphengine.format.files import near, shipped
 from graphengine.format.version import __version__
 from graphengine.format.wording import quoted
@@ -78,8 +79,11 @@ graphs:
 README = """\
 # {name}
 
-This project simulates {source} with graphengine {version}. Install graphengine with
-`pip install -r requirements.txt`. Then run these commands in this folder:
+This project simulates {source} with graphengine {version}. Install graphengine and pytest:
+
+{installation}
+
+Then run these commands in this folder:
 
 {commands}
 
@@ -183,8 +187,12 @@ class Project:
         scene = SCENE.format(name=self.name, key=scalar(self.name), world=world.file, settle=settle, x=x, y=y, z=z)
         self._add(self.folder / f"{self.name}.yaml", scene)
         self._add(self.folder / "test_robot.py", test_file(self.name, skills))
-        self._add(self.folder / "requirements.txt", f"graphengine[view]=={__version__}\npytest\n")
+        needed = requirement("view")
+        self._add(self.folder / "requirements.txt", f"{needed}\npytest\n")
         commands = usage(self.name, skills)
-        readme = README.format(name=self.name, source=source, version=__version__, commands=commands)
+        by_hand = [needed.removeprefix("# ")] if needed.startswith("#") else []
+        installation = "\n".join(f"    {command}" for command in (*by_hand, "pip install -r requirements.txt"))
+        texts = {"source": source, "version": __version__, "installation": installation, "commands": commands}
+        readme = README.format(name=self.name, **texts)
         examples = [EXAMPLE.format(command=skill.example) for skill in skills if skill.example]
         self._add(self.folder / "README.md", "\n".join([readme, *examples, more]).rstrip("\n") + "\n")

@@ -12,8 +12,10 @@ import pytest
 import yaml
 
 import graphengine as ge
+from graphengine.format import distribution
 from tests.cli.harness import Graphrun
 from tests.cli.test_import_urdf import TETRAHEDRON, URDF
+from tests.instructions import by_name
 from tests.physics.importing.imported_arms import PLATE, arm, bolted
 from tests.physics.importing.imported_bases import DIFFERENTIAL, description
 from tests.physics.mjcf_models import ARM
@@ -88,6 +90,22 @@ def test_a_project_from_a_description_holds_all_its_files(graphrun: Graphrun, wo
     assert not graphrun("check", "elsewhere/cart/cart.yaml", code=0).out.startswith("error")
     with ge.load("elsewhere/cart/cart.yaml").session() as sim:
         assert sim.robots["cart"].pose.position[2] > -1.0
+
+
+@pytest.mark.parametrize("ours", [False, True])
+def test_a_project_pins_the_distribution_by_name_only_if_the_name_is_ours(
+    graphrun: Graphrun, workspace: Path, monkeypatch: pytest.MonkeyPatch, ours: bool
+) -> None:
+    monkeypatch.setattr(distribution, "ON_PYPI", ours)
+    graphrun("new", "cart", code=0)
+    pinned = f"graphrun[view]=={ge.__version__}"
+    texts = {path: Path("cart", path).read_text() for path in files(workspace / "cart")}
+    assert {path for path, text in texts.items() if by_name(text)} == ({"requirements.txt"} if ours else set())
+    first, second = texts["requirements.txt"].splitlines()
+    assert (first == pinned, second) == (ours, "pytest")
+    by_hand = "    pip install '/path/to/graphengine[view]'    # a checkout of version"
+    assert (by_hand in texts["README.md"]) == (not ours)
+    assert "\n    pip install -r requirements.txt\n" in texts["README.md"]
 
 
 def test_the_robot_stands_where_the_world_has_room(graphrun: Graphrun, workspace: Path) -> None:

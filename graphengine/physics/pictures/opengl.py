@@ -22,10 +22,11 @@ ADDRESS_SPACE = 1_100_000_000
 """Address space that Mesa's software renderer needs, bytes; with less, it fails without a reason or crashes."""
 _Handle, _Unsigned, _Integer = ctypes.c_void_p, ctypes.c_uint, ctypes.c_int32
 _RENDERER, _VERSION = 0x1F01, 0x1F02
-_INSTALL = (
+INSTALL = (
     "on Debian and Ubuntu: apt-get install libegl1 libgl1-mesa-dri libopengl0",
     "or, where there is no EGL: apt-get install libosmesa6",
 )
+"""Remedies for a machine on which off-screen OpenGL does not work."""
 
 
 def context() -> AbstractContextManager[None]:
@@ -80,7 +81,7 @@ def _platform() -> tuple[_Egl | _OSMesa, int]:
             return platform(), os.getpid()
         except (OSError, AttributeError, _UnusableError) as error:  # not there, too old, or broken
             failures.append(f"{name}: {error}")
-    raise RenderError("\n".join(("rendering images needs OpenGL, which does not work here", *failures, *_INSTALL)))
+    raise RenderError("\n".join(("rendering images needs OpenGL, which does not work here", *failures, *INSTALL)))
 
 
 def _function(library: ctypes.CDLL, name: str, result: Any, *arguments: Any) -> Any:
