@@ -7,8 +7,6 @@ import importlib.util
 import json
 import os
 import platform
-import socket
-import struct
 import textwrap
 from collections.abc import Callable
 from dataclasses import asdict, dataclass
@@ -21,12 +19,6 @@ from graphengine.format.version import __version__
 _WIDTH = 80
 """Maximum length of printed lines."""
 _INDENT, _ARROW = " " * 9, "      -> "
-_FIRST_PORT, _PORTS_OF_A_DOMAIN, _FIRST_OF_A_PROCESS = 7400, 250, 10
-"""RTPS: first UDP port of domain 0, distance between domains, and offset of the first pair of ports of a process."""
-_PROCESSES = 33
-"""Maximum number of processes of a domain on a machine: those of embedded DDS have the indices 0 to 32."""
-_GROUP = "239.255.0.1"
-"""Multicast group in which DDS discovers participants."""
 _BUFFER = 4_194_304
 """Recommended receive buffer of sockets, bytes: docs/reference/large_messages.md."""
 _READERS = {"net.core.rmem_max": "Cyclone DDS", "net.core.rmem_default": "Fast DDS without a profile"}
@@ -168,29 +160,43 @@ def _sandbox() -> Diagnosis:
 def _ros() -> Diagnosis:
     from graphengine.ros.transports import dds
     from graphengine.ros.transports.rcl import installation
+
+    rmw, distro = (os.environ.get(name, "") for name in ("RMW_IMPLEMENTATION", "ROS_DISTRO"))
+    setting = f"RMW_IMPLEMENTATION is {rmw or 'not set'}"
+    no_rclpy, no_dds = ((why or "").splitlines() for why in (installation.missing(), dds.TRANSPORT.missing()))
+    if no_rclpy and no_dds:
+        meaning = "Runs reach no other programs; they work with --transport memory."
+        remedy = (*no_rclpy[1:], *no_dds[1:])
+        return Diagnosis("problem", f"{no_rclpy[0]}; no embedded DDS: {no_dds[0]}", meaning, remedy)
+    if no_rclpy:
+        return _embedded_dds(no_rclpy, rmw, setting)
+    if not installation.is_from_wheels():
+        return Diagnosis("ok", f"rclpy of ROS 2 {distro}; {setting}")
+    found = f"rclpy is that of PyPI; {setting}"
+    if no_dds:
+        meaning = f"Runs need the option --transport rclpy, as there is no embedded DDS: {no_dds[0]}."
+        return Diagnosis("note", found, meaning, tuple(no_dds[1:]))
+    return Diagnosis("ok", f"{found}; runs use embedded DDS, or rclpy with --transport rclpy")
+
+
+def _embedded_dds(no_rclpy: list[str], rmw: str, setting: str) -> Diagnosis:
+    """Return the diagnosis for a machine on which runs use embedded DDS, with the reason why rclpy cannot be used."""
+    from graphengine.ros.transports.rcl import installation
     from graphengine.ros.transports.vendors import CYCLONE_RMW
 
-    rmw = os.environ.get("RMW_IMPLEMENTATION", "")
-    found = f"RMW_IMPLEMENTATION is {rmw or 'not set'}"
-    without_rclpy, without_dds = installation.missing(), dds.TRANSPORT.missing()
-    if without_rclpy is None:
-        wheels = "rclpy is that of PyPI, which runs use with --transport rclpy"
-        distro = os.environ.get("ROS_DISTRO", "")
-        return Diagnosis("ok", f"{wheels if installation.is_from_wheels() else f'rclpy of ROS 2 {distro}'}; {found}")
-    reason, *remedy = without_rclpy.splitlines()
-    if without_dds is not None:
-        why, *further = without_dds.splitlines()
-        meaning = "Runs reach no other programs; they work with --transport memory."
-        return Diagnosis("problem", f"{reason}; no embedded DDS: {why}", meaning, (*remedy, *further))
+    reason, *remedy = no_rclpy
+    limit = f"Runs use embedded DDS, whose services and actions reach only peers on {CYCLONE_RMW}."
     if installation.folders_of("rclpy"):
-        meaning = f"Runs use embedded DDS, whose services and actions reach only peers on {CYCLONE_RMW}."
-        return Diagnosis("problem", f"rclpy cannot be used: {reason}; {found}", meaning, tuple(remedy))
+        return Diagnosis("problem", f"rclpy cannot be used: {reason}; {setting}", limit, tuple(remedy))
+    if os.environ.get("AMENT_PREFIX_PATH"):
+        found = f"AMENT_PREFIX_PATH is set, but Python finds no rclpy; {setting}"
+        return Diagnosis("note", found, limit, ("source the setup file of ROS 2; it sets PYTHONPATH too",))
     if rmw not in ("", CYCLONE_RMW):
         lost = "topics, services and actions" if "zenoh" in rmw else "services and actions"
         meaning = f"Runs use embedded DDS; its {lost} do not reach peers on {rmw}."
         remedy.insert(0, f"start the peers with RMW_IMPLEMENTATION={CYCLONE_RMW}")
-        return Diagnosis("note", f"{reason}; {found}", meaning, tuple(remedy))
-    return Diagnosis("ok", f"{reason}, so runs use embedded DDS; {found}")
+        return Diagnosis("note", f"{reason}; {setting}", meaning, tuple(remedy))
+    return Diagnosis("ok", f"{reason}, so runs use embedded DDS; {setting}")
 
 
 def _domain() -> Diagnosis:
@@ -209,63 +215,30 @@ def _domain() -> Diagnosis:
 
 
 def _ports() -> Diagnosis:
+    from graphengine.ros import ports
     from graphengine.ros.domain import Domain
 
     try:
         domain = Domain.from_environment(os.environ)
     except TransportError:
         return Diagnosis("note", "not checked", "The domain is not legal.")
-    shared = _FIRST_PORT + _PORTS_OF_A_DOMAIN * domain.id
-    pairs = [shared + _FIRST_OF_A_PROCESS + 2 * index for index in range(_PROCESSES)]
-    free = sum(_can_bind(port) and _can_bind(port + 1) for port in pairs)
-    found = f"domain {domain.id} has UDP ports for {free} more processes of at most {_PROCESSES}, from {pairs[0]} on"
+    shared, pairs = ports.shared_port(domain.id), ports.process_ports(domain.id)
+    free = sum(ports.can_bind(first) and ports.can_bind(second) for first, second in pairs)
+    found = f"domain {domain.id} has UDP ports for {free} more processes of at most {len(pairs)}, from {pairs[0][0]} on"
     another = "set another ROS_DOMAIN_ID, in the environment of all programs of this domain"
-    if not _can_bind(shared, reuse=True):
+    if not ports.can_bind(shared, reuse=True):
         found = f"UDP port {shared} of domain {domain.id} is taken by a program that does not share it"
         return Diagnosis("problem", found, "Runs cannot join the domain.", (another,))
     if not free:
         return Diagnosis("problem", found, "Runs cannot join the domain.", ("end other programs", another))
-    if ephemeral := _ephemeral_ports(shared, pairs[-1] + 1):
+    if ephemeral := ports.ephemeral_ports(shared, pairs[-1][1]):
         meaning = f"Linux may give these ports to any program, as it does with all ports from {ephemeral}."
         return Diagnosis("note", found, meaning, ("use a domain from 0 to 101",))
-    if domain.discovery_range == "SUBNET" and not _has_multicast():
+    if domain.discovery_range == "SUBNET" and not ports.has_multicast():
         remedy = "bring up a network interface with multicast, or name the other machines in ROS_STATIC_PEERS"
         meaning = "Runs do not discover programs on other machines."
         return Diagnosis("note", f"{found}; no network interface has multicast", meaning, (remedy,))
     return Diagnosis("ok", found + ("; multicast works" if domain.discovery_range == "SUBNET" else ""))
-
-
-def _can_bind(port: int, *, reuse: bool = False) -> bool:
-    """Return whether a UDP port can be bound; with `reuse`, as DDS binds the port on which all processes listen."""
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as bound:
-        if reuse:
-            bound.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-            bound.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEPORT, 1)
-        try:
-            bound.bind(("", port))
-        except OSError:
-            return False
-    return True
-
-
-def _has_multicast() -> bool:
-    """Return whether a network interface can join DDS's multicast group."""
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as joining:
-        group = struct.pack("=4sI", socket.inet_aton(_GROUP), socket.INADDR_ANY)
-        try:
-            joining.setsockopt(socket.IPPROTO_IP, socket.IP_ADD_MEMBERSHIP, group)
-        except OSError:
-            return False
-    return True
-
-
-def _ephemeral_ports(first: int, last: int) -> str:
-    """Return Linux's range of ephemeral ports if it overlaps with a range of ports; else an empty text."""
-    try:
-        low, high = map(int, Path("/proc/sys/net/ipv4/ip_local_port_range").read_text("ascii").split())
-    except (OSError, ValueError):
-        return ""
-    return f"{low} to {high}" if low <= last and first <= high else ""
 
 
 def _buffers() -> Diagnosis:

@@ -35,7 +35,8 @@ def look(name: str) -> Diagnosis:
 def embedded(monkeypatch: pytest.MonkeyPatch) -> None:
     """No rclpy on this machine, and no variable that chooses an RMW."""
     monkeypatch.setattr(installation, "folders_of", lambda package: [])
-    monkeypatch.delenv("RMW_IMPLEMENTATION", raising=False)
+    for name in ("RMW_IMPLEMENTATION", "AMENT_PREFIX_PATH"):
+        monkeypatch.delenv(name, raising=False)
 
 
 # The whole
@@ -166,6 +167,28 @@ def test_peers_on_another_rmw_are_a_note(rmw: str, lost: str, monkeypatch: pytes
     assert found.state == "note"
     assert lost in found.meaning
     assert found.remedy[0] == "start the peers with RMW_IMPLEMENTATION=rmw_cyclonedds_cpp"
+
+
+@pytest.mark.usefixtures("embedded")
+def test_a_ros_2_that_is_sourced_only_in_part_is_a_note(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("AMENT_PREFIX_PATH", "/opt/ros/jazzy")
+    found = look("ros")
+    assert found.state == "note"
+    assert found.found == "AMENT_PREFIX_PATH is set, but Python finds no rclpy; RMW_IMPLEMENTATION is not set"
+
+
+@pytest.mark.parametrize(("without_dds", "state"), [(False, "ok"), (True, "note")])
+def test_the_rclpy_of_pypi_is_named_and_needed_without_embedded_dds(
+    without_dds: bool, state: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(installation, "missing", lambda: None)
+    monkeypatch.setattr(installation, "is_from_wheels", lambda: True)
+    if without_dds:
+        monkeypatch.setitem(sys.modules, "cyclonedds", None)
+    found = look("ros")
+    assert found.state == state
+    assert found.found.startswith("rclpy is that of PyPI; ")
+    assert "--transport rclpy" in (found.meaning or found.found)
 
 
 def test_an_rclpy_that_cannot_be_loaded_is_a_problem(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -25,8 +25,7 @@ def installation(environment: Environment) -> dict[str, Any]:
 
 def test_a_package_of_a_stranger_is_noticed_and_the_two_commands_repair_it(tmp_path: Path) -> None:
     wheel, environment = own_wheel(tmp_path), Environment(tmp_path / "venv")
-    with zipfile.ZipFile(wheel) as content:
-        content.extractall(environment.site)
+    put(wheel, environment.site)
     clean = environment.graphrun("--version", "--verbose").stdout
     assert clean.startswith("graphrun ")
     assert "installation:" not in clean
@@ -44,7 +43,7 @@ def test_a_package_of_a_stranger_is_noticed_and_the_two_commands_repair_it(tmp_p
 
     environment.pip(*shlex.split(uninstall)[1:])
     assert shlex.split(install, comments=True) == ["pip", "install", "."]
-    environment.pip("install", wheel)
+    put(wheel, environment.site)  # what pip does, which here would also build the wheel
     assert environment.graphrun("--version", "--verbose").stdout == clean
 
 
