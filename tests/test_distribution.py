@@ -26,7 +26,7 @@ FRONT = ["README.md", "docs/start/install.md", "ros/graphengine_ros/graphengine_
 
 def shipped() -> list[Path]:
     """Texts of the repository that users get, without the tests."""
-    folders = [path for path in ROOT.iterdir() if path.is_dir() and path.name not in ("tests", "build", "dist")]
+    folders = [path for path in ROOT.iterdir() if path.is_dir() and path.name not in ("tests", "build", "dist", "site")]
     seen = [path for folder in folders if folder.name[0] != "." for path in folder.rglob("*")]
     seen += [*ROOT.iterdir(), *(ROOT / ".github").rglob("*")]
     found = [path for path in seen if path.is_file() and path.suffix in KINDS and path.name != HISTORY]

@@ -25,7 +25,7 @@ def conflicts() -> tuple[list[str], list[str]]:
     if other is not None:
         ours = other.entry_points.select(group="console_scripts", name=NAME)
         whose = f"the old name of {NAME}" if ours else f"another project with a package {PACKAGE}"
-        found.append(f"the distribution {PACKAGE} {other.version} is installed: {whose}")
+        found.append(f"the distribution {PACKAGE} {other.version} in {other.locate_file('')}: {whose}")
     foreign, damaged = _unlike(own) if own else ([], [])
     if foreign:
         found.append(f"files that are not of {NAME}: {_listing(foreign)}")

@@ -35,7 +35,10 @@ def test_a_package_of_a_stranger_is_noticed_and_the_two_commands_repair_it(tmp_p
     assert damaged["state"] == "problem"
     told = environment.graphrun("--version", "--verbose").stdout
     for text in (damaged["found"], told):
-        assert "the distribution graphengine 0.0.1 is installed: another project with a package graphengine" in text
+        assert (
+            f"the distribution graphengine 0.0.1 in {environment.site}: another project with a package graphengine"
+            in text
+        )
         assert f"files that are not of graphrun: {environment.site}/graphengine/engine.py" in text
         assert f"files of graphrun that were changed or removed: {environment.site}/graphengine/__init__.py" in text
     uninstall, install = damaged["remedy"]
@@ -66,7 +69,7 @@ def test_the_same_package_under_its_old_name_is_noticed(site: Path, tmp_path: Pa
     put(make_wheel(tmp_path, "graphengine", "0.1.0", {**OWN, "graphengine/gone.py": b""}, SCRIPT), site)
     found, remedies = conflicts()
     assert found == [
-        "the distribution graphengine 0.1.0 is installed: the old name of graphrun",
+        f"the distribution graphengine 0.1.0 in {site}: the old name of graphrun",
         f"files that are not of graphrun: {site}/graphengine/gone.py",
     ]
     assert remedies == ["pip uninstall -y graphengine graphrun", "pip install .    # in a checkout of graphengine"]

@@ -40,9 +40,7 @@ def test_without_rclpy_dds_is_chosen_and_says_why(domain: Domain) -> None:
 
 @pytest.mark.usefixtures("without_rclpy")
 def test_rclpy_that_is_asked_for_and_missing_is_an_error(domain: Domain) -> None:
-    with pytest.raises(
-        TransportError, match=r"rclpy cannot be used: no ROS 2 is sourced\nsource a ROS 2 .*graphengine\[ros\]"
-    ):
+    with pytest.raises(TransportError, match=r"rclpy cannot be used: no ROS 2 is sourced\nsource a ROS 2 .*\.\[ros\]"):
         open_transport("rclpy", JoinOptions(domain))
 
 
