@@ -13,7 +13,7 @@ GUIDE = (ROOT / "docs/guide/nav2_in_ten_minutes.md").read_text(encoding="utf-8")
 
 
 def test_the_files_are_those_that_the_guide_lists(tmp_path: Path) -> None:
-    commands = [block for block in blocks(GUIDE, "sh") if block.startswith("graphrun nav2 files dd100")]
+    commands = [block for block in blocks(GUIDE, "sh") if block == "graphrun nav2 files dd100_hall -o nav\n"]
     assert len(commands) == 1
     process(*shlex.split(commands[0])[1:], cwd=tmp_path, code=0)
     listed = re.findall(

@@ -20,7 +20,7 @@ def readme_file(scene: str, robots: Sequence[RobotFacts], *, slam: bool, robot_s
     names = ", ".join(robot.name for robot in robots)
     place = "in the folder of each robot" if len(robots) > 1 else "in this folder"
     other = " `params_file:=FILE` selects another file." if len(robots) == 1 else ""
-    goal = robots[0].topic("goal_pose")
+    goal, mapped = robots[0].topic("goal_pose"), robots[0].topic("map")
     lines = [
         f"# Nav2 for {names} in {scene}",
         "",
@@ -29,7 +29,7 @@ def readme_file(scene: str, robots: Sequence[RobotFacts], *, slam: bool, robot_s
         f'3. In RViz, set a goal with "2D Goal Pose" ({goal}), or run `graphrun nav2 goals "X Y YAW"`.',
         "",
         f"- `nav2_params.yaml` ({place}): the comment at each value names its source.{other}",
-        "- slam_toolbox builds the map while the robot drives; save it with `ros2 run nav2_map_server map_saver_cli -f map`."
+        f"- slam_toolbox builds the map; this saves it: `ros2 run nav2_map_server map_saver_cli -t {mapped} -f map`."
         if slam
         else "- `map.yaml`, `map.pgm`: occupancy map of the obstacles up to the robot's height. `map:=FILE` selects another map.",
         "- `ros2 launch nav2.launch.py --show-args` lists the arguments."
