@@ -163,7 +163,7 @@ def test_slam_has_neither_a_map_nor_amcl() -> None:
     assert "map.yaml" not in files
     assert not {"map_server", "amcl"} & nodes.keys()
     assert nodes["slam_toolbox"]["scan_topic"] == "/dd100_0000/sim_lidar/scan"
-    assert "map_saver_cli -t /dd100_0000/map -f map" in files["README.md"].decode()
+    assert "map_saver_cli -t /dd100_0000/map -f map" in files["README.md"]
     assert nodes["planner_server"]["GridBased"]["allow_unknown"] is True
 
 
