@@ -115,5 +115,6 @@ def test_a_base_is_driven_by_the_commands_of_its_element(tmp_path: Path) -> None
         sim.publish(commands, {"name": wheels, "velocity": [speed, speed]}, every=0.05)
         sim.run(2.0)
         assert [name for name in wheels if f'<joint name="{name}">' not in BASE_XML] == []
+        assert received.latest is not None
         assert list(received.latest.name) == wheels
         assert sim.robots["base"].velocity.linear[0] == pytest.approx(0.5, rel=0.01)
