@@ -1,4 +1,4 @@
-"""Tests the graph `cmd_vel` of a robot; run the tests with `pytest examples/test_cmd_vel.py`."""
+"""Tests the graph `cmd_vel` of a robot. It needs `pip install pytest`; run it with `pytest examples/test_cmd_vel.py`."""
 
 import pytest
 

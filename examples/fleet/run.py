@@ -1,8 +1,6 @@
-"""Runs a fleet of robots with a user-defined node, records the run, and replays the recording.
+"""Runs a fleet of robots with a user-defined node, records the run, and replays the recording."""
 
-Start it with `python examples/fleet/run.py out.mcap`.
-"""
-
+import argparse
 import sys
 from pathlib import Path
 
@@ -32,4 +30,6 @@ def main(recording: str) -> dict[str, float]:
 
 
 if __name__ == "__main__":
-    main(*sys.argv[1:])
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("recording", nargs="?", default="fleet.mcap", help="file to write (default fleet.mcap)")
+    main(parser.parse_args().recording)
