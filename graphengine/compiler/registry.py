@@ -89,12 +89,14 @@ class Registry:
         return None
 
     def suggest(self, name: str, findings: Findings | None = None) -> str:
-        """Return help for an unknown type name: similar names, or the command that lists all, and plugins that failed to import.
+        """Return help for an unknown type name: similar names, or how to find or import it, and plugins that failed to import.
 
         With `findings`, the number of searches for similar names is limited as in `Findings.guess`.
         """
         guess = findings.guess if findings else did_you_mean
-        near = guess(name, [*self.short_names, *self.owners]) or "`graphrun nodes` lists every type"
+        module = name.rpartition(".")[0]
+        own = f"; if it is yours, add `--import {module}`" if module else ""
+        near = guess(name, [*self.short_names, *self.owners]) or f"`graphrun nodes` lists every type{own}"
         missing = [f"{plugin} could not be imported ({problem})" for plugin, problem in self.broken.items()]
         return "; ".join([near, *missing])
 

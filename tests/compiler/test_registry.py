@@ -132,6 +132,7 @@ def test_the_nearest_names_are_suggested() -> None:
     assert suggest("onplaybacktick") == "did you mean 'OnPlaybackTick'?"
     assert suggest("omni.graph.action.OnPlaybakTick") == "did you mean 'omni.graph.action.OnPlaybackTick'?"
     assert suggest("Zzz") == "`graphrun nodes` lists every type"
+    assert suggest("my_nodes.Zzz") == "`graphrun nodes` lists every type; if it is yours, add `--import my_nodes`"
 
 
 # Clashes
@@ -234,7 +235,7 @@ def test_who_misses_a_type_hears_of_the_broken_plugin(monkeypatch: pytest.Monkey
     (finding,) = build.load(path, Options()).findings.items
     assert finding.code == "G201"
     missing = "acme-bad: acme.nodes could not be imported (ImportError: no module named 'torch')"
-    assert finding.help == (f"`graphrun nodes` lists every type; {missing}",)
+    assert finding.help == (f"`graphrun nodes` lists every type; if it is yours, add `--import acme`; {missing}",)
 
 
 def test_a_file_cannot_have_code_imported(tmp_path: Path) -> None:
