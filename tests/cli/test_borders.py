@@ -1,4 +1,4 @@
-"""Strangers' files on kernels with and without the borders that confine them: the table of docs/sandbox.md."""
+"""Strangers' files on kernels with and without the borders that confine them: the table of docs/how/security.md."""
 
 from __future__ import annotations
 
@@ -65,7 +65,7 @@ CELLS = {"runs": 0, "refused, G401": 0, "runs, W206": 1, "runs, one W206": 1}
 
 def table() -> dict[str, dict[str, tuple[str, int]]]:
     """By column and command: what the manual says happens, and the exit code."""
-    lines = (shipped() / "docs" / "sandbox.md").read_text(encoding="utf-8").splitlines()
+    lines = (shipped() / "docs" / "how" / "security.md").read_text(encoding="utf-8").splitlines()
     start = next(number for number, line in enumerate(lines) if line.startswith("| | both |"))
     rows = [[cell.strip() for cell in line.strip("|").split("|")] for line in lines[start : start + 7]]
     found: dict[str, dict[str, tuple[str, int]]] = {name: {} for name in rows[0][1:]}

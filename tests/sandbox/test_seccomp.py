@@ -85,7 +85,7 @@ def by_name() -> dict[str, int]:
 
 def listed(tier: str) -> set[str]:
     """Names of the calls that the manual lists for a tier."""
-    text = (shipped() / "docs" / "sandbox.md").read_text(encoding="utf-8")
+    text = (shipped() / "docs" / "how" / "security.md").read_text(encoding="utf-8")
     (row,) = re.findall(rf"^\| {tier} \| .* \| ([\w, ]+) \|$", text, re.M)
     parts = {kind.lower(): set(names.split()) for kind, names in re.findall(r"^(\w+): `([\w\s]+)`$", text, re.M)}
     return set().union(*(parts[kind] for kind in row.split(", ")))
