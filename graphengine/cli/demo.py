@@ -20,8 +20,9 @@ which its lidar sees. Ctrl-C ends the run. Try in another terminal:
   graphrun topic echo /dd100_0000/odom
   graphrun ctl push dd100 --impulse 0,40,0
   graphrun ctl move pallet_01 -9.2 5
-To change its graph, copy it, change a number, and `graphrun run` your copy:
+To change its graph, copy it, change a number, and run your copy:
   cp {graph} .
+  graphrun run round.yaml --view
 """
 
 

@@ -20,9 +20,9 @@ TRIED = [shlex.split(line)[1:] for line in INTRODUCTION.splitlines() if line.sta
 def test_it_says_what_to_try_and_runs_the_scene(graphrun: Graphrun) -> None:
     said = graphrun("demo", "--for", "1s", *MEMORY, code=0, out="").err.splitlines()
     assert said[0].startswith("A Dingo robot drives through a warehouse")
-    assert max(map(len, said[:9])) <= 80
-    assert said[7] == "  cp graphs/demo/round.yaml ."
-    assert said[8].startswith("demo.yaml: 60 Hz, memory")
+    assert max(map(len, said[:10])) <= 80
+    assert said[7:9] == ["  cp graphs/demo/round.yaml .", "  graphrun run round.yaml --view"]
+    assert said[9].startswith("demo.yaml: 60 Hz, memory")
     assert said[-1].startswith("60 ticks, 1.000 s of simulation")
 
 
@@ -40,7 +40,7 @@ def test_a_copy_of_its_graph_runs_in_the_same_scene(graphrun: Graphrun, project:
 
 
 def test_what_it_says_to_try_works_and_ctrl_c_ends_it(tmp_path: Path) -> None:
-    assert [words[0] for words in TRIED] == ["teleop", "topic", "ctl", "ctl"]
+    assert [words[0] for words in TRIED] == ["teleop", "topic", "ctl", "ctl", "run"]
     own = {"XDG_RUNTIME_DIR": str(tmp_path)}
     with live("demo", *MEMORY, env=own) as run:
         assert run.hear(lambda said: " Hz, " in said)
@@ -48,7 +48,7 @@ def test_what_it_says_to_try_works_and_ctrl_c_ends_it(tmp_path: Path) -> None:
             if words[0] == "ctl":
                 result = process(*words, env=own)
                 assert (result.code, result.err) == (0, ""), words
-            else:  # they need a network
+            else:  # they need a network, or the copy of the graph
                 assert make_parser(words[0]).parse_args(words).verb == words[0]
         assert run.stop(signal.SIGINT) == 0
         assert "s of simulation" in run.said
