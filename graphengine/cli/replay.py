@@ -61,6 +61,8 @@ def _replay(arguments: argparse.Namespace, run: RecordedRun) -> int:
         raise RecordingError(f"{error}\n  before that, {_counted(replay)} are identical") from None
     for pattern in sorted(replay.idle_patterns) if found is None else ():
         run.warn(f"--ignore {pattern}: no message was sent on a matching topic")
+    if found is None and not replay.messages:
+        run.warn("no message was compared, as the run publishes nothing; values of ports are not compared")
     if found is None and recording.cut_off:
         run.warn(f"the run was cut off: the recording ends at t = {recording.times.seconds(replay.ticks):.3f} s")
     print(run.plain(verdict(found, replay)))

@@ -76,6 +76,14 @@ def test_a_drive_is_the_same_byte_by_byte(graphrun: Graphrun, drive: Path) -> No
     graphrun("replay", str(drive), code=0, err="", out="identical: 1302 messages in 300 ticks, 5.000 s\n")
 
 
+def test_a_run_that_publishes_nothing_is_not_silently_identical(graphrun: Graphrun, tmp_path: Path) -> None:
+    path = tmp_path / "out.mcap"
+    graphrun("run", "demo/round", "--for", "100ms", *MEMORY, "--record", str(path), code=0)
+    result = graphrun("replay", str(path), code=0)
+    assert result.out == "identical: 0 messages in 6 ticks, 0.100 s\n"
+    assert "warning: no message was compared, as the run publishes nothing" in result.err
+
+
 def test_what_run_records_is_the_same(graphrun: Graphrun, tmp_path: Path) -> None:
     path = tmp_path / "out.mcap"
     ran = graphrun("run", "dd100_flat", "--for", "1s", "--record", str(path), *MEMORY, code=0, out="")
