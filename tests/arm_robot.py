@@ -21,8 +21,12 @@ _PARTS = (
 )
 
 
-def urdf() -> str:
-    """The description."""
+def urdf(*, shapes: bool = False) -> str:
+    """The description.
+
+    Args:
+        shapes: whether the links have shapes, which cameras see and nothing touches.
+    """
     parts = ['<robot name="arm">', _link("base_link", 4.0, 0.1)]
     parent = "base_link"
     for name, axis, place, mass, length in _PARTS:
@@ -40,7 +44,8 @@ def urdf() -> str:
         _link("right", 0.05, 0.05),
         _joint(FOLLOWER, "prismatic", parent, "right", "0 -1 0", "0 -0.01 0.05", mimic),
     ]
-    return "\n".join([*parts, "</robot>\n"])
+    description = "\n".join([*parts, "</robot>\n"])
+    return _with_shapes(description) if shapes else description
 
 
 def robot_file(start: Mapping[str, float] | None = None) -> str:
@@ -64,6 +69,39 @@ def _link(name: str, mass: float, length: float) -> str:
         f'<link name="{name}"><inertial><origin xyz="0 0 {length / 2}"/><mass value="{mass}"/>'
         f'<inertia ixx="{across}" iyy="{across}" izz="{along}" ixy="0" ixz="0" iyz="0"/></inertial></link>'
     )
+
+
+LIGHT, DARK, ACCENT = "0.85 0.87 0.9 1", "0.18 0.2 0.23 1", "0.95 0.45 0.08 1"
+_ALONG, _ACROSS = "0 0 0", "1.5708 0 0"
+_SHAPES: Mapping[str, tuple[tuple[str, str, str, str], ...]] = {
+    # shape, place of its middle (m), orientation (rad), colour
+    "base_link": (("r.09 l.1", "0 0 .05", _ALONG, DARK),),
+    "shoulder_pan_link": (("r.075 l.1", "0 0 .05", _ALONG, LIGHT),),
+    "shoulder_lift_link": (
+        ("r.07 l.17", "0 0 0", _ACROSS, ACCENT),
+        ("r.05 l.4", "0 0 .2", _ALONG, LIGHT),
+    ),
+    "elbow_link": (("r.06 l.15", "0 0 0", _ACROSS, ACCENT), ("r.042 l.35", "0 0 .175", _ALONG, LIGHT)),
+    "wrist_1_link": (("r.045 l.11", "0 0 0", _ACROSS, ACCENT), ("r.038 l.1", "0 0 .05", _ALONG, LIGHT)),
+    "wrist_2_link": (("r.04 l.09", "0 0 0", "0 1.5708 0", DARK), ("r.036 l.1", "0 0 .05", _ALONG, LIGHT)),
+    "wrist_3_link": (("r.04 l.05", "0 0 .02", _ALONG, DARK), (".05 .14 .02", "0 0 .05", _ALONG, DARK)),
+    "left": ((".03 .015 .09", "0 .01 .055", _ALONG, LIGHT),),
+    "right": ((".03 .015 .09", "0 -.01 .055", _ALONG, LIGHT),),
+}
+"""Cylinders (radius and length, m) and boxes (sides, m) of each link."""
+
+
+def _with_shapes(description: str) -> str:
+    for link, shapes in _SHAPES.items():
+        visuals = ""
+        for shape, place, turn, colour in shapes:
+            radius, _, length = shape.removeprefix("r").partition(" l")
+            cylinder = f'<cylinder radius="{radius}" length="{length}"/>'
+            form = cylinder if shape.startswith("r") else f'<box size="{shape}"/>'
+            material = f'<material name="{colour}"><color rgba="{colour}"/></material>'
+            visuals += f'<visual><origin xyz="{place}" rpy="{turn}"/><geometry>{form}</geometry>{material}</visual>'
+        description = description.replace(f'<link name="{link}">', f'<link name="{link}">{visuals}')
+    return description
 
 
 def _joint(name: str, kind: str, parent: str, child: str, axis: str, place: str, rest: str) -> str:

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import colorsys
 import contextlib
 import io
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
 from numpy.typing import NDArray
 
 from graphengine.devices.backend import World
@@ -22,6 +25,8 @@ if TYPE_CHECKING:
 
 SIZE = (1280, 720)
 """Default width and height of images of a view, pixels."""
+MILLIMETRES = 1000
+"""Millimetres in a metre. 16 bit depth images of ROS are in mm."""
 
 
 def simulated(world: World) -> Simulation:
@@ -40,7 +45,7 @@ def simulated(world: World) -> Simulation:
 def find_camera(world: Simulation, name: str) -> Prim | None:
     """Return the camera prim with this name or path; return None if a view has the name.
 
-    Views are `top`, `perspective` and the MuJoCo cameras. A view takes precedence over a camera prim of the same name.
+    Views are `top`, `perspective`, `follow` and the MuJoCo cameras. A view takes precedence over a camera prim of the same name.
 
     Raises:
         UsageError: neither a view nor a camera prim has the name, or several camera prims have it.
@@ -101,3 +106,36 @@ def write_png(pixels: NDArray[Any], path: Path) -> None:
     content = io.BytesIO()
     Image.fromarray(pixels).save(content, "PNG", optimize=True)
     write_together({path: content.getvalue()})
+
+
+def depth_in_millimetres(depth: NDArray[np.float32]) -> NDArray[np.uint16]:
+    """Convert depths from m to 16 bit mm, as in ROS; depths that do not fit become 0."""
+    scaled = np.rint(depth * MILLIMETRES)
+    return np.where(scaled <= np.iinfo(np.uint16).max, scaled, 0).astype(np.uint16)
+
+
+def segmentation_colours(numbers: NDArray[np.int32]) -> NDArray[np.uint8]:
+    """Return an RGB image with one colour per segmentation ID. Successive IDs have distant hues; the background, 0, is black."""
+    return np.array([_colour(number) for number in range(int(numbers.max()) + 1)], np.uint8)[numbers]
+
+
+def segmentation_legend(numbers: NDArray[np.int32], labels: Mapping[int, str]) -> list[tuple[str, int, str]]:
+    """Return colour (`#rrggbb`), number of pixels and prim path of each prim in a segmentation image.
+
+    Args:
+        numbers: segmentation ID at each pixel.
+        labels: prim path of each segmentation ID.
+    """
+    found, counts = np.unique(numbers, return_counts=True)
+    return [
+        ("#{:02x}{:02x}{:02x}".format(*_colour(number)), count, labels.get(number, "background"))
+        for number, count in zip(found.tolist(), counts.tolist(), strict=True)
+    ]
+
+
+def _colour(number: int) -> tuple[int, int, int]:
+    if number == 0:
+        return (0, 0, 0)
+    hue = number * 0.618034 % 1.0  # the golden ratio
+    red, green, blue = colorsys.hsv_to_rgb(hue, 0.45 + 0.15 * (number % 4), 0.95 - 0.15 * (number % 3))
+    return round(255 * red), round(255 * green), round(255 * blue)

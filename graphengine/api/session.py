@@ -6,6 +6,7 @@ import operator
 import os
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Future
+from contextlib import closing
 from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, overload
@@ -535,7 +536,8 @@ class Session:
         (180, 320, 3)
 
         Args:
-            view: `top`, `perspective`, the name of a camera in the world's MJCF, or the name or path of a camera prim.
+            view: `perspective` (all robots), `follow` (behind the first robot), `top`, the name of a camera in the world's
+                MJCF, or the name or path of a camera prim.
             path: PNG file to write; None writes no file.
             size: width and height, pixels; None is the camera's own size, or (1280, 720) for a view.
 
@@ -551,6 +553,48 @@ class Session:
         if path is not None:
             write_png(pixels, Path(path))
         return pixels
+
+    @acting
+    def video(
+        self,
+        path: str | PathLike[str],
+        seconds: float,
+        view: str = "follow",
+        size: tuple[int, int] | None = None,
+        fps: int = 20,
+    ) -> bool:
+        """Run for a duration in simulation time, as `run` does, and write a video of it.
+
+        >>> sim.video("drive.webp", 10.0, view="follow")  # doctest: +SKIP
+        True
+
+        Args:
+            path: file to write: `.webp`, `.gif`, or `.mp4`, which needs the program ffmpeg.
+            seconds: duration in simulation time, s.
+            view: as for `picture`; `follow` moves with the first robot, and `perspective` keeps all robots in the image.
+            size: width and height, pixels; None is the camera's own size, or (640, 360) for a view.
+            fps: images per second of simulation time.
+
+        Returns:
+            Whether the whole duration passed without `interrupt`; otherwise the video ends there.
+
+        Raises:
+            NodeError: a node raised an exception; joint commands were set to zero. No file is written.
+            OSError: the file cannot be written.
+            PhysicsError: the simulation diverged. No file is written.
+            RenderError: OpenGL is missing or failed, or ffmpeg failed.
+            UsageError: an argument is invalid, the video would be too large, no view or camera has the name, several camera
+                prims have it, the session has no scene, or ffmpeg is missing.
+        """
+        from graphengine.api.video import Video
+
+        session = self._runner.session
+        world = simulated(session.services.world)
+        with closing(Video(world, Path(path), view, seconds, session.clock.delta, size, fps)) as video:
+            video.after_ticks(0)
+            passed = self._runner.run(seconds, None, lambda _: video.after_ticks() or True)
+            video.write()
+        return passed
 
     @acting
     def view(self, host: str = "127.0.0.1", port: int = 0, *, read_only: bool = False) -> str:

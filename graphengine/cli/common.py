@@ -29,9 +29,16 @@ if TYPE_CHECKING:
     from graphengine.scene.loaded_scene import LoadedScene, Options
 
 
-def add_file_arguments(parser: argparse.ArgumentParser, *, many: bool = False) -> None:
-    """Add the argument for a scene or graph file, or for several (`many`), and the options that change how it is loaded."""
+def add_file_arguments(parser: argparse.ArgumentParser, *, many: bool = False, recordings: bool = False) -> None:
+    """Add the argument for a scene or graph file, or for several (`many`), and the options that change how it is loaded.
+
+    Args:
+        parser: parser to add the arguments to.
+        many: whether several files can be given.
+        recordings: whether the help names recordings too.
+    """
     what = "a scene or graph file, or the name of an included one, such as dd100_warehouse or dd100/cmd_vel"
+    what += "; or a recording made by `graphrun run --record FILE`" if recordings else ""
     parser.add_argument("files" if many else "file", metavar="SCENE|GRAPH", nargs="+" if many else None, help=what)
     parser.add_argument("--scene", metavar="SCENE", help="scene in which to load a graph file")
     add_repeatable(

@@ -1,13 +1,13 @@
-"""`graphrun snapshot`: render an image of a scene at a given simulation time."""
+"""`graphrun snapshot`: render an image or a video of a scene or a recorded run."""
 
 from __future__ import annotations
 
 import argparse
-import colorsys
 import math
 import re
 import sys
-from collections.abc import Mapping
+from collections.abc import Callable
+from contextlib import closing
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -17,36 +17,48 @@ from graphengine.format.errors import UsageError
 from graphengine.format.files import near
 
 if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
+    from graphengine.cli.recorded_run import RecordedRun
+    from graphengine.physics.simulation import Simulation
+    from graphengine.runtime.session_core import SessionCore
 
-    from graphengine.api.scene import Scene
-    from graphengine.devices.camera import Picture
-    from graphengine.physics.pictures.rendering import Image
+    Advance = Callable[[float, Callable[[], bool]], None]
+    """Function that runs a duration, s, and calls a function after each tick until it returns False."""
 
-MILLIMETRES = 1000
-"""Millimetres in a metre. 16 bit depth images of ROS are in mm."""
+OF_A_RUN = {
+    "scene": "--scene",
+    "set": "--set",
+    "robot_state": "--robot-state",
+    "localization": "--localization",
+    "seed": "--seed",
+}
+"""Options that change a run, and which a recording therefore does not take."""
+DURATION = 10.0
+"""Default duration of a video of a scene, s."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the command-line arguments of `graphrun snapshot` to its parser."""
-    from graphengine.cli.quantities import duration
+    from graphengine.cli.quantities import duration, whole
 
-    add_file_arguments(parser)
-    parser.set_defaults(rays="mujoco")  # hardly a ray is cast for an image, and compiling takes seconds
-    where = "view: top, perspective, the name of a camera in the world's MJCF file, or the prim of a camera (default perspective)"
+    add_file_arguments(parser, recordings=True)
+    parser.set_defaults(rays=None)
+    where = "view: perspective (all robots), follow (behind the first robot), top, the name of a camera in the world's MJCF "
+    where += "file, or the prim of a camera (default perspective)"
     parser.add_argument("--camera", metavar="VIEW|PRIM", default="perspective", help=where)
-    parser.add_argument(
-        "--at",
-        metavar="TIME",
-        type=duration,
-        default=0.0,
-        help="simulation time of the image, such as 10 or 500ms (default 0)",
+    at = "simulation time of the image, or of the start of the video, such as 10 or 500ms (default 0)"
+    parser.add_argument("--at", metavar="TIME", type=duration, default=0.0, help=at)
+    pixels = "size in pixels (default: that of the camera's prim, else 1280x720; for a video 640x360)"
+    parser.add_argument("--size", metavar="WxH", type=size, help=pixels)
+    output = parser.add_mutually_exclusive_group(required=True)
+    output.add_argument("-o", "--output", metavar="FILE", type=Path, help="PNG file to write")
+    output.add_argument(
+        "--video", metavar="FILE", type=Path, help="video to write: a .webp, .gif or .mp4 file (.mp4 needs ffmpeg)"
     )
+    how_long = "duration of the video in simulation time (default 10s, or up to the end of the recording)"
+    parser.add_argument("--for", dest="duration", metavar="TIME", type=duration, help=how_long)
     parser.add_argument(
-        "--size", metavar="WxH", type=size, help="size in pixels (default: that of the camera's prim, else 1280x720)"
+        "--fps", metavar="N", type=whole, help="images of the video per second of simulation time (default 20)"
     )
-    parser.add_argument("-o", "--output", metavar="FILE", type=Path, required=True, help="PNG file to write")
     what = parser.add_mutually_exclusive_group()
     depth = "write a 16 bit depth image of a camera's prim: depth along its optical axis, mm; 0 if out of range"
     what.add_argument("--depth", action="store_true", help=depth)
@@ -67,94 +79,152 @@ def size(text: str) -> tuple[int, int]:
 
 
 def execute(arguments: argparse.Namespace) -> int:
-    """Run the scene until the given time and write the image; return 0, or 1 if the scene has errors."""
-    from graphengine.api.pictures import write_png
+    """Run the scene, or replay the recording, and write the image or video; return 0, or 1 if the scene has errors."""
+    _check(arguments)
+    if arguments.file.endswith(".mcap"):
+        from graphengine.cli.recorded_run import start_recorded_run
 
-    output: Path = arguments.output
-    if output.suffix.lower() != ".png" or output.is_dir():
-        raise UsageError(f"-o {output}: write the name of a PNG file, such as snapshot.png")
-    scene = open_scene(arguments)
-    if scene is None:
-        return 1
-    picture, labels = _take(scene, arguments)
-    if arguments.depth:
-        write_png(_millimetres(picture.depth), output)
-    elif arguments.segmentation:
-        assert picture.segmentation is not None
-        write_png(_colours(picture.segmentation), output)
-        print(clean(_table(picture.segmentation, labels)))
-    else:
-        write_png(picture.rgb, output)
-    height, width = picture.depth.shape
-    print(
-        clean(f"{near(str(output))}: {arguments.camera} at t = {arguments.at:g} s, {width} x {height}"), file=sys.stderr
-    )
-    return 0
-
-
-def _take(scene: Scene, arguments: argparse.Namespace) -> tuple[Picture | Image, Mapping[int, str]]:
-    """Run the scene without a network until the given time, and render the image.
-
-    Returns:
-        The image, and the prim path for each segmentation ID in it.
-
-    Raises:
-        UsageError: there is no scene or no such camera, or a view was chosen for a depth image.
-    """
-    from graphengine.api.pictures import find_camera, look, simulated
+        _check_recording_options(arguments)
+        arguments.recording, arguments.against, arguments.seed = Path(arguments.file), None, None
+        return start_recorded_run(arguments, lambda run: _take_recorded(arguments, run))
     from graphengine.api.run_options import RunOptions
     from graphengine.api.scene import loaded_of, start_runner
 
-    loaded = loaded_of(scene)
-    if loaded.world is None:
-        raise UsageError(f"{loaded.path} is a graph without a scene and has nothing to draw; give a scene with --scene")
+    arguments.rays = arguments.rays or "mujoco"  # hardly a ray is cast for an image, and compiling takes seconds
+    scene = open_scene(arguments)
+    if scene is None:
+        return 1
+    if loaded_of(scene).world is None:
+        path = loaded_of(scene).path
+        raise UsageError(f"{path} is a graph without a scene and has nothing to draw; give a scene with --scene")
+    with start_runner(scene, RunOptions(domain=0, log=log_problem)) as runner:
+
+        def advance(seconds: float, on_tick: Callable[[], bool]) -> None:
+            runner.run(seconds, math.inf, lambda _: on_tick())
+
+        arguments.duration = DURATION if arguments.duration is None else arguments.duration
+        return _take(arguments, runner.session, advance)
+
+
+def _take_recorded(arguments: argparse.Namespace, run: RecordedRun) -> int:
+    session = run.runner.session
+    length = run.recording.length() * session.clock.delta
+    rest = length - arguments.at
+    if rest < 0.0:
+        raise UsageError(f"--at {arguments.at:g}: the recording ends at t = {length:.3f} s")
+    arguments.duration = rest if arguments.duration is None else min(arguments.duration, rest)
+    return _take(arguments, session, RecordedTicks(run))
+
+
+def _check(arguments: argparse.Namespace) -> None:
+    """Raise UsageError for options that do not fit each other."""
+    from graphengine.api.video_encoders import check_path
+
+    output: Path | None = arguments.output
+    if output is not None and (output.suffix.lower() != ".png" or output.is_dir()):
+        raise UsageError(f"-o {output}: write the name of a PNG file, such as snapshot.png; --video writes videos")
+    for option, given in (("--for", arguments.duration), ("--fps", arguments.fps)):
+        if output is not None and given is not None:
+            raise UsageError(f"{option} is for videos; write the video with --video FILE instead of -o")
+    if arguments.video is not None:
+        if arguments.depth or arguments.segmentation:
+            raise UsageError("--depth and --segmentation are for images; write one with -o instead of --video")
+        check_path(arguments.video)
+
+
+def _check_recording_options(arguments: argparse.Namespace) -> None:
+    if given := [option for name, option in OF_A_RUN.items() if getattr(arguments, name)]:
+        raise UsageError(f"{given[0]}: a recording is shown with the options of the recorded run")
+
+
+class RecordedTicks:
+    """Replays a recording for a duration, as an `Advance`; warns if the replay differs from the recording."""
+
+    def __init__(self, run: RecordedRun) -> None:
+        from graphengine.recording.replay import Replay
+
+        self._run = run
+        self._replay = Replay(run.runner.session, run.runner.network, run.recording, warn=run.warn)
+        self._ticks = run.recording.ticks()
+        self._alike = True
+
+    def __call__(self, seconds: float, on_tick: Callable[[], bool]) -> None:
+        """Replay the next ticks; stop at the end of the recording."""
+        for _ in range(round(seconds / self._run.runner.session.clock.delta)):
+            tick = next(self._ticks, None)
+            if tick is None or not (tick.whole or self._run.recording.failure):
+                return
+            error = self._replay.repeat(tick)
+            found = self._replay.compare(tick, error) if self._alike else None
+            if found is not None:
+                self._alike = False
+                self._run.warn(f"{found}; from this tick on, the replay is shown instead of the recorded run")
+            if not on_tick() or error is not None:
+                return
+
+
+def _take(arguments: argparse.Namespace, session: SessionCore, advance: Advance) -> int:
+    """Run a session until the time `--at`, and write an image or a video of its world."""
+    from graphengine.api.pictures import find_camera, simulated
+
+    world = simulated(session.services.world)
     try:
-        prim = find_camera(loaded.world.simulation, arguments.camera)
+        prim = find_camera(world, arguments.camera)
     except UsageError as error:
         raise UsageError(f"--camera {error}") from None
     if arguments.depth and prim is None:
         raise UsageError(
             f"--depth: {arguments.camera} is a view, which has no depth image; give the prim of a camera to --camera"
         )
-    with start_runner(scene, RunOptions(domain=0, log=log_problem)) as runner:
-        with progress("simulating", lambda: runner.session.time, arguments.at):
-            runner.run(arguments.at, math.inf)
-        world = simulated(runner.session.services.world)
-        picture = look(world, arguments.camera, arguments.size, segmentation=arguments.segmentation)
-        return picture, world.studio.labels
+    ticks = 0
+
+    def count() -> bool:
+        nonlocal ticks
+        ticks += 1
+        return True
+
+    with progress("simulating", lambda: ticks * session.clock.delta, arguments.at):
+        advance(arguments.at, count)
+    return _take_video(arguments, session, world, advance) if arguments.video else _take_image(arguments, world)
 
 
-def _millimetres(depth: NDArray[np.float32]) -> NDArray[np.uint16]:
-    """Convert depths from m to 16 bit mm, as in ROS; depths that do not fit become 0."""
-    import numpy as np
+def _take_image(arguments: argparse.Namespace, world: Simulation) -> int:
+    from graphengine.api import pictures
 
-    scaled = np.rint(depth * MILLIMETRES)
-    return np.where(scaled <= np.iinfo(np.uint16).max, scaled, 0).astype(np.uint16)
-
-
-def _colours(numbers: NDArray[np.int32]) -> NDArray[np.uint8]:
-    """Return an RGB image with one colour per segmentation ID. Successive IDs have distant hues; the background, 0, is black."""
-    import numpy as np
-
-    return np.array([_colour(number) for number in range(int(numbers.max()) + 1)], np.uint8)[numbers]
-
-
-def _colour(number: int) -> tuple[int, int, int]:
-    if number == 0:
-        return (0, 0, 0)
-    hue = number * 0.618034 % 1.0  # the golden ratio
-    red, green, blue = colorsys.hsv_to_rgb(hue, 0.45 + 0.15 * (number % 4), 0.95 - 0.15 * (number % 3))
-    return round(255 * red), round(255 * green), round(255 * blue)
+    picture = pictures.look(world, arguments.camera, arguments.size, segmentation=arguments.segmentation)
+    if arguments.depth:
+        pictures.write_png(pictures.depth_in_millimetres(picture.depth), arguments.output)
+    elif arguments.segmentation:
+        assert picture.segmentation is not None
+        pictures.write_png(pictures.segmentation_colours(picture.segmentation), arguments.output)
+        legend = pictures.segmentation_legend(picture.segmentation, world.studio.labels)
+        print(clean(table([(colour, f"{count} pixels", path) for colour, count, path in legend])))
+    else:
+        pictures.write_png(picture.rgb, arguments.output)
+    height, width = picture.depth.shape
+    _report(arguments.output, f"{arguments.camera} at t = {arguments.at:g} s, {width} x {height}")
+    return 0
 
 
-def _table(numbers: NDArray[np.int32], labels: Mapping[int, str]) -> str:
-    """Return a table with the colour, number of pixels and path of each prim in a segmentation image."""
-    import numpy as np
+def _take_video(arguments: argparse.Namespace, session: SessionCore, world: Simulation, advance: Advance) -> int:
+    from graphengine.api.video import FPS, Video
 
-    found, counts = np.unique(numbers, return_counts=True)
-    return table(
-        [
-            ("#{:02x}{:02x}{:02x}".format(*_colour(number)), f"{count} pixels", labels.get(number, "background"))
-            for number, count in zip(found.tolist(), counts.tolist(), strict=True)
-        ]
-    )
+    fps = FPS if arguments.fps is None else arguments.fps
+    with closing(
+        Video(world, arguments.video, arguments.camera, arguments.duration, session.clock.delta, arguments.size, fps)
+    ) as video:
+        with progress("taking images", lambda: video.frames, video.planned):
+            video.after_ticks(0)
+            advance(arguments.duration, video.after_ticks)
+        with progress(f"writing {near(str(video.path))}"):
+            video.write()
+        width, height = video.size
+        shown, size = f"{arguments.camera} from t = {arguments.at:g} s", video.path.stat().st_size
+        _report(
+            video.path, f"{shown}, {video.frames / fps:g} s, {width} x {height}, {fps} images/s, {size / 1e6:.2f} MB"
+        )
+    return 0
+
+
+def _report(path: Path, what: str) -> None:
+    print(clean(f"{near(str(path))}: {what}"), file=sys.stderr)

@@ -108,10 +108,10 @@ def test_two_snapshots_are_alike_to_the_last_byte(graphrun: Graphrun, project: P
         ("Camera_Pseudo", "did you mean 'Camera_Pseudo_Depth'?"),
         (
             "/dd100",
-            "views: top, perspective\n  cameras: /dd100/Geometry/base_link/chassis_link/sim_camera/RSD455/Camera_Omni",
+            "views: top, perspective, follow\n  cameras: /dd100/Geometry/base_link/chassis_link/sim_camera/RSD455/Camera_Omni",
         ),
-        ("/dd100/nowhere", "views: top, perspective\n  cameras: "),
-        ("/dd100/../x", "views: top, perspective\n  cameras: "),
+        ("/dd100/nowhere", "views: top, perspective, follow\n  cameras: "),
+        ("/dd100/../x", "views: top, perspective, follow\n  cameras: "),
     ],
 )
 def test_an_unknown_camera_is_told_with_what_there_is(
@@ -141,7 +141,7 @@ def test_a_name_that_several_cameras_have_is_told_with_their_paths(graphrun: Gra
         (["-o", "p.png", "--size", "0x10"], "'0x10' is not a size"),
         (["-o", "p.png", "--depth", "--segmentation"], "not allowed with argument"),
         (["-o", "p.png", "--depth", "--camera", "top"], "--depth: top is a view, which has no depth image"),
-        ([], "-o/--output is missing"),
+        ([], "one of the arguments -o/--output --video is required"),
     ],
 )
 def test_a_command_line_that_makes_no_sense_is_told(

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 import graphengine as ge
+from graphengine.api import video
 from graphengine.api.navigation.true_poses import TruePoses
 from graphengine.cli import import_graph, import_report, log_output, replay
 from graphengine.cli.import_urdf import check_source
@@ -257,3 +258,18 @@ def _(seconds: float) -> bool:
     except BadValueError as error:
         return error.port != "step"
     return True
+
+
+@limit("api.video.FASTEST")
+def _(rate: int) -> bool:
+    return accepts(lambda: video.check_length(1.0, rate, (8, 8)), UsageError)
+
+
+@limit("api.video.MAX_FRAMES")
+def _(frames: int) -> bool:
+    return accepts(lambda: video.check_length(frames / 10, 10, (8, 8)), UsageError)
+
+
+@limit("api.video.MAX_BYTES", at=300)
+def _(size: int) -> bool:
+    return accepts(lambda: video.check_length(1.0, 1, (-(-size // 3), 1)), UsageError)

@@ -127,8 +127,8 @@ class FrameCapture:
         self._camera = mujoco.MjvCamera()
         self._camera.type = mujoco.mjtCamera.mjCAMERA_USER.value  # leave the scene's as it was aimed
         self._bounded = model.geom_rbound > 0  # a plane is endless
-        # A tendon has a part for each object on its path and for each stretch between two.
-        self._capacity = model.ngeom + 3 * model.nwrap + model.nskin + model.nflex
+        # A tendon has a part for each object on its path and for each stretch between two; a view may add a sky.
+        self._capacity = 1 + model.ngeom + 3 * model.nwrap + model.nskin + model.nflex
 
     def capture(
         self, data: mujoco.MjData, pose: Pose, lens: Lens, *, segmentation: bool = False, whole: bool = False

@@ -22,7 +22,7 @@ _SHADOW, _REFLECTION = mujoco.mjtRndFlag.mjRND_SHADOW.value, mujoco.mjtRndFlag.m
 _SEGMENT, _ID_COLOUR = mujoco.mjtRndFlag.mjRND_SEGMENT.value, mujoco.mjtRndFlag.mjRND_IDCOLOR.value
 
 SHADOW_MAP = 8192
-"""Side of the shadow map, texels."""
+"""Side of the shadow map of an image for users, texels."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,13 +44,21 @@ class Renderer:
         far: maximum distance of a lens's far plane, m; infinite floors extend to it.
         samples: samples per pixel for antialiasing; sensors use 0, because antialiasing triples the time.
         shadows: half the side of the square in which lights cast shadows, m; with 0, there are no shadows and reflections.
+        shadow_map: side of the shadow map, texels.
 
     Raises:
         RenderError: the driver or MuJoCo fails.
     """
 
     def __init__(
-        self, model: mujoco.MjModel, size: tuple[int, int], far: float, *, samples: int = 0, shadows: float = 0.0
+        self,
+        model: mujoco.MjModel,
+        size: tuple[int, int],
+        far: float,
+        *,
+        samples: int = 0,
+        shadows: float = 0.0,
+        shadow_map: int = SHADOW_MAP,
     ) -> None:
         self.model, self.size, self.far = model, size, far
         self._beautiful = shadows > 0
@@ -58,7 +66,7 @@ class Renderer:
         visual, extent = drawn.vis, drawn.stat.extent
         visual.global_.offwidth, visual.global_.offheight = size
         visual.quality.offsamples = samples
-        visual.quality.shadowsize = SHADOW_MAP if shadows else 0
+        visual.quality.shadowsize = shadow_map if shadows else 0
         visual.map.shadowclip = shadows / extent
         visual.map.zfar = max(visual.map.zfar, far / extent)
         drawn.tex_width[:] = drawn.tex_height[:] = 1

@@ -29,9 +29,10 @@ def where_robot_is(simulation: Simulation, view: str) -> NDArray[np.bool_]:
 def test_a_view_at_an_angle_shows_the_robot_from_where_nothing_hides_it(project: Project, wall: str) -> None:
     seen = where_robot_is(project.world(wall).load().simulation, "perspective")
     rows, columns = np.nonzero(seen)
-    assert 0.02 < seen.mean() < 0.3
-    assert 40 < columns.mean() < 120
-    assert 30 < rows.mean() < 110
+    assert 0.04 < seen.mean() < 0.3
+    assert 0.38 < max(np.ptp(rows) / 120, np.ptp(columns) / 160) < 0.44
+    assert 70 < columns.mean() < 90
+    assert 50 < rows.mean() < 70
 
 
 @pytest.mark.parametrize("name", ["perspective", "top"])
@@ -63,7 +64,7 @@ def test_a_view_from_above_fits_the_world() -> None:
         assert np.sign(49.5 - rows.mean()) == np.sign(x)
         assert np.sign(99.5 - columns.mean()) == np.sign(y)
         assert len(rows) == pytest.approx((0.6 * 100 / (2 * view.lens.half_height)) ** 2, rel=0.25)
-    assert views.names(simulation) == ["top", "perspective"]
+    assert views.names(simulation) == ["top", "perspective", "follow"]
 
 
 def test_shadows_fall_where_a_light_is_kept_off() -> None:
