@@ -22,10 +22,10 @@ LOWER = 0.16
 """Distance of a followed robot below the middle of the image, as a share of the image's height, so that its way is visible."""
 ONE, MANY = 0.42, 0.85
 """Share of the image's height and width that one robot, or several, fill in the perspective view."""
-BEHIND = math.radians(17.0)
-"""Angle between the line of sight of a camera that follows a robot and the floor; `LOWER` puts the camera higher."""
-TURNING, MOVING, RESIZING, RETURNING = 0.6, 0.25, 1.0, 1.5
-"""Time constants with which a camera follows heading, place and size of a robot, and moves back after an obstacle, s."""
+BEHIND = tuple(math.radians(degrees) for degrees in (17.0, 32.0, 47.0, 62.0))
+"""Angles between the line of sight of a camera that follows a robot and the floor; the first one without an obstacle is taken."""
+TURNING, RAISING, MOVING, RESIZING, RETURNING = 0.6, 0.4, 0.25, 1.0, 1.5
+"""Time constants with which a camera turns, rises, follows place and size of a robot, and moves back after an obstacle, s."""
 GAP = 0.95
 """Position of a camera before an obstacle, as a share of the free way from the robot."""
 NEAREST = 0.2
@@ -50,7 +50,7 @@ class RobotCamera:
         self._back: Floats | None = None
         """Direction from the robots to a camera that does not turn; None until it is chosen."""
         self._time: float | None = None
-        self._azimuth, self._free = 0.0, 1.0
+        self._azimuth, self._elevation, self._free = 0.0, BEHIND[0], 1.0
         self._centre = self._offset = np.zeros(3)
 
     def aim(self, time: float) -> tuple[Pose, Floats, float]:
@@ -67,10 +67,8 @@ class RobotCamera:
         shown = np.concatenate(points or [framing.world_points(self._simulation)])
         self._centre = _approach(self._centre, framing.middle(shown), elapsed, MOVING)
         behind = self._follows and bool(robots) and self._moves(robots[0])
-        back = self._behind(robots[0], elapsed) if behind else self._beside(robots)
-        offset = framing.fitting_offset(shown, framing.middle(shown), back, self._part(len(robots)))
-        offset[1] += 2 * LOWER * self._high * offset[2] if self._follows else 0.0
-        self._offset = _approach(self._offset, offset, elapsed, RESIZING)
+        back = self._behind(robots[0], shown, elapsed) if behind else self._beside(robots)
+        self._offset = _approach(self._offset, self._best_offset(shown, back, len(robots)), elapsed, RESIZING)
         way = self._offset @ framing.camera_axes(back)
         if behind:
             way *= self._unblocked(robots[0], way, elapsed)
@@ -87,11 +85,28 @@ class RobotCamera:
         model = self._simulation.model
         return any(model.body_dofnum[root] > 0 for root in self._simulation.entities.roots(robot))
 
-    def _behind(self, robot: Prim, elapsed: float) -> Floats:
-        """Return the direction from a robot to the camera behind it."""
+    def _best_offset(self, shown: Floats, back: Floats, robots: int) -> Floats:
+        """Return where the camera should be relative to the centre of some points, along its own axes, m."""
+        offset = framing.fitting_offset(shown, framing.middle(shown), back, self._part(robots))
+        if self._follows and robots:
+            offset[1] += 2 * LOWER * self._high * offset[2]
+        return offset
+
+    def _behind(self, robot: Prim, shown: Floats, elapsed: float) -> Floats:
+        """Return the direction from a robot to the camera behind it, which rises where something is between them."""
         turn = math.remainder(framing.heading(self._simulation, robot) + math.pi - self._azimuth, math.tau)
         self._azimuth += turn * _share(elapsed, TURNING)
-        return framing.direction(self._azimuth, BEHIND)
+        best, most = BEHIND[0], 0.0
+        for elevation in BEHIND:
+            back = framing.direction(self._azimuth, elevation)
+            way = self._best_offset(shown, back, 1) @ framing.camera_axes(back)
+            free = framing.free_share(self._simulation, robot, self._centre, self._centre + way)
+            if free > most:
+                best, most = elevation, free
+            if most == 1.0:
+                break
+        self._elevation += (best - self._elevation) * _share(elapsed, RAISING)
+        return framing.direction(self._azimuth, self._elevation)
 
     def _beside(self, robots: list[Prim]) -> Floats:
         if self._back is None:
