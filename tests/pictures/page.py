@@ -7,39 +7,47 @@ python -m tests.pictures.page dark docs/pictures/page_dark.png
 from __future__ import annotations
 
 import sys
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
 import graphengine as ge
-from tests.view.chromium import seen, until
+from tests.view.chromium import browser, until
 
 SIZE = {"width": 1440, "height": 900}
-SETTLED = 6000
-"""Time for the 3D part to draw the world without a GPU, ms."""
+DRIVE = {"linear": {"x": 0.3}, "angular": {"z": 0.3}}
+BEFORE, RATE = 2.0, 0.05
+"""Simulation time before the page is opened, s, and rate afterwards: without a GPU, the browser takes most of the processors."""
+ZOOM, SETTLED = 200, 8000
+"""Turns of the mouse wheel towards the robot, pixels, and time for the 3D part to draw the world, ms."""
 
 
 def draw(scheme: str, path: Path) -> None:
     """Write the picture: a robot that drives in the warehouse, its scan, and the values of the graph that drives it."""
 
-    def look(page: Any) -> None:
-        page.set_viewport_size(SIZE)
-        page.emulate_media(color_scheme=scheme)
-        page.reload()  # the 3D part takes its colours when it is loaded
-        until(page, "document.querySelector('[data-node=\"DiffController\"].ran')")
-        world = page.frame_locator("#world")
-        print(
-            page.frames[1].evaluate(
-                "() => [...document.querySelectorAll('input[type=checkbox]')].map((x)=>x.closest('div').parentElement.parentElement.outerHTML).join('\\n----\\n')"
-            )[:3000]
-        )
-        page.click('[data-node="DiffController"]')
-        until(page, "document.querySelector('canvas')")
-        page.wait_for_timeout(SETTLED)
-        page.screenshot(path=path)
+    def look(url: str) -> bytes:
+        with browser("about:blank") as page:
+            page.set_viewport_size(SIZE)
+            page.emulate_media(color_scheme=scheme)
+            page.goto(url)
+            until(page, "document.querySelector('[data-node=\"DiffController\"].ran')")
+            page.locator("#tree .item.robot .label").first.click()  # the camera follows it
+            page.locator("#tree .item.graph .label", has_text="cmd_vel").click()
+            page.click('[data-node="DiffController"]')
+            box = page.locator("#world").bounding_box()
+            page.mouse.move(box["x"] + box["width"] / 2, box["y"] + box["height"] / 2)
+            page.mouse.wheel(0, -ZOOM)
+            page.wait_for_timeout(SETTLED)
+            taken: bytes = page.screenshot()
+            return taken
 
-    with ge.load("dd100_warehouse", rays="mujoco").session() as sim:
-        sim.publish("/dd100_0000/cmd_vel", {"linear": {"x": 0.3}, "angular": {"z": 0.4}}, every=0.1)
-        seen(sim, look)
+    with ge.load("dd100_warehouse", rays="mujoco").session() as sim, ThreadPoolExecutor(1) as pool:
+        sim.publish("/dd100_0000/cmd_vel", DRIVE, every=0.1)
+        sim.run(BEFORE)
+        looked: Any = pool.submit(look, sim.view())
+        while not looked.done():
+            sim.run(5.0, rate=RATE, until=lambda _: looked.done())
+        path.write_bytes(looked.result())
 
 
 if __name__ == "__main__":
