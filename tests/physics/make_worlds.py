@@ -1,6 +1,6 @@
 """Write the worlds of `scenes/worlds`: flat_grid, table, simple_warehouse, full_warehouse and warehouse_features.
 
-    python tests/physics/make_worlds.py
+    python -m tests.physics.make_worlds
 
 Everything is a box, a cylinder or the floor, so that lidars, occupancy maps and a laptop's
 renderer are exact and quick. A world holds no robot and no actuator. One object is one body and
@@ -10,6 +10,8 @@ cones and empty barrels have a free joint and can be pushed about; until they ar
 One rule holds for all static obstacles: what is wider than 0.3 m crosses both the plane of the
 lidar (z = 0.165 m) and the band that an occupancy map looks at (z = 0.175 to 0.675 m). A robot
 never meets what its lidar or its map cannot see.
+
+The things of simple_warehouse have prints, which cameras see (`world_prints.py`).
 
 Units are metres, kilograms and degrees. The output depends on nothing but this file.
 """
@@ -21,6 +23,8 @@ import random
 import xml.etree.ElementTree as ET
 from collections.abc import Iterable, Sequence
 from pathlib import Path
+
+from tests.physics.world_prints import PRINTS, faces, write_prints
 
 SHIPPED = Path(__file__).resolve().parents[2] / "scenes/worlds"
 
@@ -107,9 +111,12 @@ class Body:
 class World:
     """An MJCF document with the options, the lights and the materials that all worlds share."""
 
-    def __init__(self, name: str, floor: dict[str, str], tile: float, inside: Rectangle | None = None) -> None:
-        """`floor` is the texture of one tile; without `inside` the floor is endless."""
+    def __init__(
+        self, name: str, floor: dict[str, str], tile: float, inside: Rectangle | None = None, *, printed: bool = False
+    ) -> None:
+        """`floor` is the texture of one tile; without `inside` the floor is endless; `printed` things have prints."""
         self.name = name
+        self.printed = printed
         self.root = ET.Element("mujoco", model=name)
         add(self.root, "compiler", angle="radian", autolimits="true")
         # What a scene sets by default. A scene's own timestep wins.
@@ -179,12 +186,21 @@ class World:
         used = {geom.get("material") for geom in self.root.iter("geom")}
         for name, rgb in COLOURS.items():
             if name in used:
-                self._material(name, rgba=f"{rgb} 1")
+                self._material(name, rgba=f"{rgb} 1", **self._print(name))
         ET.indent(self.root)
         document = ET.tostring(self.root, encoding="unicode")
         head = "<!-- Written by make_worlds.py: change that file, not this one. -->"
         path = folder / f"{self.name}.xml"
         path.write_text(f"{head}\n{document}\n", encoding="utf-8", newline="\n")
+
+    def _print(self, material: str) -> dict[str, str]:
+        """Add the texture with the print of a material, if it has one; return the attribute that refers to it."""
+        if not self.printed or material not in PRINTS:
+            return {}
+        name = PRINTS[material].__name__
+        if not any(texture.get("name") == name for texture in self.assets.iter("texture")):
+            add(self.assets, "texture", name=name, type="cube", **faces(material))
+        return {"texture": name}
 
 
 def grey(value: float) -> str:
@@ -431,7 +447,7 @@ def table() -> World:
 def simple_warehouse() -> World:
     """A hall of 19.7 m x 30.15 m: three rack rows, two aisles, two pallets left standing."""
     inside = (west, east), _ = (-10.30, 9.40), (-12.20, 17.95)
-    world = World("simple_warehouse", CONCRETE, 4, inside)
+    world = World("simple_warehouse", CONCRETE, 4, inside, printed=True)
     world.plan(-0.45, 2.9, 22)
     world.camera("overview", (6.8, -16, 12), (-1.0, 2.0, 0), 56)
     walls(world, inside)
@@ -622,6 +638,7 @@ def write_worlds(folder: Path) -> None:
     """Write each world into a folder."""
     for make in (flat_grid, table, simple_warehouse, full_warehouse, warehouse_features):
         make().write(folder)
+    write_prints(folder / "prints")
 
 
 if __name__ == "__main__":

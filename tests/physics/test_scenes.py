@@ -8,6 +8,7 @@ from pathlib import Path
 import mujoco
 import numpy as np
 import pytest
+from PIL import Image
 
 from graphengine.devices.stage import Prim
 from graphengine.physics.loaded_world import LoadedWorld
@@ -51,6 +52,11 @@ def test_the_worlds_are_what_their_program_writes(tmp_path: Path) -> None:
     assert written == sorted(path.name for path in (SHIPPED / "worlds").glob("*.xml"))
     for name in written:
         assert (tmp_path / name).read_bytes() == (SHIPPED / "worlds" / name).read_bytes()
+    prints = sorted((tmp_path / "prints").iterdir())
+    assert [path.name for path in prints] == sorted(path.name for path in (SHIPPED / "worlds/prints").iterdir())
+    for path in prints:
+        with Image.open(path) as written, Image.open(SHIPPED / "worlds/prints" / path.name) as shipped:
+            assert written.tobytes() == shipped.tobytes()
 
 
 @pytest.mark.parametrize("name", SCENES)
