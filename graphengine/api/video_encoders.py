@@ -7,13 +7,13 @@ import os
 import shutil
 import subprocess
 import tempfile
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from itertools import pairwise
 from pathlib import Path
 from types import MappingProxyType
-from typing import IO, Any
+from typing import IO
 
-from PIL import Image, ImageFile
+from PIL import ImageFile
 
 from graphengine.format.errors import RenderError, UsageError
 from graphengine.format.wording import listing
@@ -22,10 +22,6 @@ Size = tuple[int, int]
 
 QUALITY = 72
 """Quality of WebP, 0 to 100."""
-COLOURS = 255
-"""Number of colours of a GIF; one more marks pixels that do not change."""
-SAMPLES = 16
-"""Number of images from which the colours of a GIF are chosen."""
 
 
 class Film(ImageFile.ImageFile):
@@ -49,7 +45,9 @@ class Film(ImageFile.ImageFile):
         self.seek(0)
 
     def seek(self, frame: int) -> None:
-        """Select a frame, which is read when its pixels are needed."""
+        """Select a frame, which is read when its pixels are needed; raise EOFError after the last one, as Pillow expects."""
+        if frame >= self.n_frames:
+            raise EOFError
         self._frame, self.fp = frame, self.file
         self.tile = [ImageFile._Tile("raw", (0, 0, *self._shape), frame * self._bytes, ("RGB", 0, 1))]
 
@@ -81,35 +79,19 @@ def check_path(path: Path) -> None:
         )
 
 
-def _webp(film: Film, fps: int) -> bytes:
+def _animation(film: Film, fps: int, kind: str, unit: int, **options: int) -> bytes:
+    """Encode an animation that repeats for ever; `unit` is the time that the format counts in, ms."""
     content = io.BytesIO()
-    way: dict[str, Any] = {"quality": QUALITY, "method": 4, "kmin": 0, "kmax": 10**6}
-    film.save(content, "WEBP", save_all=True, duration=film.durations(fps, 1), loop=0, **way)
+    film.save(content, kind, save_all=True, loop=0, duration=film.durations(fps, unit), **options)
     return content.getvalue()
+
+
+def _webp(film: Film, fps: int) -> bytes:
+    return _animation(film, fps, "WEBP", 1, quality=QUALITY, method=4, kmin=0, kmax=10**6)
 
 
 def _gif(film: Film, fps: int) -> bytes:
-    """Encode a GIF whose frames have the same colours, because the colours of still parts would flicker otherwise."""
-    palette, content = _common_palette(film), io.BytesIO()
-
-    def frames() -> Iterator[Image.Image]:
-        for frame in range(film.n_frames):
-            film.seek(frame)
-            yield film.quantize(palette=palette, dither=Image.Dither.NONE)
-
-    rest = frames()
-    next(rest).save(content, "GIF", save_all=True, append_images=rest, duration=film.durations(fps, 10), loop=0)
-    return content.getvalue()
-
-
-def _common_palette(film: Film) -> Image.Image:
-    """Return an image whose palette fits frames from the whole film."""
-    width, height = film.size
-    sheet = Image.new("RGB", (width, height * SAMPLES))
-    for sample in range(SAMPLES):
-        film.seek(sample * (film.n_frames - 1) // max(SAMPLES - 1, 1))
-        sheet.paste(film, (0, sample * height))
-    return sheet.resize((max(width // 4, 1), max(height // 4, 1) * SAMPLES)).quantize(COLOURS)
+    return _animation(film, fps, "GIF", 10)
 
 
 def _mp4(film: Film, fps: int) -> bytes:

@@ -29,7 +29,7 @@ VERBS = {
     "check": "report all errors and warnings in scenes and graphs",
     "explain": "explain the code of an error, warning or note: its cause, an example and the remedy",
     "show": "print a graph's nodes and wires, its schedule or its generated code, or draw the graph",
-    "snapshot": "render an image of a scene, from above, in perspective or from one of its cameras",
+    "snapshot": "render an image or a video of a scene or a recording, from above, behind a robot or from a camera",
     "calibrate": "drive a robot on a flat floor and measure its speeds, drift, odometry errors and effective wheel radius",
     "map": "make an occupancy map of a scene for nav2's map_server",
     "import": "convert the ActionGraphs of an Isaac Sim script or USD stage to YAML files",

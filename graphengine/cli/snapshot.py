@@ -176,15 +176,8 @@ def _take(arguments: argparse.Namespace, session: SessionCore, advance: Advance)
         raise UsageError(
             f"--depth: {arguments.camera} is a view, which has no depth image; give the prim of a camera to --camera"
         )
-    ticks = 0
-
-    def count() -> bool:
-        nonlocal ticks
-        ticks += 1
-        return True
-
-    with progress("simulating", lambda: ticks * session.clock.delta, arguments.at):
-        advance(arguments.at, count)
+    with progress("simulating", lambda: session.time, arguments.at):
+        advance(arguments.at, lambda: True)
     return _take_video(arguments, session, world, advance) if arguments.video else _take_image(arguments, world)
 
 

@@ -55,8 +55,8 @@ def test_the_worlds_are_what_their_program_writes(tmp_path: Path) -> None:
     prints = sorted((tmp_path / "prints").iterdir())
     assert [path.name for path in prints] == sorted(path.name for path in (SHIPPED / "worlds/prints").iterdir())
     for path in prints:
-        with Image.open(path) as written, Image.open(SHIPPED / "worlds/prints" / path.name) as shipped:
-            assert written.tobytes() == shipped.tobytes()
+        with Image.open(path) as made, Image.open(SHIPPED / "worlds/prints" / path.name) as shipped:
+            assert made.tobytes() == shipped.tobytes()
 
 
 @pytest.mark.parametrize("name", SCENES)

@@ -11,6 +11,7 @@ from __future__ import annotations
 import math
 import sys
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -61,10 +62,10 @@ def _yaw(pose: ge.Pose) -> float:
     return math.atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))
 
 
-def _hits(scan: object, pose: ge.Pose) -> Points:
+def _hits(scan: Any, pose: ge.Pose) -> Points:
     """Return the points in the world that a LaserScan hit; the lidar is above the middle of the robot."""
-    ranges = np.array(scan.ranges, float)  # type: ignore[attr-defined]
-    angles = scan.angle_min + scan.angle_increment * np.arange(len(ranges)) + _yaw(pose)  # type: ignore[attr-defined]
+    ranges = np.array(scan.ranges, float)
+    angles = scan.angle_min + scan.angle_increment * np.arange(len(ranges)) + _yaw(pose)
     seen = np.isfinite(ranges)
     x, y = pose.position[0] + ranges * np.cos(angles), pose.position[1] + ranges * np.sin(angles)
     return list(zip(x[seen].tolist(), y[seen].tolist(), strict=True))

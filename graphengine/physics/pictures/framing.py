@@ -105,22 +105,20 @@ def fitting_offset(points: Floats, centre: Floats, back: Floats, halves: tuple[f
 
 
 def best_direction(simulation: Simulation, robots: Sequence[Prim], halves: tuple[float, float]) -> Floats:
-    """Return the direction from the robots to the camera in which other bodies hide least of them, as a unit vector."""
+    """Return the direction from the robots to the camera in which other bodies hide the fewest of them, as a unit vector."""
     first = heading(simulation, robots[0]) if robots else 0.0
     each = [robot_points(simulation, robot) for robot in robots]
     points = np.concatenate(each) if each else world_points(simulation)
-    boxes = [np.stack([part.min(axis=0), part.max(axis=0)]) for part in each]
-    targets = [box.mean(axis=0) + 0.45 * (box[1] - box[0]) * corner for box in boxes for corner in (0, *_CORNERS)]
     roots = [root for robot in robots for root in simulation.entities.roots(robot)]
     order = sorted(ELEVATIONS, key=lambda degrees: len(robots) != 1 and degrees < 30.0)
     found, most = direction(first, math.radians(order[0])), -1
     for elevation, azimuth in product(order, AZIMUTHS):
         back = direction(first + math.radians(azimuth), math.radians(elevation))
         eye = middle(points) + fitting_offset(points, middle(points), back, halves) @ camera_axes(back)
-        seen = sum(_sees(simulation, eye, target, roots) for target in targets)
+        seen = sum(_sees(simulation, eye, middle(part), roots) for part in each)
         if seen > most:
             found, most = back, seen
-        if seen == len(targets):
+        if seen == len(each):
             break
     return found
 
