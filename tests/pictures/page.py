@@ -15,8 +15,8 @@ import graphengine as ge
 from tests.view.chromium import browser, until
 
 SIZE = {"width": 1440, "height": 900}
-DRIVE = {"linear": {"x": 0.2}, "angular": {"z": 0.2}}
-BEFORE, RATE = 2.0, 0.05
+DRIVE = {"linear": {"x": 0.15}, "angular": {"z": 0.1}}
+BEFORE, RATE = 0.2, 0.25
 """Simulation time before the page is opened, s, and rate afterwards: without a GPU, the browser takes most of the processors."""
 SETTLED = 8000
 """Time for the 3D part to draw the world, ms."""
