@@ -33,7 +33,7 @@ SHADOWED = 15.0
 """Radius around the robots in which views of them have shadows, m; greater if the camera is farther away."""
 FIELD_OF_VIEW = 50.0
 """Vertical field of view of views of the robots, degrees."""
-SKY_COLOUR = (0.62, 0.68, 0.74, 1.0)
+SKY_COLOUR = (0.58, 0.63, 0.69, 1.0)
 """Colour of the sky of a world without one; lights make it brighter."""
 SUN = (-0.4, 0.25, -0.88)
 """Direction of the light of a world without lights."""
@@ -190,7 +190,7 @@ def _add_sky(shot: Shot, view: View) -> None:
     mujoco.mjv_initGeom(
         wall, shape, size, place - distance * axes[2], axes.T.reshape(-1), np.array(SKY_COLOUR, np.float32)
     )
-    wall.emission, wall.specular, wall.castshadow = 1.0, 0.0, False
+    wall.emission, wall.specular, wall.castshadow = 0.3, 0.0, False
 
 
 def _through(simulation: Simulation, camera: int, size: Size) -> View:
