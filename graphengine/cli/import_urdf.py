@@ -36,6 +36,7 @@ if TYPE_CHECKING:
 WAIT = 10.0
 """Default time to wait for a description from the network, s."""
 LONGEST_WAIT = 1e6
+"""Longest value of the option `--timeout`, s."""
 TOPIC = "/robot_description"
 
 

@@ -22,7 +22,7 @@ def write_reference(types: Sequence[type[Node]]) -> str:
     parts += [f"- [{code(family)}](#{family}): {len(members)}" for family, members in families]
     for family, members in families:
         parts += ["", f'<a id="{family}"></a>', "", f"## {code(family)}", ""]
-        rows = [(f"[{code(_last(cls))}](#{cls.type_name})", cls.kind(), prose(summary(cls))) for cls in members]
+        rows = [(f"[{code(last_part(cls))}](#{cls.type_name})", cls.kind(), prose(summary(cls))) for cls in members]
         parts += table(("type", "kind", "what it does"), rows)
         for cls in members:
             parts += _of_type(cls)
@@ -34,12 +34,18 @@ def family_of(cls: type[Node]) -> str:
     return cls.type_name.rpartition(".")[0] or "nodes"
 
 
-def _last(cls: type[Node]) -> str:
+def last_part(cls: type[Node]) -> str:
+    """Return the last part of the registered name of a node type."""
     return cls.type_name.rpartition(".")[2]
 
 
 def _of_type(cls: type[Node]) -> Iterable[str]:
-    yield from ("", f'<a id="{html.escape(cls.type_name)}"></a>', "", f"### {code(_last(cls))}", "")
+    yield from ("", f'<a id="{html.escape(cls.type_name)}"></a>', "", f"### {code(last_part(cls))}", "")
+    yield from description(cls)
+
+
+def description(cls: type[Node]) -> Iterable[str]:
+    """Yield the lines below the heading of a node type: its names, documentation and ports."""
     yield f"{code(cls.type_name)}, {cls.kind()}" + (
         f"; also called {', '.join(map(code, cls.aliases))}" if cls.aliases else ""
     )

@@ -19,6 +19,7 @@ from graphengine.format.spec_reader import Loaded
 from graphengine.format.wording import listing
 
 MAX_SUBGRAPH_DEPTH = 16
+"""Maximum nesting depth of subgraphs."""
 
 Side = Literal["inputs", "outputs"]
 

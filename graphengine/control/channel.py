@@ -24,6 +24,7 @@ from graphengine.format.errors import ControlError, GraphError
 from graphengine.runtime.command_queue import CommandQueue
 
 MAX_CLIENTS = 32
+"""Maximum number of programs that control a run at the same time."""
 ENDING = 1.0
 """Maximum time to wait, when the channel closes, until a client has received its last response, s."""
 

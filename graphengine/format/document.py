@@ -21,7 +21,7 @@ from graphengine.format.diagnostics import Findings, Source, Span
 from graphengine.format.regular_files import open_regular
 from graphengine.format.wording import did_you_mean
 
-MAX_BYTES = 8_000_000
+MAX_BYTES = 8_000_000  # maximum size of a YAML file
 MAX_DEPTH = 64
 """Maximum number of nesting levels; an alias adds the levels of its value."""
 MAX_VALUES = 400_000

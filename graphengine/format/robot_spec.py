@@ -72,12 +72,15 @@ class JointSpec(FileSpec):
     """Changes to a joint of the robot description."""
 
     enabled: bool = True
+    """If false, the joint is removed; see `weld`."""
     weld: bool = False
     """If true and the joint is disabled, its child link is welded to its parent link, so that the child does not fall off."""
     position: Vector | None = None
     """Origin of the joint in the frame of its parent link, m; overrides the description."""
     drive: DriveSpec | None = None
+    """Drive of the joint, with gains in SI units."""
     usd_drive: UsdDriveSpec | None = None
+    """Drive of the joint, with gains in the units of USD, instead of `drive`."""
     armature: NotNegative = 0.0
     """Inertia of the rotor, reflected through the gear to the joint, kg m2 or kg."""
     start: Speed | None = None
@@ -85,6 +88,7 @@ class JointSpec(FileSpec):
     limits: Pair | None = None
     """Lowest and highest position of the joint, rad or m; overrides the description."""
     spring: SpringSpec | None = None
+    """Passive spring at the joint."""
 
     @model_validator(mode="after")
     def _one_drive(self) -> JointSpec:
@@ -126,6 +130,7 @@ class MaterialSpec(FileSpec):
     static_friction: NotNegative = 0.5
     """No effect: MuJoCo has one friction coefficient, which is `dynamic_friction`."""
     dynamic_friction: NotNegative = 0.5
+    """Friction coefficient; with `across`, only along `direction`."""
     restitution: float = Field(default=0.0, ge=0, le=1)
     """No effect: MuJoCo's contacts have no restitution."""
     combine: Literal["average", "min", "multiply", "max"] = "average"
@@ -154,7 +159,9 @@ class FrameSpec(FileSpec):
     parent: str
     """Path of the parent prim, relative to the robot's prim."""
     position: Vector = (0.0, 0.0, 0.0)
+    """Position in the frame of the parent, m."""
     orientation: Orientation = UPRIGHT
+    """Orientation in the frame of the parent."""
 
 
 class _TypeOfSensor:
@@ -175,6 +182,7 @@ class SensorSpec(FrameSpec, defer_build=True):
     """A sensor that is mounted on a prim of the robot."""
 
     type: Annotated[str, _TypeOfSensor]
+    """Kind of the sensor; its profile has the section of this name, or `rig` for realsense_d455."""
     profile: Annotated[str | dict[str, Any], BeforeValidator(_name_or_figures)] = ""
     """Name of a sensor profile, such as microscan3_9m_20hz, or a mapping with its values, such as {rate: 10.0, …}."""
     noise_std: NotNegative | None = None
@@ -186,7 +194,9 @@ class RobotSpec(FileSpec, defer_build=True):
 
     format: Format = 1
     robot: Name
+    """Name of the robot's type; the scene gives each robot its own name."""
     doc: str = ""
+    """Description for readers of the file."""
     extends: str = ""
     """Robot file whose keys this file takes over and overrides."""
     urdf: str = ""
@@ -208,16 +218,22 @@ class RobotSpec(FileSpec, defer_build=True):
     self_collision: bool = False
     """If true, the robot's links collide with each other, except links that a joint connects."""
     links: dict[str, LinkSpec] = {}
+    """Changes to links, by link name."""
     joints: dict[str, JointSpec] = {}
+    """Changes to joints, by joint name."""
     keep_only_joints: tuple[str, ...] = Field(default=(), strict=False)
     """Joints to keep; if the list is not empty, every other joint of the description is disabled."""
     wheel_colliders: dict[str, Literal["as_urdf", "ellipsoid"] | WheelColliderSpec] = {}
     """Colliders of wheels, by link: `ellipsoid` replaces a cylinder, {radius: …, width: …} all colliders; `as_urdf` keeps all."""
     materials: dict[Name, MaterialSpec] = {}
+    """Physics materials, as name: {dynamic_friction: 0.8, bind: [left_wheel]}."""
     frames: dict[Name, FrameSpec] = {}
+    """Frames to add to the robot, as name: {parent: base_link, position: [0, 0, 0]}."""
     sensors: dict[Name, SensorSpec] = {}
+    """Sensors to mount, as name: {type: lidar, profile: microscan3_9m_20hz, parent: base_link}."""
     namespaces: dict[str, Namespace] = {}
     """ROS 2 namespaces (`isaac:namespace`) of prims, by prim path relative to the robot's prim."""
     name_overrides: dict[str, str] = {}
     """Frame names in TF (`isaac:nameOverride`) of prims, by prim path relative to the robot's prim."""
     graphs: dict[Name, GraphUse] = {}
+    """Graphs that each robot of this type runs, as name: {use: graphs/dd100/cmd_vel.yaml}."""

@@ -9,6 +9,7 @@ from pathlib import Path
 
 MANIFEST = "package.xml"
 MAX_FOLDERS = 20_000
+"""Maximum number of folders that are searched for ROS packages."""
 
 _MAX_BYTES = 256 * 1024
 """Number of bytes at the beginning of a manifest in which the package name is searched."""

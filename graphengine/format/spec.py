@@ -16,7 +16,9 @@ from graphengine.format.wording import shown
 
 FORMAT = 1
 MAX_TICKS = 2**32 - 1
+"""Highest number of ticks of the key `every`."""
 MAX_HZ = 10_000
+"""Highest rate of the key `every`, Hz."""
 
 
 def _name_keys(schema: dict[str, Any]) -> None:
@@ -90,15 +92,20 @@ class ParameterSpec(FileSpec):
     type: str
     """Type of the parameter: a port type such as double, string or target."""
     default: Any = None
+    """Value if the user of the file sets none; a parameter without a default must be set."""
     doc: str = ""
+    """Description for readers of the file."""
 
 
 class VariableSpec(FileSpec):
     """A typed variable of the graph, which its nodes can read and write."""
 
     type: str
+    """Type of the variable: a port type such as double, string or target."""
     default: Any = None
+    """Value at the start and after a reset; default: the zero of the type."""
     doc: str = ""
+    """Description for readers of the file."""
 
 
 class EverySpec(FileSpec):
@@ -139,6 +146,7 @@ class NodeSpec(FileSpec):
     every: EverySpec | None = None
     """How often the node runs: `once`, `{ticks: 3}` or `{hz: 10}`; default: at every execution."""
     doc: str = ""
+    """Description for readers of the file; drawings show it as a tooltip."""
 
     @model_validator(mode="before")
     @classmethod
@@ -167,6 +175,7 @@ class GraphSpec(FileSpec):
     graph: Name
     """Name of the graph."""
     doc: str = ""
+    """Description for readers of the file."""
     at: PrimPath = ""
     """Path of the graph's prim. The namespaces of this prim and its ancestors form the namespace of the graph's topics."""
     parameters: dict[Name, ParameterSpec] = {}
@@ -195,7 +204,9 @@ class Orientation(FileSpec):
     """A rotation: degrees about the fixed x, then y, then z axis as in URDF, or a unit quaternion with the scalar last."""
 
     rpy_deg: Vector | None = None
+    """Roll, pitch and yaw, degrees."""
     quaternion_xyzw: Annotated[tuple[float, float, float, float], Field(strict=False)] | None = None
+    """Unit quaternion [x, y, z, w]."""
 
     @model_validator(mode="after")
     def _one_form(self) -> Orientation:
@@ -213,12 +224,15 @@ class GraphUse(FileSpec):
     """An entry of `graphs` in a scene or robot file: a graph file, the path of its prim, and values of its parameters."""
 
     use: str
+    """Graph file, or the path of one that graphengine includes, such as graphs/clock.yaml."""
     at: PrimPath = ""
     """Path of the graph's prim; overrides `at` in the graph file."""
     parameters: dict[Name, Any] = {}
+    """Values of the graph's parameters, by name."""
 
 
 MAX_ROBOTS = 1000
+"""Maximum number of robots of a fleet."""
 
 
 class PhysicsSpec(FileSpec):
@@ -234,7 +248,9 @@ class PlaceSpec(FileSpec):
     """The pose of one robot of a fleet, relative to the pose of the fleet."""
 
     position: Vector = (0.0, 0.0, 0.0)
+    """Position relative to that of the fleet, m."""
     orientation: Orientation = UPRIGHT
+    """Orientation relative to that of the fleet."""
 
 
 class JointStartSpec(FileSpec):
@@ -252,7 +268,9 @@ class RobotUse(FileSpec):
     at: RobotPath | None = None
     """Path of the robot's prim, such as /World/robot; default: /NAME. In a fleet, the number of the robot is appended."""
     position: Vector = (0.0, 0.0, 0.0)
+    """Position of the robot's root link in the world, m; in a fleet, that of the first robot."""
     orientation: Orientation = UPRIGHT
+    """Orientation of the robot in the world."""
     count: int | None = Field(default=None, ge=1, le=MAX_ROBOTS)
     """Number of robots in the fleet; they stand in rows along the x axis."""
     spacing: Annotated[tuple[Positive, Positive], Field(strict=False)] | None = None
@@ -286,14 +304,19 @@ class SceneSpec(FileSpec):
 
     format: Format = 1
     scene: Name
+    """Name of the scene."""
     doc: str = ""
+    """Description for readers of the file."""
     world: str
     """MJCF or SDF file with the world: everything except the robots."""
     physics: PhysicsSpec = PhysicsSpec()
+    """Tick rate and physics steps, as {tick_rate: 60, substeps: 4}."""
     settle: bool = False
     """If true, physics runs until all bodies are at rest before the simulation starts at t = 0."""
     robots: dict[Name, RobotUse] = {}
+    """Robots of the scene, as name: {use: robots/dd100.yaml, position: [0, 0, 0]}."""
     graphs: dict[Name, GraphUse] = {}
+    """Graphs outside of robots, as name: {use: graphs/clock.yaml, at: /World/clock}."""
     namespaces: dict[PrimPath, Namespace] = {}
     """ROS 2 namespaces (`isaac:namespace`) of prims of the world, robots, graphs or nodes, by prim path."""
     tf: Literal["namespaced", "global"] = "namespaced"

@@ -10,6 +10,7 @@ import shlex
 from collections.abc import Iterable, Sequence
 
 _LONGEST = 2000
+"""Maximum length of a text from a file that a message repeats, characters."""
 
 
 def printable(text: str) -> str:

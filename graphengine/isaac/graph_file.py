@@ -37,6 +37,7 @@ GONE = {
 _NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*\Z")
 _PORT = re.compile(r"[A-Za-z_][A-Za-z0-9_:]*\Z")
 _LONGEST_NAME = 200
+"""Maximum length of an imported name, characters."""
 _MOST_PARTS = 20
 """Maximum number of prim path elements in a file name."""
 _MOST_FOLLOWED = 100_000

@@ -12,6 +12,7 @@ MAX_TOPIC = 247
 MAX_NAMESPACE = MAX_TOPIC - 2
 """Maximum length of a namespace; it leaves room for a slash and a topic name of one character."""
 MAX_NODE = 255
+"""Maximum length of the name of a ROS 2 node, characters."""
 ACTION_PART = "/_action/"
 """Text between the name of an action and the role of a service or topic, as in `/dock/_action/feedback`."""
 

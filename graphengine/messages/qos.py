@@ -32,6 +32,7 @@ PRESETS: Mapping[str, QoS] = {
 _SYSTEM_DEFAULT = QoS(liveliness="automatic")
 """Values that replace the policy `systemDefault`; `rmw_cyclonedds_cpp` uses the same."""
 _MAX_DEPTH = 2**31 - 1
+"""Maximum depth of a queue in a QoS profile."""
 _KEYS = {"lease_duration": "leaseDuration"}
 _FIELDS: dict[str, str] = {_KEYS.get(field.name, field.name): field.name for field in fields(QoS)}
 _CHOICES = {name: legal for name, kind in get_type_hints(QoS).items() if (legal := get_args(kind))}

@@ -17,6 +17,7 @@ class EventQueue(Stateful):
     """A queue of events. An event that is posted in one tick is visible in the next; at most 1000 can be posted in a tick."""
 
     LIMIT = 1000
+    """Maximum number of events of one name in a tick."""
     kept = ("_posted", "ticks", "visible")
 
     def __init__(self, name: str) -> None:

@@ -24,6 +24,7 @@ SHIPPED, INSTALLED, MESSAGES, PROJECT, RELOADED = PLACES = ("shipped", "installe
 MAX_BYTES = 2_000_000_000
 """Maximum size of all files of a recording together, bytes."""
 MAX_FILES = 20_000
+"""Maximum number of files in a recording."""
 MAX_PARTS = 100
 """Maximum number of path elements in a file name."""
 _MEDIA_TYPES: Mapping[str, str] = MappingProxyType(

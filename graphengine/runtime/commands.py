@@ -34,6 +34,7 @@ from graphengine.runtime.session_core import SessionCore
 from graphengine.runtime.ticker import SCOPES, ResetScope
 
 MAX_TICKS = 10_000_000
+"""Maximum number of ticks of one `step`."""
 
 RATES: Mapping[object, float | None] = MappingProxyType({"realtime": 1.0, "max": None})
 

@@ -16,6 +16,7 @@ class Pacer:
     """
 
     PATIENCE = 5
+    """Number of tick periods that a run may be late; if it is later, it does not try to catch up."""
 
     def __init__(self, period: float) -> None:
         self.period = period

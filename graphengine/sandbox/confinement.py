@@ -22,12 +22,15 @@ from graphengine.sandbox import landlock, seccomp
 from graphengine.sandbox.seccomp import Tier
 
 MAX_CPU_SECONDS = 20
+"""CPU time after which the kernel ends a confined process, s."""
 MAX_MEMORY_BYTES = 1 << 30
+"""Address space of a confined process, bytes."""
 MAX_THREADS = 4096
 """Maximum number of threads of the user (RLIMIT_NPROC); with more, a confined process cannot start a thread."""
 _NOBODY = 65534
 """User ID of `nobody`; a process of root takes it as real user ID, because the kernel does not limit the threads of root."""
 MAX_ANSWER_BYTES = 256_000_000
+"""Maximum size of the answer of a confined process, bytes."""
 MAX_REASON = 1000
 """Maximum number of characters of the last line on stderr, which becomes the message of a ProcessError."""
 MAX_COMPLAINT_BYTES = 1_000_000

@@ -25,6 +25,7 @@ from graphengine.sandbox.confinement import ProcessError
 MAX_SOURCES = 8_000_000
 """Maximum number of bytes that are read from files to quote their lines in findings; further lines are not quoted."""
 MAX_FINDINGS = 1000
+"""Maximum number of findings that are taken from a confined process."""
 MAX_LINES = 100
 """Maximum number of help lines of one finding, and of related places."""
 MAX_FILES = 20_000

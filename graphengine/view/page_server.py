@@ -39,6 +39,7 @@ from graphengine.format.web_access import parse_object
 from graphengine.view.guard import PageGuard
 
 MAX_VIEWERS = 8
+"""Maximum number of viewers of a page at the same time."""
 FAREWELL = 1.0
 """Maximum wall time for sending the last message to viewers at the end of the run, s."""
 MAX_MESSAGE = 1_000_000

@@ -25,6 +25,7 @@ Floats = NDArray[np.float64]
 DURATIONS = range(5, 100, 5)
 """Durations of a path (s) that the planner tries in this order; it uses the first one that respects the limits."""
 SHORTEST_STEP = 0.001
+"""Shortest time between two points of a path, s."""
 MOVED, TURNED = 0.1, 0.05
 """Smallest changes of the target since the last plan, in x or y (m) and in yaw (rad), for which the node plans a new path."""
 

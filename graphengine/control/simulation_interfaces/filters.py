@@ -12,6 +12,7 @@ from graphengine.control.simulation_interfaces.results import FAILED, UNSUPPORTE
 from graphengine.devices.entity import Box
 
 MAX_PATTERN = 1000
+"""Maximum length of a filter of entities, characters."""
 MAX_UNROLLED = 100_000
 """Maximum number of characters of a regular expression after expansion of repetitions such as `{3}`, which `regex` expands."""
 PATIENCE = 0.1

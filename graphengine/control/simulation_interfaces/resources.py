@@ -23,6 +23,7 @@ _NAMED = re.compile(r"<(?:robot\b[^>]*?\bname|mujoco\b[^>]*?\bmodel)\s*=\s*[\"']
 _LISTED = tuple(suffix for suffix in _SUFFIXES if suffix != ".xml")
 """Suffixes of the files that `spawnables` lists. MJCF files are not listed, because they may contain worlds."""
 MAX_LISTED = 1000
+"""Maximum number of spawnable files that a response lists."""
 
 
 def use_of(scene: LoadedScene, uri: str, text: str) -> str:

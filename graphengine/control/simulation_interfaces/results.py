@@ -5,6 +5,7 @@ from __future__ import annotations
 from graphengine.format.errors import GraphError, StateError, UnknownEntityError, UsageError
 
 MAX_TEXT = 10_000
+"""Maximum length of the text of a result, characters."""
 UNSUPPORTED, OK, NOT_FOUND, INCORRECT_STATE, FAILED = range(5)
 
 

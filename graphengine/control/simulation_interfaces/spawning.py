@@ -23,6 +23,7 @@ _NAMESPACE_INVALID, _PARSE_ERROR, _MISSING_ASSETS, _INVALID_POSE = 105, 106, 107
 _SOME_FAILED = 150
 _NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]{0,199}")
 MAX_AT_ONCE = 1000
+"""Maximum number of entities that one request spawns."""
 
 
 class Spawning:

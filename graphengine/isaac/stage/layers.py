@@ -18,6 +18,7 @@ from graphengine.isaac.stage.stage_contents import PLACE, SUFFIXES
 MAX_BYTES = 256_000_000
 """Maximum size of all layers of a stage together, bytes; a robot with meshes has 10 MB to 100 MB."""
 MAX_LAYERS = 1000
+"""Maximum number of files of a USD stage."""
 
 
 class UnreadableError(Exception):

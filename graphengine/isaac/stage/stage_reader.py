@@ -25,6 +25,7 @@ from graphengine.sandbox.confinement import ProcessError, ask
 from graphengine.sandbox.untrusted import encoded, note_used, read
 
 MAX_SECONDS = 60.0
+"""Maximum time to read a USD stage, s."""
 MAX_ANSWER = 32_000_000
 """Maximum size of the result of the stage process, bytes."""
 MOST_TOLD = 100

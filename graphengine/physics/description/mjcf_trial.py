@@ -22,7 +22,9 @@ from graphengine.sandbox.confinement import ProcessError, ask, confine
 from graphengine.sandbox.seccomp import TIERS
 
 MAX_SECONDS = 60.0
+"""Maximum time to test an MJCF file, s."""
 MAX_MEMORY_BYTES = 3 << 30
+"""Address space of the process that tests an MJCF file, bytes."""
 _MODULE = "graphengine.physics.description.mjcf_trial"  # which is called __main__ in the process
 _STEPS = 2
 MAX_PLAIN_MEMORY = 60_000_000

@@ -24,7 +24,9 @@ from graphengine.sandbox.confinement import ProcessError, ask
 from graphengine.sandbox.untrusted import Sources, encoded, note_used, read, take_findings
 
 MAX_SECONDS = 30.0
+"""Maximum time that xacro may take, s."""
 MAX_ANSWER = 200_000_000
+"""Maximum size of the URDF that xacro makes, bytes."""
 SUFFIX = ".xacro"
 _FIND = re.compile(rb"\$\(find\s+([\w.-]+)\)")
 _PROCESS = "graphengine.physics.description.xacro_process"

@@ -21,10 +21,12 @@ from graphengine.sandbox.seccomp import TIERS
 from graphengine.sandbox.untrusted import encoded, read
 
 MAX_SECONDS = 60.0
+"""Maximum time to convert a mesh, s."""
 
 MAX_REASON = 300
 """Maximum length of the reason why a file cannot be read, characters; longer reasons are cut."""
 MAX_HEAD_BYTES = 4_000_000
+"""Maximum size of the description of converted meshes, bytes."""
 
 _MODULE = "graphengine.physics.files.conversion"  # which is called __main__ in the process
 

@@ -32,9 +32,13 @@ AS_THEY_ARE = (".obj", ".msh")
 CONVERTED = (".dae", ".ply", ".glb", ".off")
 READABLE = (".stl", *AS_THEY_ARE, *CONVERTED)
 MAX_STL_TRIANGLES = 200_000
+"""Maximum number of triangles of one STL file, as in MuJoCo; larger files are converted."""
 MAX_CONVERTED_BYTES = 100_000_000
+"""Maximum size of a mesh file that is converted, bytes."""
 MAX_TRIANGLES = 5_000_000
+"""Maximum number of triangles of a mesh file."""
 MAX_NODES = 100_000
+"""Maximum number of nodes of a COLLADA or glTF file."""
 
 _ENCODINGS = ("ascii", "utf-8", "utf-16", "iso-8859-1", "iso-8859-15", "cp1252")
 """Encodings that COLLADA files declare in practice. They are loaded beforehand, because later imports fail."""

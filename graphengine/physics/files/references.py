@@ -25,6 +25,7 @@ from graphengine.physics.files.xml import MAX_DEPTH, Element, parse, read, write
 from graphengine.sandbox.borders import warn
 
 MAX_FILE_BYTES = 200_000_000
+"""Maximum size of one mesh or texture file, bytes."""
 MAX_FILES_BYTES = 500_000_000
 """Maximum size of all files together to which a scene refers, bytes."""
 

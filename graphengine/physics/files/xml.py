@@ -16,8 +16,11 @@ from graphengine.format.diagnostics import Findings, Source, Span
 from graphengine.format.regular_files import open_regular
 
 MAX_BYTES = 16_000_000
+"""Maximum size of an XML file, bytes."""
 MAX_DEPTH = 200
+"""Maximum nesting depth of XML elements."""
 MAX_ELEMENTS = 200_000
+"""Maximum number of elements of an XML file."""
 _ENTITIES = str.maketrans({"&": "&amp;", "<": "&lt;", ">": "&gt;"})
 _IN_QUOTES = _ENTITIES | str.maketrans({'"': "&quot;", "\n": "&#10;", "\r": "&#13;", "\t": "&#9;"})
 """Escape sequences of characters in attribute values. `xml.sax.saxutils` has them too, but imports HTTP and TLS modules."""

@@ -24,6 +24,7 @@ from graphengine.physics.importing.gazebo_values import Notes, Subject, Unusable
 from graphengine.physics.sensors.implementations import IMPLEMENTATIONS
 
 MAX_SENSORS = 200
+"""Maximum number of sensors that are imported from one description."""
 _IMU_PLUGINS = ("gazebo_ros_imu", "hector_gazebo_ros_imu")
 MAX_DISTANCE = 1e6
 """Maximum distance (m) of a sensor from its link."""

@@ -56,7 +56,9 @@ class PartSpec(DeviceSections):
     """A device of a rig. A camera looks along its -z axis, with +y up in the image."""
 
     position: Vector = (0.0, 0.0, 0.0)
+    """Position in the frame of the housing, m."""
     orientation: Orientation = UPRIGHT
+    """Orientation in the frame of the housing."""
 
     @model_validator(mode="after")
     def _one_kind(self) -> PartSpec:
@@ -70,12 +72,14 @@ class RigProfile(Spec):
 
     housing: Name = Field(description="Name of the prim that carries the devices of the rig.")
     parts: dict[Name, PartSpec]
+    """Devices of the rig, as name: {position: [0, 0, 0], camera: {…}}."""
 
 
 class ShapeSpec(Spec):
     """A part of a sensor's body. It is visible to cameras and to rays of other robots, and does not collide."""
 
     shape: Literal["box", "cylinder"]
+    """Form of the part."""
     size: Annotated[tuple[Length, Length, Length], Field(strict=False)] = Field(
         description="Length, width and height, m; a cylinder stands upright and is round."
     )
@@ -97,13 +101,16 @@ class DeviceProfile(DeviceSections):
 
     format: Format = 1
     sensor: Name
+    """Name of the profile."""
     doc: str = ""
+    """Description for readers of the file, such as the source of the values."""
 
 
 class SensorProfile(DeviceProfile):
     """The content of a sensor profile, for a single device or a rig."""
 
     rig: RigProfile | None = None
+    """Several devices in one housing, instead of the section of a single device."""
     appearance: Annotated[tuple[ShapeSpec, ...], Field(strict=False, max_length=100)] = Field(
         default=(), description="Appearance for cameras and for rays of other robots."
     )

@@ -46,6 +46,7 @@ OFF, TURNED = 0.3, 0.1
 """Distance (m) and angle (rad) from the true pose; a nearby pose that differs less does not count as another pose."""
 _TURNS = (0.0, -0.025, 0.025, -0.05, 0.05, -TURNED, TURNED)
 MOST_PLACES = 20_000
+"""Maximum number of places at which `graphrun map --localizability` tests the localization."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -31,10 +31,13 @@ OLDEST, NEWEST = 4, 12
 MAX_DEPTH = 20
 """Maximum number of levels of nested models."""
 MAX_MODELS = 5000
+"""Maximum number of models of an SDF file, including those of included files."""
 MAX_URI = 1000
 """Maximum number of characters of the URI in an include."""
 _MAX_MISSING = 50
+"""Maximum number of models that are not found before the search ends."""
 _MAX_NEIGHBOURS = 1000
+"""Maximum number of folders beside a file that are searched for a model."""
 _VERSION = re.compile(r"1\.(\d{1,3})(?:\.\d+)?")
 _FUEL = re.compile(r"https?://[^/]+/.*/models/([^/]+)(?:/(?:\d+|tip))?(/files/.*)?/?")
 """Matches the URL of a model on Gazebo Fuel; the groups are the model's name and a path in the model."""

@@ -48,7 +48,9 @@ class ImuProfile(Profile):
         default=(0.0, 0.0, 0.0), description="Constant bias of angular velocity, rad/s."
     )
     accelerometer: AccelerometerErrors | None = None
+    """Errors of the accelerometer in the units of data sheets."""
     gyroscope: GyroscopeErrors | None = None
+    """Errors of the gyroscope in the units of data sheets."""
 
     def facts(self) -> dict[str, Any]:
         """Return the parameters, with the errors of accelerometers and gyroscopes in SI units."""

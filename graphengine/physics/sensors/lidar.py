@@ -30,6 +30,7 @@ if TYPE_CHECKING:
 
 _LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
 MAX_BEAMS = 500_000
+"""Maximum number of beams of a lidar, in all rings."""
 Elevation = Annotated[float, Field(ge=-90, le=90)]
 
 
@@ -37,8 +38,11 @@ class BeamsSpec(Spec):
     """Evenly spaced beams of a ring; their angles are counter-clockwise from the sensor's x axis."""
 
     first_deg: float = Field(ge=-360, le=360)
+    """Azimuth of the first beam, degrees."""
     last_deg: float = Field(ge=-360, le=360)
+    """Azimuth of the last beam, degrees."""
     count: int = Field(ge=2, le=MAX_BEAMS)
+    """Number of beams of a ring."""
 
     @model_validator(mode="after")
     def _once_around(self) -> BeamsSpec:
@@ -51,8 +55,11 @@ class RingsSpec(Spec):
     """Rings of a 3D lidar from the lowest to the highest; either evenly spaced or listed."""
 
     first_deg: Elevation | None = None
+    """Elevation of the lowest ring, degrees."""
     last_deg: Elevation | None = None
+    """Elevation of the highest ring, degrees."""
     count: int | None = Field(default=None, ge=2, le=1024)
+    """Number of rings."""
     each_deg: Annotated[tuple[Elevation, ...], Field(strict=False, min_length=1, max_length=1024)] | None = Field(
         default=None,
         description="Angle of each ring above the sensor's xy plane; replaces first_deg, last_deg and count.",
@@ -98,6 +105,7 @@ class LidarProfile(Profile):
 
     rate: Rate = Field(description="Sweeps per second.")
     beams: BeamsSpec
+    """Beams of a ring, as {first_deg: -90, last_deg: 90, count: 181}."""
     rings: RingsSpec | None = Field(
         default=None, description="Rings of a 3D lidar; without it, the lidar has one ring in its xy plane."
     )

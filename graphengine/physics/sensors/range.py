@@ -28,6 +28,7 @@ class RangeProfile(Profile):
     """The parameters of an ultrasonic or infrared range sensor."""
 
     radiation_type: Literal["ultrasound", "infrared"] = "ultrasound"
+    """Kind of radiation that messages name."""
     rate: Rate = Field(description="Measurements per second.")
     field_of_view: float = Field(gt=0.0, le=math.pi, description="Angle from edge to edge of the cone, rad.")
     rings: int = Field(

@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from graphengine.physics.core import SimulationCore
 
 MAX_RAYS = 10_000
+"""Maximum number of rays of a raycast sensor."""
 _Rows = Annotated[tuple[Offsets, ...], Field(strict=False, min_length=1, max_length=MAX_RAYS)]
 
 

@@ -31,6 +31,7 @@ SUBPROTOCOL = Subprotocol("foxglove.sdk.v1")
 MESSAGE_DATA, HEADER = 1, struct.Struct("<BI")
 """Opcode of a message that a client publishes, and its header: opcode and id of the client's channel."""
 MAX_CLIENTS = 16
+"""Maximum number of clients of `--foxglove-publish` at the same time."""
 MAX_MESSAGE = 16_000_000
 """Maximum size of a message from a client, bytes."""
 MAX_TEXT = 100_000

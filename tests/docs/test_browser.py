@@ -1,0 +1,95 @@
+"""The built site in a browser, opened from disk: what pages load, say and show on a phone, in light and dark."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from tests.docs.pages import DOCS, SITE
+from tests.view.chromium import CHROMIUM, FLAGS, needs_chromium
+
+sync_api = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
+axe = pytest.importorskip("axe_playwright_python.sync_playwright", reason="axe-playwright-python is not installed")
+
+pytestmark = needs_chromium
+
+FAMILIES = ["index", "start/install", "tutorial/index", "guide/sensors_and_cameras", "how/tick"]
+FAMILIES += ["reference/verbs", "reference/nodes/time"]
+"""A page of each kind, for the tests that take long."""
+PHONE = {"width": 375, "height": 740}
+
+
+class Opened:
+    """A page of the browser, with the requests that left it and the errors of its console."""
+
+    def __init__(self, page: Any, site: Path) -> None:
+        self.page, self._site = page, site
+        self.requests: list[str] = []
+        self.errors: list[str] = []
+        page.on("request", lambda request: self.requests.append(request.url))
+        page.on("console", lambda message: self.errors.append(message.text) if message.type == "error" else None)
+        page.on("pageerror", lambda error: self.errors.append(str(error)))
+
+    def open(self, name: str) -> None:
+        self.page.goto((self._site / f"{name}.html").as_uri())
+
+    @property
+    def left(self) -> list[str]:
+        """The requests that went elsewhere than to the disk."""
+        return [url for url in self.requests if not url.startswith(("file:", "data:", "blob:", "about:"))]
+
+
+@pytest.fixture(scope="module")
+def opened(site: Path) -> Iterator[Opened]:
+    with sync_api.sync_playwright() as playwright:
+        chromium = playwright.chromium.launch(executable_path=CHROMIUM, args=FLAGS)
+        yield Opened(chromium.new_context(viewport=PHONE).new_page(), site)
+        chromium.close()
+
+
+def test_no_page_asks_another_host_for_anything_or_scrolls_sideways_on_a_phone(opened: Opened) -> None:
+    wide = []
+    for path in SITE:
+        name = str(path.relative_to(DOCS).with_suffix(""))
+        opened.open(name)
+        if opened.page.evaluate("document.documentElement.scrollWidth > innerWidth"):
+            wide.append(name)
+    assert (opened.left, opened.errors, wide) == ([], [], [])
+
+
+def test_the_pages_follow_the_system_into_the_dark(opened: Opened) -> None:
+    lightness = "getComputedStyle(document.body).backgroundColor.match(/[0-9.]+/g).slice(0, 3).map(Number)"
+    for name in FAMILIES:
+        found = {}
+        for scheme in ("light", "dark"):
+            opened.page.emulate_media(color_scheme=scheme)
+            opened.open(name)
+            found[scheme] = sum(opened.page.evaluate(lightness))
+        assert found["light"] > 700 > 200 > found["dark"], (name, found)
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_the_pages_can_be_read_by_everyone(opened: Opened, scheme: str) -> None:
+    opened.page.emulate_media(color_scheme=scheme)
+    for name in FAMILIES:
+        opened.open(name)
+        rules = {
+            "runOnly": ["color-contrast", "image-alt", "link-name", "button-name", "heading-order", "html-has-lang"]
+        }
+        report = axe.Axe().run(opened.page, context="article", options=rules)
+        assert report.violations_count == 0, f"{name}\n{report.generate_report()}"
+
+
+def test_the_search_works_from_disk_and_finds_guides_and_no_changelog(opened: Opened) -> None:
+    opened.page.set_viewport_size({"width": 1280, "height": 800})
+    opened.open("index")
+    opened.page.keyboard.press("/")
+    opened.page.keyboard.type("odometry")
+    results = opened.page.locator("a[href*='.html']", has_text="odometry")
+    results.first.wait_for()
+    targets = [link.get_attribute("href") for link in results.all()]
+    assert [target for target in targets if "changelog" in target] == []
+    assert opened.left == []
