@@ -71,7 +71,7 @@ def refusal(words: list[str], *, whole: bool) -> str:
             return ""
         except RefusedError as error:
             named = re.findall(r"'([^']*)'", str(error))
-            if not whole and ("required" in str(error) or any(map(_PLACEHOLDER.fullmatch, named))):
+            if not whole and (re.search("required|expected", str(error)) or any(map(_PLACEHOLDER.fullmatch, named))):
                 return ""
             return f"graphrun {' '.join(words)}: {error}"
     return ""

@@ -60,8 +60,11 @@ class Shell:
             self.folder = (self.folder / words[1]).resolve()
             return
         with contextlib.chdir(self.folder):
-            code = main(without_end(words[1:]))
-        assert code == 0, f"{line}: exit {code}"
+            try:
+                code = main(without_end(words[1:]))
+            except SystemExit as end:  # --help and --version
+                code = end.code
+        assert not code, f"{line}: exit {code}"
 
 
 def without_end(words: list[str]) -> list[str]:
@@ -71,6 +74,7 @@ def without_end(words: list[str]) -> list[str]:
     words = [word for word in words if word != "--view"]
     words += [] if "--for" in words else ["--for", "1s"]
     words += ["--no-view"] if words[0] == "demo" and "--no-view" not in words else []
+    words += ["--rays", "mujoco"] if words[0] == "run" and "--rays" not in words else []  # numba starts slowly
     return words if "--transport" in words else [*words, "--transport", "memory"]
 
 

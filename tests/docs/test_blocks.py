@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import sys
 from pathlib import Path
 
@@ -77,7 +78,7 @@ def test_every_python_block_compiles_and_runs_unless_it_is_a_file(
     for block in blocks(read(path)):
         if block.language == "python":
             code = compile("\n" * block.line + block.text, name_of(path), "exec")
-            if block.runs and not block.title:
+            if block.runs and not block.title and not is_run(read(path)):
                 exec(code, {"__name__": "__main__"})
 
 
@@ -93,10 +94,13 @@ def test_the_commands_of_a_page_that_is_run_work_one_after_the_other(
         elif block.language == "sh" and block.runs:
             for line in lines_of(block.text):
                 shell.run(line)
+        elif block.language == "python" and block.runs:
+            with contextlib.chdir(shell.folder):
+                exec(compile(block.text, name_of(path), "exec"), {"__name__": "__main__"})
 
 
 def test_commands_of_a_run_get_an_end_and_no_network(tmp_path: Path) -> None:
-    assert without_end(["run", "x", "--view"]) == ["run", "x", "--for", "1s", "--transport", "memory"]
+    assert without_end(["run", "x", "--view"]) == ["run", "x", "--for", "1s", "--rays", "mujoco", "--transport", "memory"]
     assert without_end(["demo", "--for", "2s"]) == ["demo", "--for", "2s", "--no-view", "--transport", "memory"]
     assert without_end(["check", "x"]) == ["check", "x"]
     shell = Shell(tmp_path)

@@ -11,7 +11,10 @@ import pytest
 import graphengine as ge
 from graphengine.cli import VERBS
 from graphengine.compiler.registry import default_registry
+from graphengine.control.simulation_interfaces.server import _LEFT_OUT, SimulationInterfaces
 from graphengine.format.spec_reader import KINDS
+from graphengine.scene import build
+from tests.cli.harness import ROOT
 from tests.docs.generate import python_api
 from tests.docs.generate.all_pages import REFERENCE, pages
 from tests.docs.generate.examples import checked, example_of
@@ -75,3 +78,16 @@ def test_every_limit_has_a_row_and_a_meaning() -> None:
     names = {*TESTED, *(one.name for one in LIMITS)}
     assert [name for name in names if f"| `{name}` |" not in page("limits.md")] == []
     assert [name for name in sorted(names) if not meaning_of(name)] == [], "write a docstring below the constant"
+
+
+def test_every_service_of_simulation_interfaces_is_on_the_page_of_ros_interfaces() -> None:
+    source = inspect.getsource(SimulationInterfaces._services)
+    names = [*re.findall(r'^ +"(\w+)": \(', source, re.MULTILINE), *_LEFT_OUT]
+    assert len(names) > 20
+    assert [name for name in names if f"`/{name}`" not in page("ros_interfaces.md")] == []
+
+
+def test_the_share_of_speed_in_the_table_of_differences_is_the_one_that_check_prints() -> None:
+    assert "with 0.1 m for a wheel of 0.049 m, the robot drives at 49 %" in page("differences.md")
+    findings = build.load(ROOT / "scenes/tutorial/navigation.yaml").findings
+    assert any("will drive at 0.49 times the commanded speed" in one.message for one in findings.warnings)

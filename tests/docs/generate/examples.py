@@ -98,7 +98,7 @@ def checked(text: str, folder: Path) -> Graph:
 
 def drawing_of(cls: type[Node]) -> str:
     """Return the drawing of a node with all of its ports, as SVG."""
-    node = NodeView(last_part(cls), cls.type_name, cls.kind(), None, summary(cls))
+    node = NodeView(last_part(cls), cls.kind(), cls.kind(), None, summary(cls))
     ports = (port for port in cls.fields.values() if port.side != "state")
     for port in sorted(ports, key=lambda port: not port.is_exec):
         side = "left" if port.side == "inputs" else "right"

@@ -52,11 +52,20 @@ _FILES = {
 def pages() -> Iterator[tuple[str, str]]:
     """Yield path and text of each page."""
     for name, (title, about, model, example) in _FILES.items():
-        lines = [f"# {title}", "", about, "", f"This is {code(example)}:", "", "```yaml"]
-        text = (ROOT / example).read_text(encoding="utf-8")
-        lines += [*text.rstrip("\n").split("\n"), "```"]
+        lines = [f"# {title}", "", about, "", f"The last section shows {code(example)}."]
         for inner in _models(model):
             lines += ["", f"## {_name(inner)}", "", prose(_about(inner)), "", *_keys(inner)]
+        text = (ROOT / example).read_text(encoding="utf-8")
+        lines += [
+            "",
+            "## Example",
+            "",
+            f"This is {code(example)}:",
+            "",
+            "```yaml",
+            *text.rstrip("\n").split("\n"),
+            "```",
+        ]
         yield name, "\n".join([*lines, ""])
 
 
