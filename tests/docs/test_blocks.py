@@ -100,7 +100,16 @@ def test_the_commands_of_a_page_that_is_run_work_one_after_the_other(
 
 
 def test_commands_of_a_run_get_an_end_and_no_network(tmp_path: Path) -> None:
-    assert without_end(["run", "x", "--view"]) == ["run", "x", "--for", "1s", "--rays", "mujoco", "--transport", "memory"]
+    assert without_end(["run", "x", "--view"]) == [
+        "run",
+        "x",
+        "--for",
+        "1s",
+        "--rays",
+        "mujoco",
+        "--transport",
+        "memory",
+    ]
     assert without_end(["demo", "--for", "2s"]) == ["demo", "--for", "2s", "--no-view", "--transport", "memory"]
     assert without_end(["check", "x"]) == ["check", "x"]
     shell = Shell(tmp_path)

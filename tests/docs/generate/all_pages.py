@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from tests.cli.harness import ROOT
-from tests.docs.generate import keys, limits, nodes, python_api, verbs
+from tests.docs.generate import diagnostics, keys, limits, nodes, python_api, verbs
 
 REFERENCE = ROOT / "docs/reference"
 _NOTE = "<!-- Written by `python -m tests.docs.generate`. -->\n\n"
@@ -15,7 +15,7 @@ _NOTE = "<!-- Written by `python -m tests.docs.generate`. -->\n\n"
 
 def pages() -> Iterator[tuple[Path, str]]:
     """Yield path and text of each generated file."""
-    for module in (verbs, keys, python_api, limits, nodes):
+    for module in (verbs, keys, diagnostics, python_api, limits, nodes):
         for name, text in module.pages():
             yield REFERENCE / name, text if name.endswith(".svg") else _NOTE + _without_escaped_bars(text)
 
