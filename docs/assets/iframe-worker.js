@@ -1,5 +1,5 @@
 // The search runs in a worker, and browsers start no worker for a page that is opened from disk. There, the worker's script
-// runs in a hidden frame. The name of this file keeps the plugin `offline` from loading a script of the same name from unpkg.com.
+// runs in a hidden frame, and messages arrive later, as from a worker. The name of this file keeps the plugin `offline` from loading a script of the same name from unpkg.com.
 if (location.protocol === "file:") {
   window.Worker = class extends EventTarget {
     constructor(url) {
@@ -8,7 +8,7 @@ if (location.protocol === "file:") {
       this.frame = document.createElement("iframe");
       this.frame.hidden = true;
       this.frame.title = "search";
-      this.frame.answer = (data) => this.take("message", { data });
+      this.frame.answer = (data) => setTimeout(() => this.take("message", { data: structuredClone(data) }));
       this.frame.onload = () => {
         const waiting = this.waiting;
         this.waiting = null;
@@ -26,7 +26,7 @@ if (location.protocol === "file:") {
     }
     send(data) {
       const inside = this.frame.contentWindow;
-      inside.dispatchEvent(new inside.MessageEvent("message", { data }));
+      setTimeout(() => inside.dispatchEvent(new inside.MessageEvent("message", { data: inside.structuredClone(data) })));
     }
     postMessage(data) {
       if (this.waiting) this.waiting.push(data);

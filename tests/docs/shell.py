@@ -60,6 +60,7 @@ class Shell:
             self.folder = (self.folder / words[1]).resolve()
             return
         with contextlib.chdir(self.folder):
+            code: object
             try:
                 code = main(without_end(words[1:]))
             except SystemExit as end:  # --help and --version

@@ -62,7 +62,7 @@ def test_every_link_of_the_html_leads_to_a_file_and_an_id(site: Path) -> None:
 
 
 BLOCK = re.compile(r"<pre\b.*?</pre>", re.DOTALL)
-MARKUP = re.compile(r".{0,40}(?:```|\]\(|\*\*|!!! |^\|.*\|$).{0,40}", re.MULTILINE)
+MARKUP = re.compile(r".{0,40}(?:```|\]\(|\*\*\w|!!! |^\|.*\|$).{0,40}", re.MULTILINE)
 
 
 def test_no_markup_is_left_over_in_the_text(site: Path) -> None:

@@ -21,7 +21,7 @@ from graphengine.physics.model.profiles import SensorProfile
 from graphengine.physics.sensors.implementations import IMPLEMENTATIONS
 from tests.cli.harness import ROOT
 
-_FILES = {
+_FILES: dict[str, tuple[str, str, type[BaseModel], str]] = {
     "graph_file.md": (
         "Graph files",
         "A graph file contains nodes and wires. `graphrun schema graph` prints its JSON Schema.",
@@ -154,7 +154,7 @@ def _fixed(words: list[str]) -> str:
 
 def _bounds(metadata: Any) -> str:
     """Return the bounds of a value, the lower one first."""
-    low, high = [], []
+    low, high = list[str](), list[str]()
     for one in metadata:
         if isinstance(one, FieldInfo):
             high += filter(None, [_bounds(one.metadata)])

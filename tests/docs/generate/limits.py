@@ -59,7 +59,7 @@ def _meanings(module: str, cls: str) -> dict[str, str]:
     body = ast.parse(text).body
     if cls:
         body = next(one.body for one in body if isinstance(one, ast.ClassDef) and one.name == cls)
-    found = {}
+    found: dict[str, str] = {}
     for one, below in zip(body, [*body[1:], None], strict=True):
         targets = one.targets if isinstance(one, ast.Assign) else [one.target] if isinstance(one, ast.AnnAssign) else []
         document = below.value.value if isinstance(below, ast.Expr) and isinstance(below.value, ast.Constant) else None

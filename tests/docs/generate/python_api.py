@@ -82,7 +82,8 @@ def _signature(name: str, function: Any) -> Iterator[str]:
         if parameter.kind is parameter.KEYWORD_ONLY and not star:
             parts.append("*")
         star = star or parameter.kind in (parameter.KEYWORD_ONLY, parameter.VAR_POSITIONAL)
-        prefix = {parameter.VAR_POSITIONAL: "*", parameter.VAR_KEYWORD: "**"}.get(parameter.kind, "")
+        kinds = {inspect.Parameter.VAR_POSITIONAL: "*", inspect.Parameter.VAR_KEYWORD: "**"}
+        prefix = next((mark for kind, mark in kinds.items() if kind is parameter.kind), "")
         parts.append(prefix + parameter.name + _annotated(": ", parameter.annotation) + _default(parameter.default))
     result = _annotated(" -> ", signature.return_annotation)
     short = f"{name}({', '.join(parts)}){result}"

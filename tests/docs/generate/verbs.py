@@ -61,7 +61,7 @@ def _of_parser(parser: argparse.ArgumentParser) -> Iterator[str]:
     if rows:
         yield from ("", *table(("argument", ""), rows))
     if parser.epilog:
-        is_laid_out = issubclass(parser.formatter_class, argparse.RawDescriptionHelpFormatter)
+        is_laid_out = parser.formatter_class is argparse.RawDescriptionHelpFormatter
         yield from ("", *(("```text", parser.epilog, "```") if is_laid_out else (prose(parser.epilog),)))
 
 
