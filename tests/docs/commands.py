@@ -15,7 +15,7 @@ from graphengine.cli import OLD_NAMES, Parser, make_parser
 
 _OPERATORS = {"&&", "||", ";", "|", "&", ">", ">>", "<", "2>", "2>&1", ";;"}
 _ASSIGNMENT = re.compile(r"[A-Za-z_]\w*=.*")
-_PLACEHOLDER = re.compile(r"[\[<]?[A-Z][A-Z_0-9/:|.=…]*[\]>]?(…|\.\.\.)?")
+_PLACEHOLDER = re.compile(r"[\[<]?[A-Z][A-Z_0-9/:|.=…\[\]]*>?(…|\.\.\.)?")
 
 
 class RefusedError(Exception):

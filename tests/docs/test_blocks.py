@@ -21,6 +21,7 @@ LANGUAGES = {
     "console",
     "cpp",
     "csv",
+    "diff",
     "dockerfile",
     "ini",
     "json",
