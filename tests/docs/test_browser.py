@@ -90,7 +90,10 @@ def test_the_pages_can_be_read_by_everyone(opened: Opened, scheme: str) -> None:
 
 def test_the_search_works_from_disk_and_finds_guides_and_no_changelog(opened: Opened) -> None:
     searching = Opened(opened.page.context.new_page(), opened.site)
+    searching.page.set_viewport_size({"width": 1280, "height": 800})
     searching.open("index")
+    searching.page.wait_for_load_state("load")
+    searching.page.wait_for_selector("iframe[title=search]", state="attached")
     searching.page.keyboard.press("Control+k")
     searching.page.keyboard.type("odometry")
     results = searching.page.locator("a[href*='?h=odometry']")
