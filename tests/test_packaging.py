@@ -7,6 +7,7 @@ import subprocess
 import sys
 import tomllib
 from pathlib import Path
+from typing import Any
 
 import grimp
 import pytest
@@ -15,6 +16,7 @@ from packaging.requirements import Requirement
 
 ROOT = Path(__file__).resolve().parents[1]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+RELEASE = (ROOT / "tests/release.sh").read_text(encoding="utf-8")
 
 DISTRIBUTIONS = {
     "PIL": "pillow",
@@ -93,15 +95,46 @@ def test_cyclonedds_is_required_where_it_has_a_wheel(python: str, system: str, m
     assert {"mujoco-core", "rosbags"} <= found
 
 
+def workflow(name: str) -> dict[str, Any]:
+    return yaml.safe_load((ROOT / ".github/workflows" / f"{name}.yml").read_text(encoding="utf-8"))
+
+
 def test_the_tests_that_run_where_it_has_none_do_not_import_it() -> None:
-    workflow = yaml.safe_load((ROOT / ".github/workflows/tests.yml").read_text(encoding="utf-8"))
-    *_, tests = workflow["jobs"]["without-dds"]["steps"]
-    rooms = [ROOT / word for word in tests["run"].split() if word.startswith("tests/") and word != "tests/all.sh"]
-    assert len(rooms) >= 5
+    *_, tests = workflow("tests")["jobs"]["without-dds"]["steps"]
+    names = [word for word in tests["run"].split() if word.startswith("tests/") and word != "tests/all.sh"]
+    (everywhere,) = re.findall(r'^everywhere="(.*)"$', RELEASE, re.MULTILINE)
+    assert everywhere.split() == names
+    assert len(names) >= 5
+    rooms = [ROOT / name for name in names]
     files = [file for room in rooms for file in room.rglob("*.py")]
     assert all(room.is_dir() for room in rooms)
     imports = re.compile(r"(from|import) (cyclonedds|graphengine\.ros\.transports\.dds|tests\.ros)\b")
     assert [file for file in files if imports.search(file.read_text(encoding="utf-8"))] == []
+
+
+def test_a_release_runs_the_steps_of_its_script_on_every_python_that_the_package_names() -> None:
+    build, install, publish = workflow("release")["jobs"].values()
+    commands = [step["run"] for job in (build, install) for step in job["steps"] if "run" in step]
+    steps = [command.split()[2] for command in commands if command.startswith("sh tests/release.sh ")]
+    assert steps == re.findall(r"^(\w+)\)$", RELEASE, re.MULTILINE)
+    named = re.findall(r"Python :: (3\.\d+)", "\n".join(PROJECT["classifiers"]))
+    assert install["strategy"]["matrix"]["python"] == named
+    assert (install["needs"], publish["needs"]) == ("build", "install")
+
+
+def test_only_the_publishing_of_a_tag_gets_an_identity_and_actions_are_pinned() -> None:
+    release = workflow("release")
+    jobs = release["jobs"]
+    assert release["permissions"] == {"contents": "read"}
+    assert {name: job.get("permissions") for name, job in jobs.items()} == {
+        "build": None,
+        "install": None,
+        "publish": {"id-token": "write"},
+    }
+    assert jobs["publish"]["if"] == "github.ref_type == 'tag'"
+    used = {step["uses"] for job in jobs.values() for step in job["steps"] if "uses" in step}
+    pinned = {action for action in used if re.fullmatch(r"actions/[a-z-]+@[0-9a-f]{40}", action)}
+    assert used - pinned == {"pypa/gh-action-pypi-publish@release/v1"}
 
 
 @pytest.mark.parametrize("transport", ["dds", "auto"])
