@@ -96,7 +96,8 @@ def test_cyclonedds_is_required_where_it_has_a_wheel(python: str, system: str, m
 
 
 def workflow(name: str) -> dict[str, Any]:
-    return yaml.safe_load((ROOT / ".github/workflows" / f"{name}.yml").read_text(encoding="utf-8"))
+    content: dict[str, Any] = yaml.safe_load((ROOT / ".github/workflows" / f"{name}.yml").read_text(encoding="utf-8"))
+    return content
 
 
 def test_the_tests_that_run_where_it_has_none_do_not_import_it() -> None:
