@@ -30,6 +30,7 @@ class _Below(ctypes.Structure):
     """The kernel's `landlock_path_beneath_attr`: a rule that allows operations on a file or below a folder."""
 
     _pack_ = 1
+    _layout_ = "ms"  # what `_pack_` has always meant; Python 3.14 warns without it
     _fields_ = (("rights", ctypes.c_uint64), ("folder", ctypes.c_int32))
 
 
