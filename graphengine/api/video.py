@@ -28,6 +28,7 @@ FASTEST = 60
 SHADOW_MAP = 4096
 """Side of the shadow map, texels."""
 MAX_FRAMES = 20_000
+"""Maximum number of images of a video."""
 MAX_BYTES = 2_000_000_000
 """Maximum size of all images of a video before compression, bytes."""
 

@@ -44,7 +44,7 @@ class LivePublisher(HeldEndpoint, Publisher, Shared):
 
     @property
     def wanted(self) -> bool:
-        """Whether messages have a receiver: a matched reader, a sink of the session, or readers that join a latched topic later."""
+        """Whether messages have a receiver: a matched reader, a sink, or, if the topic is latched, readers that join later."""
         latched = self.claim.qos.durability == "transientLocal"
         return latched or self._writer.matched > 0 or bool(self._network.sinks)
 

@@ -235,7 +235,9 @@ class Ticker:
         if len(clamped) != len(self._clamped):
             for command in [command for command in clamped if command not in self._clamped]:
                 self._clamped.add(command)
-                advice = "if the joint can do more, raise max_velocity of its drive, or its limits in the robot description"
+                advice = (
+                    "if the joint can do more, raise max_velocity of its drive, or its limits in the robot description"
+                )
                 self.services.warn("", f"commands are clamped: {command}\n  {advice}")
 
     def _freeze(self, inbox: ExternalInputs) -> None:

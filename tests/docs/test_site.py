@@ -82,3 +82,13 @@ def test_the_search_has_every_page_but_the_changelog(site: Path) -> None:
     index = json.loads((site / "search.json").read_text(encoding="utf-8"))
     found = {item["location"].partition("#")[0] for item in index["items"]}
     assert found == {str(path.relative_to(DOCS).with_suffix(".html")) for path in SITE} - {"changelog.html"}
+
+
+def test_no_page_loads_anything_from_another_host(site: Path) -> None:
+    loads = r"""<(?:script|img|iframe|video)\b[^>]*\bsrc="?https?:|<link\b[^>]*\brel="?stylesheet"?[^>]*https?:|url\(https?:"""
+    found = [
+        path.name
+        for path in site.rglob("*")
+        if path.suffix in (".html", ".css") and re.search(loads, path.read_text(encoding="utf-8"))
+    ]
+    assert found == []

@@ -56,8 +56,11 @@ def assert_alike(made: Path, kept: Path) -> None:
 
 
 @needs_opengl
-def test_the_fleet_is_what_its_command_makes(tmp_path: Path) -> None:
-    *words, kept = shlex.split(COMMANDS["dd100_fleet.png"])[1:]
+@pytest.mark.parametrize(
+    "name", ["dd100_fleet.png", "dd100_warehouse_perspective.png", "simple_warehouse_d455_colour.png"]
+)
+def test_a_picture_is_what_its_command_makes(name: str, tmp_path: Path) -> None:
+    *words, kept = shlex.split(COMMANDS[name])[1:]
     process(*words, str(tmp_path / "made.png"), code=0)
     assert_alike(tmp_path / "made.png", ROOT / kept)
 
