@@ -57,7 +57,7 @@ def description(cls: type[Node]) -> Iterable[str]:
             yield ""
             yield from table(heads, [_row(cls, port) for port in ports])
     for stem in cls.numbered:
-        yield from ("", f"As many ports {code(f'{stem}0')}, {code(f'{stem}1')} and so on as a file names.")
+        yield from ("", f"The node has as many ports {code(f'{stem}0')}, {code(f'{stem}1')}, … as the graph file uses.")
 
 
 def _row(cls: type[Node], port: Port) -> tuple[str, ...]:

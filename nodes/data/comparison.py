@@ -120,7 +120,7 @@ class IsZero(_Zero, type="omni.graph.nodes.IsZero"):
 
 
 class AnyZero(_Zero, type="omni.graph.nodes.AnyZero"):
-    """Checks whether any number of a value is 0; for an array of tuples, whether any tuple consists only of zeros."""
+    """Checks whether at least one number in a value is 0; for an array of tuples, whether one tuple consists only of zeros."""
 
     result: bool = Out(doc="whether any number is 0; for an array of tuples, whether any tuple consists only of zeros")
 

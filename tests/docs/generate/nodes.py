@@ -143,4 +143,7 @@ def _page(family: Family, types: list[type[Node]], used: dict[str, list[str]]) -
         yield from description(cls)
         yield from ("", "```yaml", *example_of(cls).splitlines(), "```")
         if graphs := used.get(cls.type_name):
-            yield from ("", f"In use: {', '.join(code(f'graphrun show {graph}') for graph in graphs[:4])}.")
+            yield from (
+                "",
+                f"These commands show graphs that use it: {', '.join(code(f'graphrun show {graph}') for graph in graphs[:4])}.",
+            )
