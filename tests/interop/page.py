@@ -80,12 +80,12 @@ Between embedded DDS, which is Cyclone DDS, and nodes on {_RMWS[1]}, these rows 
 The two RMWs of ROS 2 encode the identity of a request differently, so services do not work between these RMWs in ROS 2 either.
 Actions and parameters consist of services. Topics, tf and QoS events work. There are two remedies:
 
-- Run `graphrun` with `{HINT}`, with a sourced ROS 2 or with [rclpy from PyPI](ros_from_pypi.md): it is then a node on the
-  RMW of that rclpy.
-- Run the nodes of a sourced ROS 2 with `RMW_IMPLEMENTATION={_RMWS[0]}`, where ros-jazzy-rmw-cyclonedds-cpp is installed. Without
-  that package, and with rclpy from PyPI, the variable ends each rclpy program with exit code 102.
+- Run `graphrun` with `{HINT}`, with a sourced ROS 2 or with [rclpy from PyPI](ros_from_pypi.md). The run is then a node on
+  the RMW of this rclpy.
+- Run the nodes of a sourced ROS 2 with `RMW_IMPLEMENTATION={_RMWS[0]}`, if ros-jazzy-rmw-cyclonedds-cpp is installed. If this
+  package is missing, or if rclpy is from PyPI, the variable makes each rclpy program exit with code 102.
 
-`graphrun` prints these remedies when it discovers such a peer. `graphrun ctl` needs no ROS 2 and works in any case."""
+`graphrun` prints these remedies when it discovers a peer on another RMW. `graphrun ctl` needs no ROS 2 and works with any transport."""
 
 
 def _figures(cells: dict[tuple[str, str, str], Result]) -> Iterator[str]:
@@ -98,7 +98,7 @@ machine.
 
 The tests make these exceptions:
 
-- Lost best-effort messages are no failure; the entries show how many messages arrived.
+- A test does not fail if best-effort messages are lost; the entries show how many messages arrived.
 - Embedded DDS lost the first reliable message of 1 or 4 MB from a Fast DDS writer (59 of 60 and 19 of 20 arrived). In these two
   rows, each ROS 2 writer first sends one message that is not counted.
 - A client that calls at the moment when it discovers a server may receive no response to its first call. In `action server` and
