@@ -270,7 +270,7 @@ class RobotUse(FileSpec):
     position: Vector = (0.0, 0.0, 0.0)
     """Position of the robot's root link in the world, m; in a fleet, that of the first robot."""
     orientation: Orientation = UPRIGHT
-    """Orientation of the robot in the world."""
+    """Orientation of the robot in the world: `{rpy_deg: [roll, pitch, yaw]}` or `{quaternion_xyzw: [x, y, z, w]}`."""
     count: int | None = Field(default=None, ge=1, le=MAX_ROBOTS)
     """Number of robots in the fleet; they stand in rows along the x axis."""
     spacing: Annotated[tuple[Positive, Positive], Field(strict=False)] | None = None

@@ -237,7 +237,7 @@ def test_a_file_of_another_kind_is_answered_with_the_verb_for_it(
         (["robots", "clock"], "graphrun robots: a graph alone has no robots and no robot states; give a scene with"),
         (["map", "dd100_flat"], "give its bounds: --bounds XMIN YMIN XMAX YMAX\n"),
         (["replay", "nope.mcap"], "graphrun replay: no file 'nope.mcap'\n"),
-        (["snapshot", "dd100_flat", "-o", "a.png", "--view", "x"], "unrecognized arguments: --view x\n  see"),
+        (["snapshot", "dd100_flat", "-o", "a.png", "--page", "x"], "unrecognized arguments: --page x\n  see"),
     ],
 )
 def test_what_is_missing_is_named(graphrun: Graphrun, folder: Path, arguments: list[str], said: str) -> None:

@@ -136,6 +136,7 @@ def test_unknown_keys_at_every_level(head: str, text: str, place: str, key: str,
 
 
 TURNED = f"{SCENE}robots:\n  r:\n    use: r.yaml\n    orientation: "
+ORIENTATION = "Orientation of the robot in the world: `{rpy_deg: [roll, pitch, yaw]}` or `{quaternion_xyzw: [x, y, z, w]}`."
 BOTH = "6:5 orientation: give either rpy_deg: [roll, pitch, yaw] or quaternion_xyzw: [x, y, z, w]"
 
 
@@ -144,12 +145,12 @@ BOTH = "6:5 orientation: give either rpy_deg: [roll, pitch, yaw] or quaternion_x
     [
         ("{}", BOTH),
         ("{rpy_deg: [0, 0, 0], quaternion_xyzw: [0, 0, 0, 1]}", BOTH),
-        ("[0, 0, 90]", "6:18 orientation: expected a mapping, got a list; keys: rpy_deg, quaternion_xyzw"),
-        ("90", "6:18 orientation: expected a mapping, got 90; keys: rpy_deg, quaternion_xyzw"),
-        ("{rpy_deg: 90}", "6:28 rpy_deg: expected a list, got 90"),
+        ("[0, 0, 90]", "6:18 orientation: expected a mapping, got a list; " + ORIENTATION),
+        ("90", "6:18 orientation: expected a mapping, got 90; " + ORIENTATION),
+        ("{rpy_deg: 90}", "6:28 rpy_deg: expected a list, got 90; Roll, pitch and yaw, degrees."),
         ("{rpy_deg: [0, 0]}", "6:28 rpy_deg: expected 3 values, got 2"),
         ("{quaternion_xyzw: [0, 0, 1]}", "6:36 quaternion_xyzw: expected 4 values, got 3"),
-        ("{rpy_deg: [0, 0, 0, 1]}", "6:28 rpy_deg: expected 3 values, got 4"),
+        ("{rpy_deg: [0, 0, 0, 1]}", "6:28 rpy_deg: expected 3 values, got 4; Roll, pitch and yaw, degrees."),
         ("{rpy_deg: [0, 0, north]}", "6:35 rpy_deg[2]: expected a number, got 'north'"),
         ("{rpy_deg: [0, 0, true]}", "6:35 rpy_deg[2]: expected a number, got true"),
         ("{rpy_deg: [0, 0, .inf]}", "6:35 rpy_deg[2]: expected a finite number, got inf"),

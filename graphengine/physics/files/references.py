@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Literal, NamedTuple
 
 from graphengine.format.diagnostics import Findings
-from graphengine.format.files import Files
+from graphengine.format.files import Files, shipped
 from graphengine.format.regular_files import open_regular
 from graphengine.format.ros_packages import package_folder
 from graphengine.format.wording import allowing, did_you_mean, listing
@@ -118,6 +118,10 @@ class Library:
     def read_files(self) -> list[Path]:
         """Return the files that models include or refer to, with symbolic links resolved."""
         return list(dict.fromkeys([*self._included_files, *self._keys]))
+
+    def is_shipped(self, world: Path) -> bool:
+        """Return whether a world and all files read so far ship with this package; a file of a user may hide one of these."""
+        return all(path.resolve().is_relative_to(shipped()) for path in (world, *self.read_files()))
 
     def source(self, key: str) -> Path | None:
         """Return the path of the file that has the given key in `assets` or `models`; None if there is no such file."""

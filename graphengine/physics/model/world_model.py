@@ -39,7 +39,9 @@ def world_spec(
     """
     path = library.files.look_up(scene.spec.world, scene.folder, findings, scene.document.span("world"))
     root = _read(path, library, findings) if path is not None else None
-    if root is None or not (is_plain(root, library.memory) or is_safe(root, library, "world")):
+    if root is None or path is None:
+        return None, []
+    if not (library.is_shipped(path) or is_plain(root, library.memory) or is_safe(root, library, "world")):
         return None, []
     spec, lines = parse(root, library)
     if spec is not None:
