@@ -146,7 +146,8 @@ def add_verb(verbs: Any, name: str, summary: str, **more: Any) -> Any:
 def make_parser(*whole: str) -> argparse.ArgumentParser:
     """Return the parser of the command line. It has all verbs, but the arguments only of the verbs in `whole`."""
     parser = Parser(
-        prog="graphrun", description="Simulate ROS 2 robots with MuJoCo; graphs of nodes, written in YAML, control them."
+        prog="graphrun",
+        description="Simulate ROS 2 robots with MuJoCo; graphs of nodes, written in YAML, control them.",
     )
     parser.add_argument("--version", action=Version, nargs=0, help="show the version and exit")
     parser.add_argument(

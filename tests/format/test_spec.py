@@ -136,7 +136,9 @@ def test_unknown_keys_at_every_level(head: str, text: str, place: str, key: str,
 
 
 TURNED = f"{SCENE}robots:\n  r:\n    use: r.yaml\n    orientation: "
-ORIENTATION = "Orientation of the robot in the world: `{rpy_deg: [roll, pitch, yaw]}` or `{quaternion_xyzw: [x, y, z, w]}`."
+ORIENTATION = (
+    "Orientation of the robot in the world: `{rpy_deg: [roll, pitch, yaw]}` or `{quaternion_xyzw: [x, y, z, w]}`."
+)
 BOTH = "6:5 orientation: give either rpy_deg: [roll, pitch, yaw] or quaternion_xyzw: [x, y, z, w]"
 
 

@@ -85,7 +85,8 @@ Actions and parameters consist of services. Topics, tf and QoS events work. Ther
 - Run the nodes of a sourced ROS 2 with `RMW_IMPLEMENTATION={_RMWS[0]}`, if ros-jazzy-rmw-cyclonedds-cpp is installed. If this
   package is missing, or if rclpy is from PyPI, the variable makes each rclpy program exit with code 102.
 
-`graphrun` prints these remedies when it discovers a peer on another RMW. `graphrun ctl` needs no ROS 2 and works with any transport."""
+`graphrun` prints these remedies when it discovers a peer on another RMW. `graphrun ctl` needs no ROS 2 and works with any
+transport."""
 
 
 def _figures(cells: dict[tuple[str, str, str], Result]) -> Iterator[str]:
