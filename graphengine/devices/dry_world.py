@@ -110,7 +110,7 @@ class DryWorld(Stateful):
         self._lights[prim.path] = light
 
     def body(self, prim: Prim) -> BodyStub:
-        """Return the stub of a prim, the same object at each call. Until it is placed, it moves with the parent prim's stub."""
+        """Return the stub of a prim, the same object at each call. Until `place`, the stub moves with the parent's stub."""
         if prim not in self._bodies:
             carrier = self.body(prim.parent) if prim.parent else None
             self._bodies[prim] = BodyStub(prim.position, prim.orientation, carrier=carrier)
