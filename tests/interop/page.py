@@ -100,8 +100,8 @@ machine.
 The tests make these exceptions:
 
 - A test does not fail if best-effort messages are lost; the entries show how many messages arrived.
-- Embedded DDS lost the first reliable message of 1 MB (59 of 60 arrived) and of 4 MB (19 of 20 arrived) from a Fast DDS writer. In
-  the rows of these sizes, each ROS 2 writer first sends one message that is not counted.
+- Embedded DDS lost the first reliable message of 1 MB (59 of 60 arrived) and of 4 MB (19 of 20 arrived) from a Fast DDS writer.
+  In the rows of these sizes, each ROS 2 writer first sends one message that is not counted.
 - A client that calls at the moment when it discovers a server may receive no response to its first call. In `action server` and
   `parameters`, the clients wait for a server that is just starting. They repeat an unanswered call after 5 s, up to 4 times;
   the entry gives the number of repeated calls.
