@@ -8,8 +8,8 @@ from pathlib import Path
 
 _FIRST, _OF_A_DOMAIN, _FIRST_OF_A_PROCESS = 7400, 250, 10
 """RTPS: first port of domain 0, distance between domains, and offset of the first pair of ports of a process."""
-_PROCESSES = 33
-"""Maximum number of processes of a domain on a machine: those of embedded DDS have the indices 0 to 32."""
+MAX_PARTICIPANT_INDEX = 32
+"""Maximum index of a process of a domain on a machine, from 0; embedded DDS gets it as rmw_cyclonedds_cpp sets it."""
 _GROUP = "239.255.0.1"
 """Multicast group in which participants discover each other."""
 
@@ -22,7 +22,7 @@ def shared_port(domain_id: int) -> int:
 def process_ports(domain_id: int) -> list[tuple[int, int]]:
     """Return the pairs of ports for the processes of a domain, of which each process takes one pair."""
     first = shared_port(domain_id) + _FIRST_OF_A_PROCESS
-    return [(port, port + 1) for port in range(first, first + 2 * _PROCESSES, 2)]
+    return [(port, port + 1) for port in range(first, first + 2 * (MAX_PARTICIPANT_INDEX + 1), 2)]
 
 
 def can_bind(port: int, *, reuse: bool = False) -> bool:

@@ -110,7 +110,7 @@ BOUNDS_NO_INPUT = {
     "a setting that another program gets": (
         "api.nav2.nav2_parameters.BOND_TIMEOUT",
         "ros.transports.dds.cyclone.MAX_BLOCKING_MS",
-        "ros.transports.dds.cyclone._MAX_PARTICIPANTS",
+        "ros.ports.MAX_PARTICIPANT_INDEX",
     ),
     "a default that the user can change": ("cli.calibrate.BOUND",),
     "part of a formula, an algorithm or a choice between two ways to the same result": (

@@ -14,6 +14,7 @@ import pytest
 from graphengine.cli import VERBS, make_parser
 from graphengine.compiler.registry import default_registry
 from tests.cli.harness import ROOT, live, process
+from tests.docs import pages
 
 README = (ROOT / "README.md").read_text(encoding="utf-8")
 CONTRIBUTING = (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8")
@@ -23,16 +24,15 @@ NEWCOMERS = sorted(
 )
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
 
-PAGES = [README, *(path.read_text(encoding="utf-8") for path in sorted((ROOT / "docs").rglob("*.md")))]
-
 
 def blocks(text: str, language: str) -> list[str]:
-    return re.findall(rf"^```{language}\n(.*?)^```", text, re.MULTILINE | re.DOTALL)
+    """The blocks in a language that are no files with a name."""
+    return [block.text for block in pages.blocks(text) if block.language == language and not block.title]
 
 
 def quoted(text: str) -> list[str]:
     """What stands in backticks, outside of blocks."""
-    return re.findall(r"`([^`\n]+)`", re.sub(r"^```.*?^```", "", text, flags=re.MULTILINE | re.DOTALL))
+    return [found for _, found in pages.quoted(text)]
 
 
 def table(text: str, heading: str) -> list[list[str]]:

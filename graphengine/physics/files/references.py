@@ -121,7 +121,8 @@ class Library:
 
     def is_shipped(self, world: Path) -> bool:
         """Return whether a world and all files read so far ship with this package; a file of a user may hide one of these."""
-        return all(path.resolve().is_relative_to(shipped()) for path in (world, *self.read_files()))
+        folder = shipped()
+        return all(path.is_relative_to(folder) for path in (world.resolve(), *self.read_files()))
 
     def source(self, key: str) -> Path | None:
         """Return the path of the file that has the given key in `assets` or `models`; None if there is no such file."""

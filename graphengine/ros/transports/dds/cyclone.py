@@ -26,6 +26,7 @@ from graphengine.format.process_limits import has_address_space, has_descriptors
 from graphengine.messages.endpoints import QoS
 from graphengine.messages.qos import settled
 from graphengine.ros.domain import Domain
+from graphengine.ros.ports import MAX_PARTICIPANT_INDEX
 from graphengine.ros.transports.dds.cyclone_log import LOG
 
 MAX_BLOCKING_MS = 100
@@ -48,8 +49,6 @@ _DATAGRAM = 14720
 """Maximum size of a datagram, bytes: Cyclone's default. A default socket buffer holds only three datagrams of 65500."""
 _FRAGMENT = 14600
 """Size of a fragment that fills a datagram, bytes. With Cyclone's default, 1344, repairs need ten times as many datagrams."""
-_MAX_PARTICIPANTS = 32
-"""Maximum number of ROS 2 processes on a host without multicast, as in rmw_cyclonedds_cpp."""
 
 
 def write(entity: Any, data: bytes) -> int:
@@ -301,7 +300,7 @@ def _fragment(domain: Domain, interfaces: str) -> str:
     else:
         peers = "".join(f'<Peer address="{address}"/>' for address in (_LOOPBACK, *map(_address, domain.static_peers)))
         discovery = "<ParticipantIndex>auto</ParticipantIndex>"
-        discovery += f"<MaxAutoParticipantIndex>{_MAX_PARTICIPANTS}</MaxAutoParticipantIndex><Peers>{peers}</Peers>"
+        discovery += f"<MaxAutoParticipantIndex>{MAX_PARTICIPANT_INDEX}</MaxAutoParticipantIndex><Peers>{peers}</Peers>"
     content = f"<General>{general}</General><Discovery>{discovery}</Discovery>"
     return f'<CycloneDDS><Domain Id="any">{content}</Domain></CycloneDDS>'
 
