@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import logging
+import warnings
 from functools import partial
+from typing import Any
 
 import pytest
 
@@ -179,6 +181,37 @@ def test_each_call_has_one_answer(client: Client, server: Server) -> None:
     # By then the others would have come; the client refuses a second one.
     assert eventually(lambda: 2 in client.answers)
     assert client.answers == {1: "a!", 2: "b!"}
+
+
+@pytest.mark.parametrize("kind", [RCLPY], indirect=True)
+@pytest.mark.parametrize("drops", [0, 3, 19, 20])
+def test_a_response_waits_until_its_client_is_discovered(
+    client: Client, server: Server, drops: int, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    from rclpy.service import Service
+
+    send, dropped = Service.send_response, 0
+
+    def drop_then_send(self: Any, response: Any, header: Any) -> None:
+        nonlocal dropped
+        if self is getattr(server.end, "entity", None) and dropped < drops:
+            dropped += 1
+            warnings.warn("failed to send response (timeout): client will not receive response", RuntimeWarning, 1)
+        else:
+            send(self, response, header)
+
+    client.call("a")
+    assert eventually(lambda: server.asked)
+    monkeypatch.setattr(Service, "send_response", drop_then_send)
+    with caplog.at_level(logging.WARNING, "graphengine"):
+        server.answer(0)
+        assert eventually(lambda: client.answers == ({} if drops == 20 else {1: "a!"}) and dropped == drops)
+        client.call("b")
+        assert eventually(lambda: len(server.asked) == 2)
+        server.answer(1)
+        assert eventually(lambda: 2 in client.answers)
+    assert list(client.answers) == ([2] if drops == 20 else [1, 2])
+    assert ["was dropped" in record.getMessage() for record in caplog.records] == [True] * (drops == 20)
 
 
 def test_a_megabyte_is_asked_and_answered(client: Client, server: Server) -> None:

@@ -97,7 +97,7 @@ class RclTransport(RosNode):
         """
         self._check_node(node)
         with self._lock:
-            server = RclServer(service, self._remove, deliver, self._node)
+            server = RclServer(service, self._remove, deliver, self._node, self._executor.create_task)
             server.node = node
             self._open(server, service_type, qos, callback=server.returned)
             server.begin()

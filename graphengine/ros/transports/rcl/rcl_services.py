@@ -7,6 +7,7 @@ keeps the header for the response.
 
 from __future__ import annotations
 
+import logging
 import threading
 import warnings
 from collections.abc import Callable
@@ -19,6 +20,11 @@ from graphengine.ros.transports import vendors
 from graphengine.ros.transports.calls import Calls
 from graphengine.ros.transports.ends import Remove
 from graphengine.ros.transports.rcl.rcl_endpoints import RclEnd
+
+_log = logging.getLogger(__name__)
+_warnings_lock = threading.Lock()
+_ATTEMPTS = 20
+"""Attempts to send a response; each of them waits up to 0.1 s in the RMW until the client's reader is discovered."""
 
 
 class _RclService(RclEnd):
@@ -62,13 +68,32 @@ class _RclService(RclEnd):
 
 
 class RclServer(_RclService):
-    """A service server with an rclpy service; it can send a response at any time after the request."""
+    """A service server with an rclpy service; it can send a response at any time after the request.
+
+    A server can discover a client's writer, and so receive a request, before it discovers the client's reader. The RMW then
+    drops a response after 0.1 s; the remaining attempts are made in the transport's thread.
+
+    Args:
+        name: name of the service.
+        remove: called when the server is closed.
+        deliver: called with each encoded request and its identity.
+        node: rclpy node that looks up the peers.
+        later: called with a function to run in the transport's thread.
+    """
 
     kind = "service"
     peer = "client"
 
-    def __init__(self, name: str, remove: Remove, deliver: DeliverRequest, node: Any) -> None:
+    def __init__(
+        self,
+        name: str,
+        remove: Remove,
+        deliver: DeliverRequest,
+        node: Any,
+        later: Callable[[Callable[[], None]], object],
+    ) -> None:
         super().__init__(name, remove, deliver, node)
+        self._later = later
         self._begun = threading.Event()
         self._calls = Calls()
         """Headers of unanswered requests."""
@@ -89,20 +114,33 @@ class RclServer(_RclService):
         Raises:
             TransportError: the server is closed, or the bytes are not a message of the service's type.
         """
-        from rclpy.service import Service
-
         entity = self.opened()
         header = self._calls.end(int.from_bytes(request_id, "big"))
         if header is None:
             return
         message = self._decoded(response, entity.srv_type.Response)
         try:
-            with warnings.catch_warnings():
-                # rclpy warns where the client is there no more.
-                warnings.simplefilter("ignore", RuntimeWarning)
-                Service.send_response(entity, message, header)
+            self._send(message, header, _ATTEMPTS)
         except Exception as error:
             raise self.not_sent(response, error) from error
+
+    def _send(self, response: Any, header: Any, attempts: int) -> None:
+        """Send a response; if the RMW drops it, send it again in the transport's thread until no attempts are left."""
+        from rclpy.service import Service
+
+        entity = self.entity
+        if entity is None:  # closed since the first attempt
+            return
+        with _warnings_lock, warnings.catch_warnings(record=True) as dropped:
+            # By a warning alone, rclpy reports that the client's reader is not discovered.
+            warnings.simplefilter("always", RuntimeWarning)
+            Service.send_response(entity, response, header)
+        if not dropped:
+            return
+        if attempts > 1:
+            self._later(partial(self._send, response, header, attempts - 1))
+        else:
+            _log.warning("a response of service %s was dropped: its client was not discovered completely", self.name)
 
     def _receive(self, request: Any, header: Any) -> None:
         self._serialize(self._calls.begin(header).to_bytes(8, "big"), request)
