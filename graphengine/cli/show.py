@@ -160,7 +160,8 @@ def _when(graph: Graph, region: Region, call: Call) -> str:
     if not call.guard:
         return ""
     wires = [wire for wire in graph.exec_wires if wire.target == call.node and _fires(graph, region, wire)]
-    return f"when {' or '.join(str(wire.entry.source) for wire in wires)} fires"
+    sources = dict.fromkeys(str(wire.entry.source) for wire in wires)  # one output may fire several inputs of a node
+    return f"when {' or '.join(sources)} fires"
 
 
 def _fires(graph: Graph, region: Region, wire: Wire) -> bool:
