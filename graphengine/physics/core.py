@@ -81,7 +81,6 @@ class SimulationCore(Stateful):
         tick_rate: ticks per second.
         substeps: physics steps in a tick.
         seed: seed of the sensors' noise.
-        settle: whether to let all bodies come to rest first; the simulation then starts from this state.
         rays: method of casting the rays of lidars; for `auto`, `rays_in_use` names the method that was selected.
 
     Raises:
@@ -98,7 +97,6 @@ class SimulationCore(Stateful):
         substeps: int,
         *,
         seed: int = 0,
-        settle: bool = False,
         rays: RaysChoice = "auto",
     ) -> None:
         self.stage = stage
@@ -134,12 +132,18 @@ class SimulationCore(Stateful):
         """Handles of the bodies that were placed and are held at their poses."""
         self._built_gravity = model.opt.gravity.copy()
         self.rebind(model, self._data_at_start(model))
-        if settle:
-            self.settled_after = settle_bodies(self.model, self.data, self.step)
-            begin_step(self.model, self.data, self._directed)
-            self.steps = 0
-            self._remember_start()
-            self._start_commands()
+
+    def settle(self) -> None:
+        """Let all bodies come to rest; the simulation then starts from this state. Call this before the first step only.
+
+        Raises:
+            PhysicsError: the state is no longer finite, or MuJoCo reported an error.
+        """
+        self.settled_after = settle_bodies(self.model, self.data, self.step)
+        begin_step(self.model, self.data, self._directed)
+        self.steps = 0
+        self._remember_start()
+        self._start_commands()
 
     def copy(self, seed: int) -> Self:
         """Return an independent copy of this simulation. Call this before the first step only.

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import itertools
+from collections.abc import Iterator, Mapping
 from fractions import Fraction
 from pathlib import Path
 
+from graphengine.devices.entity import Overlap
 from graphengine.devices.stage import PHYSICS_SCENE, Stage
 from graphengine.format.diagnostics import Findings
 from graphengine.format.errors import PhysicsError
@@ -13,6 +16,7 @@ from graphengine.format.spec import RobotUse, SceneSpec
 from graphengine.format.spec_reader import Loaded
 from graphengine.physics.description.robot_file import read_robot
 from graphengine.physics.dynamics.force_limits import tell_limits
+from graphengine.physics.dynamics.settling import SETTLED_SPEED
 from graphengine.physics.engine import body_names
 from graphengine.physics.files.references import Library
 from graphengine.physics.loaded_world import LoadedWorld
@@ -28,6 +32,8 @@ from graphengine.physics.simulation import Simulation
 _FREE_PATH = "choose a path with no prim at or below it, and with only scopes above it"
 SLOWEST = 0.1
 """Lowest tick rate, ticks per second; at a lower rate, physics steps would be too long."""
+MOST_TOLD = 3
+"""Maximum number of entities that a note lists."""
 
 
 def load_robot_file(path: Path, files: Files, findings: Findings) -> RobotInstance | None:
@@ -86,30 +92,40 @@ def load_world(
     physics, settle = scene.spec.physics, scene.spec.settle
     rate = Fraction(repr(physics.tick_rate))
     try:
-        simulation = Simulation(model, stage, rate, physics.substeps, seed=seed, settle=settle, rays=rays)
+        simulation = Simulation(model, stage, rate, physics.substeps, seed=seed, rays=rays)
+        touching = simulation.entities.touching()
+        if settle:
+            simulation.settle()  # which may push apart what touches where the files place it
+            touching = simulation.entities.touching() | touching
     except PhysicsError as error:
         message, *remedy = str(error).split("\n")
         findings.add("S106", message, scene.document.key_span("settle" if settle else "world"), *remedy)
         return None
     tell_limits(simulation.limits, robots, findings)
-    _tell_touching(simulation, robots, scene, findings)
+    _tell_touching(touching, robots, scene, findings)
     if settle and simulation.settled_after is None:
         findings.add(
             "N103",
             "the scene is not at rest after 5 s; the run starts from the state that it has reached",
             scene.document.key_span("settle"),
+            *_moving(simulation),
         )
     return LoadedWorld(simulation, robots, scenery)
 
 
+def _moving(simulation: Simulation) -> Iterator[str]:
+    """Yield a line for each of the first entities that did not come to rest, with the names of all that it touches."""
+    for name, touched in itertools.islice(simulation.entities.moving(SETTLED_SPEED).items(), MOST_TOLD):
+        yield f"{name} moves, and touches {', '.join(touched[:MOST_TOLD]) or 'nothing'}"
+
+
 def _tell_touching(
-    simulation: Simulation, robots: dict[str, RobotInstance], scene: Loaded[SceneSpec], findings: Findings
+    touching: Mapping[str, Overlap], robots: dict[str, RobotInstance], scene: Loaded[SceneSpec], findings: Findings
 ) -> None:
     """Warn about robots that touch something other than their support.
 
     Robots of the same key in the scene's `robots` (a fleet) share one warning.
     """
-    touching = simulation.entities.touching()
     told: dict[str, list[str]] = {}
     for name, robot in robots.items():
         if name in touching:

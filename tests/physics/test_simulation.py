@@ -133,6 +133,15 @@ def test_settling_gives_up_on_what_never_rests(project: Project) -> None:
     world, findings = project.world(pendulum).load_with_findings()
     assert world.simulation.settled_after is None
     assert "not at rest after 5 s" in findings.items[-1].message
+    assert findings.items[-1].help == ("pendulum moves, and touches nothing",)
+
+
+def test_settling_does_not_hide_what_a_robot_stood_in(project: Project) -> None:
+    box = '<geom name="plate" type="box" size=".1 .1 .05" pos="0 0 .05"/>'
+    _, findings = project.scene("settle: true\n").world(box).load_with_findings()
+    assert [(finding.code, finding.message) for finding in findings.warnings] == [
+        ("W210", "bot touches plate at the start, 50 mm deep")
+    ]
 
 
 def test_closing_twice_is_safe(ship: Ship) -> None:

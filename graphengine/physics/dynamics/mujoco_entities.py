@@ -16,7 +16,7 @@ from graphengine.devices.rotation import Pose, Quaternion, Vector3, compose, pos
 from graphengine.devices.stage import Prim
 from graphengine.format.errors import PhysicsError, UnknownEntityError, UsageError
 from graphengine.format.wording import did_you_mean, listing
-from graphengine.physics.dynamics.overlaps import overlaps, touching
+from graphengine.physics.dynamics.overlaps import contacts_of, overlaps, touching
 from graphengine.physics.engine import mujoco
 from graphengine.physics.model.geoms import extents
 
@@ -122,6 +122,20 @@ class MujocoEntities:
         found = touching(self._simulation.model, self._simulation.data, owners)
         return {name: self._overlap(geom, depth, owners) for name, (depth, geom) in found.items()}
 
+    def moving(self, speed: float) -> dict[str, list[str]]:
+        """Return the entities of which a part moves, each with the names of all that it touches.
+
+        Args:
+            speed: smallest speed that counts as motion, m/s and rad/s.
+        """
+        model, data, owners = self._simulation.model, self._simulation.data, self._find_owners()
+        roots = model.body_rootid[model.dof_bodyid[np.abs(data.qvel) >= speed]]
+        names = dict.fromkeys(owners[root] for root in roots.tolist() if root in owners)
+        touched = {name: contacts_of(model, data, self.roots(self._find(name))) for name in names}
+        return {
+            name: list(dict.fromkeys(self._owner(geom, owners) for geom in geoms)) for name, geoms in touched.items()
+        }
+
     def _find_owners(self) -> dict[int, str]:
         """Return the names of entities by the ids of their topmost bodies; the result is cached for the current model."""
         model = self._simulation.model
@@ -130,9 +144,12 @@ class MujocoEntities:
         return self._owners[1]
 
     def _overlap(self, geom: int, depth: float, owners: Mapping[int, str]) -> Overlap:
+        return Overlap(self._owner(geom, owners), depth)
+
+    def _owner(self, geom: int, owners: Mapping[int, str]) -> str:
         model = self._simulation.model
         owner = owners.get(int(model.body_rootid[model.geom_bodyid[geom]]))
-        return Overlap(owner or model.geom(geom).name or "the world", depth)
+        return owner or model.geom(geom).name or "the world"
 
     def place(self, name: str, move: Move) -> None:
         """Place an entity; see `devices.backend.Entities`."""

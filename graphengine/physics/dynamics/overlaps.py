@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping
 
+import numpy as np
+
 from graphengine.physics.engine import mujoco
 
 LEAST = 0.005
@@ -59,4 +61,18 @@ def touching(model: mujoco.MjModel, data: mujoco.MjData, owners: Mapping[int, st
             carries = up > _CARRIES and (depth < LEAST or kinds[geom] == _PLANE)
             if name is not None and name != names[other] and not carries:
                 found[name] = max(found.get(name, (0.0, geom)), (depth, geom))
+    return found
+
+
+def contacts_of(model: mujoco.MjModel, data: mujoco.MjData, roots: Collection[int]) -> list[int]:
+    """Return the ids of the geoms that touch an entity, in ascending order; supports count, too.
+
+    Args:
+        model: model of the world.
+        data: state with the contacts that MuJoCo computed last.
+        roots: ids of the topmost bodies of the entity.
+    """
+    pairs = data.contact.geom[(data.contact.dist < 0.0) & (data.contact.geom >= 0).all(axis=1)]
+    own = np.isin(model.body_rootid[model.geom_bodyid[pairs]], list(roots))
+    found: list[int] = np.unique(pairs[~own & own[:, ::-1]]).tolist()
     return found

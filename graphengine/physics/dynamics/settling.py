@@ -20,8 +20,9 @@ SETTLE_LIMIT = 5.0
 def settle(model: mujoco.MjModel, data: mujoco.MjData, step: Callable[[], None]) -> float | None:
     """Step the simulation until all bodies are at rest, then reset it with the positions and velocities that they had at rest.
 
-    Each kinematic tree gets the positions and velocities with which it came to rest, even if another tree moved it later. The
-    caller must then compute the poses and contacts of this state.
+    Each kinematic tree gets the positions and velocities with which it came to rest, even if another tree moved it later.
+    Actuators keep the control signals and activations that hold them there. The caller must then compute the poses and contacts
+    of this state.
 
     Args:
         model: compiled model.
@@ -47,6 +48,7 @@ def settle(model: mujoco.MjModel, data: mujoco.MjData, step: Callable[[], None])
         if not moving.any():
             taken = count * model.opt.timestep
             break
+    control, activations = data.ctrl.copy(), data.act.copy()
     mujoco.mj_resetData(model, data)
-    data.qpos[:], data.qvel[:] = positions, velocities
+    data.qpos[:], data.qvel[:], data.ctrl[:], data.act[:] = positions, velocities, control, activations
     return taken

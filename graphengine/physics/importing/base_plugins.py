@@ -54,6 +54,10 @@ def topics_of_plugins(draft: Draft) -> dict[str, float | str]:
     return found
 
 
+_ACCELERATIONS = ("max_linear_acceleration", "max_acceleration", "max_wheel_acceleration", "wheelAcceleration")
+"""Tags of the acceleration, m/s2; the last two are those of Gazebo classic, where it is that of the rim of a wheel."""
+
+
 def _differential(plugin: Element) -> Base:
     left = (*_texts(plugin, "left_joint"), *_texts(plugin, "leftJoint"))
     right = (*_texts(plugin, "right_joint"), *_texts(plugin, "rightJoint"))
@@ -70,8 +74,8 @@ def _differential(plugin: Element) -> Base:
         | given(
             speed=_number(plugin, "max_linear_velocity", "max_velocity"),
             turn=_number(plugin, "max_angular_velocity"),
-            acceleration=_number(plugin, "max_linear_acceleration", "max_acceleration"),
-            deceleration=_number(plugin, "max_linear_acceleration", "max_acceleration"),
+            acceleration=_number(plugin, *_ACCELERATIONS),
+            deceleration=_number(plugin, *_ACCELERATIONS),
             turn_acceleration=_number(plugin, "max_angular_acceleration"),
         ),
     )
