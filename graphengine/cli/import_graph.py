@@ -52,6 +52,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--force", action="store_true", help="overwrite existing files")
     add_repeatable(parser, "--allow", "FOLDER", "also let the script or stage read files in this folder", type=Path)
     add_import_argument(parser)
+    robot = "prim path of the robot, which $(robot) replaces in the files, so that a robot file can use them"
+    parser.add_argument("--robot", metavar="PATH", type=_prim_path, help=robot)
     trust = "run the script or read the stage even if this machine's kernel has no sandbox for it; its code then has all your "
     trust += "permissions: it can read and write your files, start programs and use the network"
     parser.add_argument("--trust", action="store_true", help=trust)
@@ -103,9 +105,14 @@ def execute(arguments: argparse.Namespace) -> int:
         findings.add("G401", f"{str(arguments.file)!r} has no graph", None, *hints)
     names = file_names(graphs)
     files = {
-        arguments.output / f"{name}.yaml": compose(graph, name, registry, findings, _origin(arguments.file, graph))
+        arguments.output / f"{name}.yaml": compose(
+            graph, name, registry, findings, _origin(arguments.file, graph), arguments.robot or ""
+        )
         for graph, name in zip(graphs, names, strict=True)
     }
+    if arguments.robot and not findings.errors and not any("\nparameters:\n" in text for text in files.values()):
+        at = ", ".join(dict.fromkeys(graph.path for graph in graphs[:LONGEST]))
+        raise UsageError(f"--robot {arguments.robot}: no graph names this prim; the graphs are at {at}")
     print_findings(findings, notes=False)
     if findings.errors:
         print(clean("\n".join(_notes(findings))), file=sys.stderr)
@@ -181,6 +188,13 @@ def _variable(text: str) -> tuple[str, str]:
             f"{text!r}: write NAME=VALUE, or the name of an environment variable that is set"
         )
     return name, value if equals else os.environ[name]
+
+
+def _prim_path(text: str) -> str:
+    """Check that the text is an absolute prim path below the root, and return it without a slash at the end."""
+    if not text.startswith("/") or not text.strip("/"):
+        raise argparse.ArgumentTypeError(f"{text!r} is not a prim path; write one such as /World/robot")
+    return text.rstrip("/")
 
 
 def _call(text: str) -> str:

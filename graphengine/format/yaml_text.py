@@ -11,13 +11,23 @@ _SPECIAL = frozenset(("true", "false", "null", "nan", "inf"))
 _ESCAPES = {'"': '\\"', "\\": "\\\\", "\n": "\\n", "\t": "\\t"}
 
 
+class Reference(str):
+    """A string with a reference to a parameter, such as `$(robot)/base_link`."""
+
+    __slots__ = ()
+
+
 def flow(value: Any) -> str:
-    """Return a value as flow-style YAML on one line. `$` in strings is doubled, so that `$(name)` is read as plain text."""
+    """Return a value as flow-style YAML on one line.
+
+    `$` in strings is doubled, so that `$(name)` is read as plain text, except in a `Reference`.
+    """
     if isinstance(value, dict):
         return "{" + ", ".join(f"{scalar(key)}: {flow(item)}" for key, item in value.items()) + "}"
     if isinstance(value, list | tuple):
         return "[" + ", ".join(map(flow, value)) + "]"
-    return scalar(value.replace("$", "$$") if isinstance(value, str) else value)
+    plain = isinstance(value, str) and not isinstance(value, Reference)
+    return scalar(value.replace("$", "$$") if plain else value)
 
 
 def block(value: Any) -> list[str]:

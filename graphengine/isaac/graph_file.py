@@ -77,7 +77,9 @@ def unique(choices: Sequence[str], taken: dict[str, int], *, fold: bool = True) 
     return name
 
 
-def compose(graph: RecordedGraph, name: str, registry: Registry, findings: Findings, origin: str) -> str:
+def compose(
+    graph: RecordedGraph, name: str, registry: Registry, findings: Findings, origin: str, robot: str = ""
+) -> str:
     """Return the text of a graph file.
 
     Args:
@@ -86,8 +88,10 @@ def compose(graph: RecordedGraph, name: str, registry: Registry, findings: Findi
         registry: registry of the available node types.
         findings: receives a finding for each part that is left out of the file or changed.
         origin: text after "Imported from" in the first line of the file.
+        robot: prim path that the parameter `robot` of the file replaces; empty for none.
     """
-    return "\n".join([*_Composer(graph, registry, findings).lines(name, origin), ""])
+    robot = robot if robot and graph.use_parameter("robot", robot) else ""
+    return "\n".join([*_Composer(graph, registry, findings).lines(name, origin, robot), ""])
 
 
 class _Composer:
@@ -140,13 +144,16 @@ class _Composer:
         except (ContextError, TypeError, ValueError):  # `graphrun check` reports the error in the file
             return None
 
-    def lines(self, name: str, origin: str) -> Iterator[str]:
-        """Yield the lines of the graph file."""
+    def lines(self, name: str, origin: str, robot: str) -> Iterator[str]:
+        """Yield the lines of the graph file; the default of its parameter `robot` is `robot`, unless that is empty."""
         graph = self.graph
         yield comment(f"Imported from {origin}")
         yield "format: 1"
         yield f"graph: {name}"
         yield f"at: {flow(graph.path)}"
+        if robot:
+            yield "parameters:"
+            yield f"  robot: {flow({'type': 'target', 'default': robot})}"
         yield from self._when()
         if graph.variables:
             yield "variables:"

@@ -7,10 +7,12 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Collection, Iterable, Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, Literal
 
+from graphengine.devices.stage import at_or_below
 from graphengine.format.diagnostics import Findings, Span
+from graphengine.format.yaml_text import Reference
 
 PipelineStage = Literal["simulation", "pre_render", "post_render", "on_demand"]
 PIPELINE_STAGES: tuple[PipelineStage, ...] = ("simulation", "pre_render", "post_render", "on_demand")
@@ -108,6 +110,32 @@ class RecordedGraph:
     wires: list[RecordedWire] = field(default_factory=list)
     variables: dict[str, RecordedValue] = field(default_factory=dict)
     span: Span | None = None
+
+    def use_parameter(self, name: str, path: str) -> int:
+        """Replace a prim path in the graph's own path and in all values by a reference to a parameter, `$(name)`.
+
+        Args:
+            name: name of the parameter.
+            path: prim path; at the beginning of a longer path it is replaced, too.
+
+        Returns:
+            Number of replacements.
+        """
+        count = 0
+
+        def replaced(data: Any) -> Any:
+            nonlocal count
+            if isinstance(data, list):
+                return [replaced(item) for item in data]
+            if not isinstance(data, str) or not at_or_below(data, path):
+                return data
+            count += 1
+            return Reference(f"$({name}){data[len(path) :]}")
+
+        self.path = replaced(self.path)
+        for node in self.nodes.values():
+            node.values = {key: replace(value, data=replaced(value.data)) for key, value in node.values.items()}
+        return count
 
     def names(self) -> Iterator[str]:
         """Yield all names, paths and type names in the graph, whose length and characters an importer checks."""

@@ -21,6 +21,39 @@ def test_import_writes_a_file_for_each_graph_and_says_so(imports: Graphrun, grap
     assert graphrun("check", *map(str, sorted(tmp_path.iterdir()))).code == 0
 
 
+def test_import_for_a_robot_writes_a_parameter_in_place_of_its_path(
+    imports: Graphrun, graphrun: Graphrun, tmp_path: Path
+) -> None:
+    done = imports(SCRIPTS / "tutorial" / "cmd_vel.py", "--robot", "/dd100")
+    assert (done.code, "10 wires, at $(robot)/Geometry/base_link/chassis_link/cmd_vel" in done.out) == (0, True)
+    text = (tmp_path / "cmd_vel.yaml").read_text(encoding="utf-8")
+    assert "parameters:\n  robot: {type: target, default: /dd100}\n" in text
+    assert '"$(robot)"' in text
+    assert text.count("/dd100") == 1
+    scene = "format: 1\nscene: own\nworld: worlds/flat_grid.xml\nrobots: {other: {use: bot.yaml}}\n"
+    (tmp_path / "own.yaml").write_text(scene, encoding="utf-8")
+    bot = "format: 1\nrobot: bot\nextends: robots/dd100.yaml\ngraphs: {cmd_vel: {use: cmd_vel.yaml}}\n"
+    (tmp_path / "bot.yaml").write_text(bot, encoding="utf-8")
+    checked = graphrun("check", str(tmp_path / "own.yaml"))
+    assert (checked.code, "3 graphs: 0 errors" in checked.lines[-1]) == (0, True)
+
+
+@pytest.mark.parametrize(
+    ("path", "complaint"),
+    [
+        ("dd100", "'dd100' is not a prim path; write one such as /World/robot"),
+        ("/", "'/' is not a prim path"),
+        ("/dd10", "--robot /dd10: no graph names this prim; the graphs are at /dd100/"),
+    ],
+)
+def test_import_refuses_a_robot_that_no_graph_names(
+    imports: Graphrun, tmp_path: Path, path: str, complaint: str
+) -> None:
+    done = imports(SCRIPTS / "tutorial" / "cmd_vel.py", "--robot", path)
+    assert (done.code, complaint in done.err) == (2, True)
+    assert list(tmp_path.iterdir()) == []
+
+
 def test_import_makes_the_folder(imports: Graphrun, tmp_path: Path) -> None:
     assert imports(SCAN, "-o", str(tmp_path / "new/folder")).code == 0
     assert list((tmp_path / "new/folder").glob("*.yaml"))
