@@ -101,9 +101,11 @@ class Robot:
     def publish(self, topic: str, message: Any, every: float | None = None, type: MessageType = None) -> Publication:
         """Publish a message on a topic in the robot's namespace. The arguments are those of `Session.publish`.
 
+        A name that begins with a slash is absolute, as in ROS.
+
         >>> drive = sim.robots["dd100"].publish("cmd_vel", {"linear": {"x": 0.2}})
         """
-        return Publication(self._runner, full_topic(self.namespace, topic), message, every, type)
+        return Publication(self._runner, self._full(topic), message, every, type)
 
     @overload
     def subscribe(self, topic: str, type: type[M], keep: int = 1000) -> Subscription[M]: ...
@@ -112,9 +114,14 @@ class Robot:
     def subscribe(self, topic: str, type: MessageType = None, keep: int = 1000) -> Subscription[Any]:
         """Subscribe to a topic in the robot's namespace. The arguments are those of `Session.subscribe`.
 
+        A name that begins with a slash is absolute, as in ROS.
+
         >>> odom = sim.robots["dd100"].subscribe("odom")
         """
-        return open_subscription(self, full_topic(self.namespace, topic), type, keep)
+        return open_subscription(self, self._full(topic), type, keep)
+
+    def _full(self, topic: str) -> str:
+        return topic if topic.startswith("/") else full_topic(self.namespace, topic)
 
     def __repr__(self) -> str:
         try:

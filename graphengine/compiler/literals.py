@@ -27,6 +27,8 @@ class Override:
     port: str
     value: Any
     used: bool = False
+    wired: str = ""
+    """Address of a matching input that has a wire, so that it cannot be set; empty if there is none."""
 
     @staticmethod
     def parse(text: str, value: Any) -> Override:
@@ -255,7 +257,7 @@ def _one_type(named: PortType | UnionType, what: str) -> PortType:
 
 
 def set_overrides(
-    name: str,
+    graph: Graph,
     instances: Sequence[Instance],
     overrides: Sequence[Override],
     findings: Findings,
@@ -265,19 +267,24 @@ def set_overrides(
     """Set inputs of a graph's instances to values from the command line; set `used` of each override that matches an input.
 
     Args:
-        name: name of the graph, such as `robot/graph`.
-        instances: instances of the graph whose inputs may be set.
+        graph: graph of the instances.
+        instances: instances whose inputs may be set; an input with a wire is not set.
         overrides: values from the command line.
         findings: receives errors in the values.
         recorded: whether the values come from a recording; then values out of range are set too, with a warning.
     """
+    wired = graph.wired_ports if overrides else ()
     for override in overrides:
         for instance in instances:
-            if not override.matches(f"{name}/{instance.id}"):
+            path = f"{graph.name}/{instance.id}"
+            if not override.matches(path):
                 continue
             port = find_port(instance.cls, override.port, ["inputs"])
             if port is not None and not port.is_exec:
                 override.used = True
+                if (instance.id, port.name) in wired:
+                    override.wired = f"{path}.{port.name}"
+                    continue
                 given_by = f"given by --set {override.text}"
                 at = partial(_only, instance.span)
                 _set_literal(instance, port, override.value, at, findings, given_by, recorded=recorded)

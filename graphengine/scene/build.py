@@ -171,6 +171,9 @@ def _plan(scene: LoadedScene, uses: Sequence[GraphFile]) -> LoadedScene:
     unused = [override for override in overrides if not override.used]
     if unused and not findings.errors:
         raise UsageError(_unmatched(unused[0], planned))
+    for override in overrides if not scene.options.recorded else ():
+        if override.wired:
+            raise UsageError(f"--set {override.text}: {override.wired} is wired\n  only unwired inputs can be set")
     claims = check.check_graphs(
         planned,
         world.simulation if world is not None else DryWorld(Stage()),
@@ -207,6 +210,9 @@ def _lint_idle_robots(scene: LoadedScene) -> None:
 
 def _unmatched(override: Override, graphs: Sequence[Graph]) -> str:
     """Return the error text for a `--set` option that matches no input; it suggests similar names."""
+    if not override.target:
+        more = "other values, such as those of physics and drives, are keys of the scene and robot files"
+        return f"--set {override.text}: write NODE.PORT\n{more}"
     nodes = {f"{graph.name}/{instance.id}": instance for graph in graphs for instance in graph.instances}
     meant = [instance.cls for path, instance in nodes.items() if override.matches(path)]
     wrong = no_port(meant, override.port) if meant else no_node(override.target, nodes)

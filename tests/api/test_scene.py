@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from typing import Any
 
@@ -33,6 +34,19 @@ def test_values_are_set_as_the_command_line_sets_them() -> None:
     for seed in (0, 1):
         with scene.session(seed=seed) as sim:
             assert sim.value("DiffController.maxLinearSpeed") == 0.25
+
+
+@pytest.mark.parametrize(
+    ("address", "complaint"),
+    [
+        ("DiffController.linearVelocity", "dd100/cmd_vel/DiffController.linearVelocity is wired\n  only unwired inputs"),
+        ("*.execIn", "has no input 'execIn'|have no input 'execIn'"),
+        ("substeps", "write NODE.PORT\nother values, such as those of physics and drives, are keys of"),
+    ],
+)
+def test_what_cannot_be_set_is_refused(address: str, complaint: str) -> None:
+    with pytest.raises(ge.UsageError, match=f"^--set {re.escape(address)}: .*(?:{complaint})"):
+        ge.load("dd100_flat", set={address: 1.0})
 
 
 def test_sessions_of_a_scene_are_apart(scene: ge.Scene) -> None:

@@ -36,6 +36,16 @@ def test_a_robot_is_driven_and_its_odometry_read(transport: str) -> None:
     assert odom.dropped == 0
 
 
+def test_names_of_a_robots_topics_are_relative_or_begin_with_a_slash(sim: ge.Session) -> None:
+    robot = sim.robots["dd100"]
+    heard = [robot.subscribe("odom"), robot.subscribe(ODOM)]
+    drive = robot.publish(CMD_VEL, {"linear": {"x": 0.5}}, every=0.1)
+    assert [subscription.topic for subscription in heard] == [ODOM, ODOM]
+    assert drive.topic == CMD_VEL
+    with pytest.raises(ge.UsageError, match=f"did you mean '{ODOM}'"):
+        robot.subscribe("/odom")
+
+
 def test_a_subscription_keeps_the_newest_messages(sim: ge.Session) -> None:
     clock = sim.subscribe("clock", Clock, keep=3)
     assert clock.latest is None
