@@ -80,6 +80,7 @@ CODES: dict[str, str] = {
     "W209": "command for a joint without a drive",
     "W210": "robot that overlaps something at the start",
     "W211": "robot without joints that move",
+    "W212": "simulation time with two publishers",
     "W301": "imported node of an unavailable type",
     "W302": "omitted part of an imported file",
     "N101": "old name of a node type",

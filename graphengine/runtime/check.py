@@ -203,6 +203,7 @@ def lint_claims(context: LintContext) -> None:
     _check_places(context)
     _check_topic_types(context)
     _check_servers(context)
+    _check_clocks(context)
     _check_transforms(context)
     for code in sorted(LINTS):
         for function in sorted(
@@ -219,14 +220,15 @@ def _check_places(context: LintContext) -> None:
         robot, _, name = graph.name.partition("/")
         path, document = graph.prim_path, graph.flat.loaded.document
         own = prims.get(robot, f"/{robot}")
-        if not name or at_or_below(path, own) or str(document.path) in told:
+        if not name or at_or_below(path, own) or str(document.path) in told or "$(" in path:  # an undeclared parameter
             continue
         told.add(str(document.path))
+        below = path.removeprefix("/World").split("/")[2:]  # below the robot that the graph was written for
         context.findings.add(
             "W107",
             f"graph {name} of robot {robot} has the prim path {path}, which is not below {own}",
             document.span("at" if "at" in document.data else "graph"),
-            f"write at: $(robot)/{'/'.join(path.split('/')[2:]) or name}, with parameters: {{robot: {{type: target}}}}",
+            f"write at: $(robot)/{'/'.join(below) or name}, with parameters: {{robot: {{type: target}}}}",
             "$(robot) is the prim path of the robot that uses the graph",
         )
 
@@ -271,6 +273,17 @@ def _is_told_elsewhere(claim: EndpointClaim) -> bool:
     return bool(action_of(claim.topic)) and not claim.topic.endswith("/send_goal")
 
 
+def _check_clocks(context: LintContext) -> None:
+    publishers: dict[tuple[int, str], EndpointClaim] = {}
+    for claim in context.claims:
+        if claim.direction == "publish" and claim.message_type == "rosgraph_msgs/msg/Clock":
+            domain = claim.ros_context or 1  # unless the run gets another one, a graph without a context is in domain 0
+            other = publishers.setdefault((domain, claim.topic), claim)
+            if other is not claim:
+                message = f"{claim.topic} is published by both {other.node} and {claim.node}"
+                context.disagree("W212", message, claim, other, "subscribers get each time twice; remove one of the two nodes")
+
+
 def _check_transforms(context: LintContext) -> None:
     groups: dict[tuple[int, str], list[tuple[str, str, EndpointClaim]]] = {}
     for claim in context.claims:
@@ -292,6 +305,8 @@ def _check_parents(context: LintContext, edges: Iterable[tuple[str, str, Endpoin
         twice = f"frame {child!r} below {parent!r} is published by both {first.node} and {claim.node}"
         parents_differ = f"frame {child!r} has two parents: {known!r} from {first.node}, {parent!r} from {claim.node}"
         remedy = "a frame has one parent and one publisher; rename a frame, or remove one of the two"
+        if any(one.graph.endswith("/robot_state") for one in (claim, first)):
+            remedy += "; `robot_state: true` of the scene publishes the transforms of all links"
         context.disagree("G306", twice if known == parent else parents_differ, claim, first, remedy)
 
 
