@@ -5,6 +5,7 @@ set -eu
 cd "$(dirname "$0")/.."
 python=${PYTHON:-python3}
 venv=.venv-$("$python" -c 'import sys; print("%d.%d" % sys.version_info[:2])')
+[ -x "$venv/bin/pip" ] || rm -rf "$venv"  # of a run that was interrupted
 "$python" -m venv "$venv"
 # With uv, where it is on the path, in a fraction of pip's time.
 if ! { command -v uv >/dev/null && uv pip install --quiet --python "$venv/bin/python" --editable '.[test]'; }; then
@@ -15,8 +16,9 @@ PATH="$PWD/$venv/bin:$PATH"
 export PATH
 processors=$(python -c 'import os; print(len(getattr(os, "sched_getaffinity", lambda _: range(os.cpu_count()))(0)))')
 if [ -z "${TESTS_ONLY:-}" ]; then
-    ruff check .
-    ruff format --check --quiet .
+    sources="graphengine nodes examples ros tests"  # not what a user keeps beside them
+    # shellcheck disable=SC2086
+    ruff check $sources && ruff format --check --quiet $sources
     mypy --num-workers "$processors"
     lint-imports --no-cache
 fi

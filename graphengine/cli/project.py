@@ -59,7 +59,7 @@ robots:
     position: [{x:g}, {y:g}, {z:g}]    # m
     orientation: {{rpy_deg: [0, 0, 0]}}
     robot_state: true    # publish /robot_description, /tf and /tf_static, as robot_state_publisher does
-    # namespace: {name}    # prefix the robot's topics with /{name}
+    # namespace: {name}    # the robot's topics then begin with /{name}
 graphs:
   clock: {{use: graphs/clock.yaml, at: /World/clock}}
 """

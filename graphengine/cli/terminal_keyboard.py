@@ -33,7 +33,10 @@ class TerminalKeyboard:
 
     def __init__(self, *, signals: bool = False) -> None:
         if sys.stdin is None or not sys.stdin.isatty():
-            raise UsageError("keys are read from a terminal, but the standard input is not one")
+            raise UsageError(
+                "keys are read from a terminal, but the standard input is not one\n"
+                "  scripts publish velocities with `graphrun topic pub -r 10 /cmd_vel geometry_msgs/Twist …`"
+            )
         self._file = sys.stdin.fileno()
         self._left_out = termios.ECHO | termios.ICANON | (0 if signals else termios.ISIG)
         self._before: list[Any] = []

@@ -12,7 +12,8 @@ from graphengine.node import Float, Float2, Floats, In, Node, Out
 class NearestRange(Node, type="graphengine.data.NearestRange"):
     """Finds the nearest range in a sector of a lidar scan.
 
-    The beams must be evenly spaced from the first to the last azimuth, as in one ring of a scan from IsaacReadLidarBeams.
+    The beams must be evenly spaced from the first to the last azimuth, as in one ring of a scan from IsaacReadLidarBeams. Before
+    the first scan, `ranges` is empty and the distance is infinite, as if nothing were in range.
     """
 
     ranges: Floats = In(unit="m", doc="measured range of each beam, in order of azimuth; infinity and NaN are ignored")
