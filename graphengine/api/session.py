@@ -547,7 +547,7 @@ class Session:
         Raises:
             OSError: the file cannot be written.
             RenderError: OpenGL is missing or failed.
-            UsageError: `view` names no view or camera, or several camera prims, or the session has no scene.
+            UsageError: no view or camera has the name `view`, several camera prims have it, or the session has no scene.
         """
         pixels = look(simulated(self._runner.session.services.world), view, size).rgb
         if path is not None:
@@ -583,8 +583,8 @@ class Session:
             OSError: the file cannot be written.
             PhysicsError: the simulation diverged. No file is written.
             RenderError: OpenGL is missing or failed, or ffmpeg failed.
-            UsageError: an argument is invalid, the video would be too large, `view` names no view or camera, or several
-                camera prims, the session has no scene, or ffmpeg is missing.
+            UsageError: an argument is invalid, the video would be too large, no view or camera has the name `view`, several
+                camera prims have it, the session has no scene, or ffmpeg is missing.
         """
         from graphengine.api.video import Video
 

@@ -16,17 +16,16 @@ SCENE, GRAPH = Path("scenes/demo.yaml"), Path("graphs/demo/round.yaml")
 INTRODUCTION = """\
 A Dingo robot drives through a warehouse and follows the obstacles on its left,
 which its lidar sees. Ctrl-C ends the run. Try in another terminal:
-{with_ros}  graphrun ctl push dd100 --impulse 0,40,0
+  graphrun teleop
+  graphrun topic echo /dd100_0000/odom
+  graphrun ctl push dd100 --impulse 0,40,0
   graphrun ctl move pallet_01 -9.2 5
 To change its graph, copy it, change a number, and run your copy:
   cp {graph} .
   graphrun run round.yaml --view
 """
-WITH_ROS = """\
-  graphrun teleop
-  graphrun topic echo /dd100_0000/odom
-"""
-"""Commands that reach the demo over ROS 2, which no other process does if its transport is `memory`."""
+OVER_ROS = ("  graphrun teleop", "  graphrun topic")
+"""Beginnings of the lines with commands that reach the demo over ROS 2, as no process does if its transport is `memory`."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -51,8 +50,8 @@ def execute(arguments: argparse.Namespace) -> int:
     given = parser.parse_args([near(str(folder / SCENE))], arguments)  # the defaults of `run` for what is not given
     missing = missing_packages()
     given.view = not (arguments.no_view or missing)
-    with_ros = "" if arguments.transport == "memory" else WITH_ROS
-    introduction = INTRODUCTION.format(with_ros=with_ros, graph=quoted(near(str(folder / GRAPH))))
+    lines = INTRODUCTION.format(graph=quoted(near(str(folder / GRAPH)))).splitlines(keepends=True)
+    introduction = "".join(line for line in lines if arguments.transport != "memory" or not line.startswith(OVER_ROS))
     if missing and not arguments.no_view:
         introduction += f"To see it in a browser: {install_command('view')}\n"
     print(introduction, end="", file=sys.stderr, flush=True)

@@ -21,8 +21,9 @@ def test_it_says_what_to_try_and_runs_the_scene(graphrun: Graphrun) -> None:
     said = graphrun("demo", "--for", "1s", *MEMORY, code=0, out="").err.splitlines()
     assert said[0].startswith("A Dingo robot drives through a warehouse")
     assert max(map(len, said[:10])) <= 80
-    assert said[7:9] == ["  cp graphs/demo/round.yaml .", "  graphrun run round.yaml --view"]
-    assert said[9].startswith("demo.yaml: 60 Hz, memory")
+    assert said[5:7] == ["  cp graphs/demo/round.yaml .", "  graphrun run round.yaml --view"]
+    assert said[7].startswith("demo.yaml: 60 Hz, memory")
+    assert not any("teleop" in line or "topic echo" in line for line in said[:7])
     assert said[-1].startswith("60 ticks, 1.000 s of simulation")
 
 

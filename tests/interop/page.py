@@ -168,5 +168,5 @@ In addition to the definitions of the distributions, graphengine contains those 
 
 - simulation_interfaces 1.5.1, the version of Jazzy and Kilted. Version 2 has other fields in Spawnable, LoadWorld,
   SetEntityState and SpawnEntity, and is not supported.
-- control_msgs 5.8.0 for Jazzy, and 6.3.0 and later for Kilted and Lyrical.
+- control_msgs 5.8.0 for Jazzy, and 6.3.0 for Kilted and Lyrical.
 - vision_msgs 4.1.1 and ackermann_msgs 2.0.2 for all three distributions."""

@@ -297,7 +297,7 @@ class WorldHandles:
     def exchange_camera(self, render_product: str, prim: str) -> Callable[[], None]:
         """Return a function that switches a render product to the camera `prim`.
 
-        After a call of this function, all nodes that use the render product get the images of this camera.
+        After a call of the returned function, all nodes that use the render product get the images of the camera `prim`.
 
         Args:
             render_product: path of the render product.
