@@ -511,6 +511,15 @@ def test_hz_waits_for_a_topic_and_says_so(ticking: dict[str, str]) -> None:
     assert running.said.startswith("WARNING: topic [/pos] does not appear to be published yet\n")
 
 
+def test_hz_says_that_no_message_comes(domain_id: int) -> None:
+    local = {"ROS_DOMAIN_ID": str(domain_id), "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"}
+    with contextlib.closing(DdsTransport(JoinOptions(Domain(domain_id, "LOCALHOST"), "peer"))) as silent:
+        silent.writer("/pose", "geometry_msgs/msg/PoseStamped", QoS())
+        with live("topic", "hz", "/pose", "--transport", "dds", "--spin-time", "20", env=local) as running:
+            assert running.hear(lambda said: said == "no message after 3 s; still waiting\n"), running.said
+            assert running.stop(signal.SIGINT) == 0
+
+
 def test_echo_ends_when_who_reads_its_output_has_seen_enough(ticking: dict[str, str]) -> None:
     running = subprocess.Popen(
         command("topic", "echo", "/pose", "--transport", "dds", "--spin-time", "20"),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import sys
 import time
 
 from graphengine.cli.live import Live, absolute, add_live_arguments, show, size
@@ -12,6 +13,8 @@ from graphengine.ros.rates import Intervals
 
 WINDOW = 10_000
 """Default size of the window: number of latest messages over which to average."""
+PATIENCE = 3.0
+"""Time without a first message after which the command says that it waits, s."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -40,7 +43,12 @@ def execute(arguments: argparse.Namespace) -> int:
         message_type = live.type_of(topic, live.graph_with(topic))
         clock = time.time_ns if arguments.wall_time else live.clock(arguments)
         inbox = live.listen(topic, message_type, PRESETS["Sensor Data"], clock, WINDOW)
-        while arrival := inbox.take(None):
+        patience: float | None = PATIENCE
+        while True:
+            arrival, patience = inbox.take(patience), None
+            if arrival is None:
+                print(f"no message after {PATIENCE:g} s; still waiting", file=sys.stderr, flush=True)
+                continue
             if arguments.filter and not wanted(messages.decode(arrival.data, message_type, live.definitions)):
                 continue
             if not intervals.add(arrival.time):
