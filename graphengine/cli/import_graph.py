@@ -52,7 +52,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--force", action="store_true", help="overwrite existing files")
     add_repeatable(parser, "--allow", "FOLDER", "also let the script or stage read files in this folder", type=Path)
     add_import_argument(parser)
-    robot = "prim path of the robot, which $(robot) replaces in the files, so that a robot file can use them"
+    robot = "prim path of the robot in the script or stage; the files contain $(robot) instead, so that a robot file can use them"
     parser.add_argument("--robot", metavar="PATH", type=_prim_path, help=robot)
     trust = "run the script or read the stage even if this machine's kernel has no sandbox for it; its code then has all your "
     trust += "permissions: it can read and write your files, start programs and use the network"

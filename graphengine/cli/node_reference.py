@@ -57,7 +57,10 @@ def description(cls: type[Node]) -> Iterable[str]:
             yield ""
             yield from table(heads, [_row(cls, port) for port in ports])
     for stem in cls.numbered:
-        yield from ("", f"The node has a port for each of the names {code(f'{stem}0')}, {code(f'{stem}1')}, … that the graph file uses.")
+        yield from (
+            "",
+            f"The node has a port for each of the names {code(f'{stem}0')}, {code(f'{stem}1')}, … that the graph file uses.",
+        )
 
 
 def _row(cls: type[Node], port: Port) -> tuple[str, ...]:

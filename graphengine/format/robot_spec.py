@@ -198,7 +198,7 @@ class RobotSpec(FileSpec, defer_build=True):
     doc: str = ""
     """Description for readers of the file."""
     extends: str = ""
-    """Robot file that this file changes: mappings are merged key by key, all other values of this file replace those."""
+    """Robot file on which this file is based: mappings are merged key by key; any other value replaces that of the other file."""
     urdf: str = ""
     """Robot description: a URDF file, or a .xacro or .sdf file, which is converted to URDF."""
     mjcf: str = ""

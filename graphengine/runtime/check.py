@@ -281,7 +281,9 @@ def _check_clocks(context: LintContext) -> None:
             other = publishers.setdefault((domain, claim.topic), claim)
             if other is not claim:
                 message = f"{claim.topic} is published by both {other.node} and {claim.node}"
-                context.disagree("W212", message, claim, other, "subscribers get each time twice; remove one of the two nodes")
+                context.disagree(
+                    "W212", message, claim, other, "subscribers get each time twice; remove one of the two nodes"
+                )
 
 
 def _check_transforms(context: LintContext) -> None:
@@ -306,7 +308,7 @@ def _check_parents(context: LintContext, edges: Iterable[tuple[str, str, Endpoin
         parents_differ = f"frame {child!r} has two parents: {known!r} from {first.node}, {parent!r} from {claim.node}"
         remedy = "a frame has one parent and one publisher; rename a frame, or remove one of the two"
         if any(one.graph.endswith("/robot_state") for one in (claim, first)):
-            remedy += "; `robot_state: true` of the scene publishes the transforms of all links"
+            remedy += "; `robot_state: true` of a robot in the scene publishes the transforms of all links"
         context.disagree("G306", twice if known == parent else parents_differ, claim, first, remedy)
 
 
