@@ -54,12 +54,13 @@ def packages() -> dict[str, str]:
 def _head() -> Iterator[str]:
     yield """# Interoperability with ROS 2
 
-Each cell of the table is the result of a test between graphengine and an rclpy node in another process. A row names the role of
-graphengine: in `service server`, graphengine offers a service and the ROS 2 node calls it. A column names the transport of
-graphengine and the RMW of the ROS 2 node. Embedded DDS needs no ROS 2 installation; `--transport rclpy` uses the sourced ROS 2.
+Each cell of the table is the result of a test between graphengine and an rclpy node in another process. A row names the feature
+under test and, for services and actions, the role of graphengine: in `service server`, graphengine offers a service and the ROS 2
+node calls this service. A column names the transport of graphengine and the RMW of the ROS 2 node. Embedded DDS needs no ROS 2
+installation; `--transport rclpy` uses the sourced ROS 2.
 
 With a sourced ROS 2, `python -m tests.interop.matrix` runs the tests and writes this page. `tests/interop/test_matrix.py` fails
-if a result differs from this table: if a cell with `yes` fails, or if a cell with `no` works.
+if a result differs from this table: if the test of a cell with `yes` fails, or if the test of a cell with `no` passes.
 """
 
 
@@ -78,7 +79,7 @@ def _unreachable() -> Iterator[str]:
 Between embedded DDS, which is Cyclone DDS, and nodes on {_RMWS[1]}, these rows fail:
 {", ".join(rows)}.
 The two RMWs of ROS 2 encode the identity of a request differently, so services do not work between these RMWs in ROS 2 either.
-Actions and parameters consist of services. Topics, tf and QoS events work. There are two remedies:
+Actions and parameters use services, so they fail too. Topics, tf and QoS events work. There are two remedies:
 
 - Run `graphrun` with `{HINT}`, with a sourced ROS 2 or with [rclpy from PyPI](ros_from_pypi.md). The run is then a node on
   the RMW of this rclpy.
@@ -93,18 +94,18 @@ def _figures(cells: dict[tuple[str, str, str], Result]) -> Iterator[str]:
     yield """
 ## Measurements
 
-`->` means from graphengine to ROS 2, `<-` from ROS 2 to graphengine. Each entry gives the number of received and of sent
-messages, the rate of sending, the median latency between the two processes, and the discovery time. All processes ran on one
-machine.
+`->` means from graphengine to ROS 2, `<-` from ROS 2 to graphengine. An entry such as `100/100 at 50 Hz, 0.7 ms, found in 0.23 s`
+gives the number of received messages and the number of sent messages, the rate of sending, the median latency between the two
+processes, and the discovery time. All processes ran on one machine.
 
 The tests make these exceptions:
 
 - A test does not fail if best-effort messages are lost; the entries show how many messages arrived.
 - Embedded DDS lost the first reliable message of 1 MB (59 of 60 arrived) and of 4 MB (19 of 20 arrived) from a Fast DDS writer.
   In the rows of these sizes, each ROS 2 writer first sends one message that is not counted.
-- A client that calls at the moment when it discovers a server may receive no response to its first call. In `action server` and
-  `parameters`, the clients wait for a server that is just starting. They repeat an unanswered call after 5 s, up to 4 times;
-  the entry gives the number of repeated calls.
+- A client that calls a server as soon as it discovers the server may receive no response to its first call. In `action server` and
+  `parameters`, the server starts while the client already waits for it. The client therefore repeats an unanswered call after 5 s,
+  up to 4 times, and the entry gives the number of repeated calls, if there are any.
 - `QoS events` tests incompatible QoS profiles and missed deadlines. Liveliness and matched events are not tested, because nodes
   on rmw_fastrtps_cpp did not get all of these events within 20 s."""
     for row in ROWS:
@@ -147,9 +148,9 @@ def _distros() -> Iterator[str]:
 
 `--distro {"|".join(DISTROS)}` selects the distribution whose message definitions graphengine uses. The
 default is the sourced distribution, or Jazzy if none is sourced. Recordings store the selection. A type has the same encoding
-and the same type hash in all distributions that have it, except for these types, which differ in the listed fields:
+and the same type hash in all distributions that have it, except for the types in this table, which lists the differing fields:
 
-| fields | {titles} |
+| type | {titles} |
 |---|{"---|" * len(DISTROS)}"""
     for name, each in differing.items():
         yield f"| {name} | " + " | ".join(", ".join(f"`{line}`" for line in lines) for lines in each) + " |"
@@ -166,7 +167,7 @@ These types exist only in the marked distributions:
     yield """
 In addition to the definitions of the distributions, graphengine contains those of:
 
-- simulation_interfaces 1.5.1, the version of Jazzy and Kilted. Version 2 has other fields in Spawnable, LoadWorld,
-  SetEntityState and SpawnEntity, and is not supported.
+- simulation_interfaces 1.5.1, the version in Jazzy and Kilted. graphengine does not support version 2, which has other fields in
+  Spawnable, LoadWorld, SetEntityState and SpawnEntity.
 - control_msgs 5.8.0 for Jazzy, and 6.3.0 for Kilted and Lyrical.
 - vision_msgs 4.1.1 and ackermann_msgs 2.0.2 for all three distributions."""
