@@ -107,9 +107,9 @@ The tests make these exceptions:
 - A test does not fail if best-effort messages are lost; the entries show how many messages arrived.
 - Embedded DDS lost the first reliable message of 1 MB (59 of 60 arrived) and of 4 MB (19 of 20 arrived) from a Fast DDS writer.
   In the rows of these sizes, each ROS 2 writer first sends one message that is not counted.
-- A client that calls a server as soon as it discovers the server may receive no response to its first call. In `action server` and
-  `parameters`, the server starts while the client already waits for it. The client therefore repeats an unanswered call after 5 s,
-  up to 4 times, and the entry gives the number of repeated calls, if there are any.
+- A client that calls a server as soon as it discovers the server may receive no response to its first call. In `action server`
+  and `parameters`, the server starts while the client already waits for it. The client therefore repeats an unanswered call after
+  5 s, up to 4 times, and the entry gives the number of repeated calls, if there are any.
 - `QoS events` tests incompatible QoS profiles and missed deadlines. Liveliness and matched events are not tested, because nodes
   on rmw_fastrtps_cpp did not get all of these events within 20 s."""
     for row in ROWS:
