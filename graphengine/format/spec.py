@@ -226,7 +226,7 @@ class GraphUse(FileSpec):
     use: str
     """Graph file, or the path of one that graphengine includes, such as graphs/clock.yaml."""
     at: PrimPath = ""
-    """Path of the graph's prim; overrides `at` in the graph file."""
+    """Path of the graph's prim; overrides `at` in the graph file. In a robot file, `$(robot)` is the path of the robot."""
     parameters: dict[Name, Any] = {}
     """Values of the graph's parameters, by name."""
 

@@ -83,10 +83,11 @@ def find_use(
 ) -> list[GraphFile]:
     """Return a list with the graph file that a scene or robot file refers to.
 
-    If the file does not exist, add an error to `findings` and return an empty list.
+    `$(robot)` in the prim path of the entry is replaced by the robot's prim path in `bindings`. If the file does not exist, add an error to `findings` and return an empty list.
     """
     path = files.look_up(use.use, folder, findings, place.span, f"graph {name!r}: ")
-    return [GraphFile(path, name, {**bindings, **use.parameters}, use.at, place)] if path is not None else []
+    at = use.at.replace("$(robot)", str(bindings.get("robot", "$(robot)")))
+    return [GraphFile(path, name, {**bindings, **use.parameters}, at, place)] if path is not None else []
 
 
 def resolve_uses(

@@ -117,6 +117,18 @@ def test_graphs_of_one_file_whose_wires_differ_have_plans_of_their_own(tmp_path:
     assert one.plan is not two.plan
 
 
+def test_a_robot_file_places_a_graph_below_each_of_its_robots(tmp_path: Path) -> None:
+    graph = "format: 1\ngraph: empty\nnodes: {Tick: OnPlaybackTick}\n"
+    bot = "format: 1\nrobot: bot\nextends: robots/dd100.yaml\n"
+    bot += "graphs: {own: {use: empty.yaml, at: $(robot)/base_link/own}}\n"
+    scene = "format: 1\nscene: fleet\nworld: worlds/flat_grid.xml\n"
+    scene += "robots: {bot: {use: bot.yaml, count: 2, spacing: [2, 2], position: [0, 0, 0.025]}}\n"
+    for name, text in {"empty": graph, "bot": bot, "scene": scene}.items():
+        (tmp_path / f"{name}.yaml").write_text(text, encoding="utf-8")
+    paths = [graph.prim_path for graph in build.load(tmp_path / "scene.yaml").planned if graph.name.endswith("/own")]
+    assert paths == ["/bot_0000/base_link/own", "/bot_0001/base_link/own"]
+
+
 def test_no_node_is_reachable_from_a_scene(flat: LoadedScene) -> None:
     seen: set[int] = set()
     waiting: list[Any] = [flat.graphs, flat.planned, flat.claims]
