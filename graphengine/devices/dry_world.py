@@ -231,6 +231,7 @@ class ArticulationStub(Shared):
         joints = len(self.joint_names)
         self.prismatic: tuple[bool, ...] = tuple(robot.facts.get("prismatic", (False,) * joints))
         self.ranges: tuple[tuple[float, float], ...] = robot.facts.get("ranges", ((-math.inf, math.inf),) * joints)
+        self.target_ranges = self.ranges
         self.max_velocities: tuple[float, ...] = robot.facts.get("max_velocities", (math.inf,) * joints)
         self.leaders: tuple[str, ...] = robot.facts.get("leaders", ("",) * joints)
         self.stiffness: NDArray[np.float64] = np.array(robot.facts.get("stiffness", (0.0,) * joints))

@@ -129,6 +129,10 @@ class Articulation(Protocol):
         """Lower and upper position limit of each joint from the robot description, rad or m; infinite without limits."""
 
     @property
+    def target_ranges(self) -> tuple[tuple[float, float], ...]:
+        """Lowest and highest position target of each joint, rad or m: its range, extended by the `overtravel` of its drive."""
+
+    @property
     def max_velocities(self) -> tuple[float, ...]:
         """Velocity limit of each joint from the robot description, rad/s or m/s; infinite without a limit."""
 

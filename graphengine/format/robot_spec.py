@@ -40,6 +40,8 @@ class DriveSpec(FileSpec):
     """Maximum rate of change of the velocity set point, rad/s2 or m/s2; default: no limit."""
     max_velocity: Positive | None = None
     """Maximum velocity set point, and maximum rate of change of the position set point, rad/s or m/s; default: no limit."""
+    overtravel: NotNegative = 0.0
+    """Distance by which position targets may exceed the joint's range at both ends, so that a gripper presses, rad or m."""
     interpolate: bool = False
     """If true, the set points move to new targets at a constant rate over one tick, as in servo drives; if false, they jump."""
     gravity_compensation: bool = False
@@ -57,6 +59,8 @@ class UsdDriveSpec(FileSpec):
     """Target velocity until the first command to the joint, deg/s or m/s."""
     max_force: Positive | None = None
     """Limit of the drive's torque or force, N m or N; default: the description's effort."""
+    overtravel: NotNegative = 0.0
+    """Distance by which position targets may exceed the joint's range at both ends, so that a gripper presses, deg or m."""
 
 
 class SpringSpec(FileSpec):

@@ -238,6 +238,8 @@ class Ticker:
                 advice = (
                     "if the joint can do more, raise max_velocity of its drive, or its limits in the robot description"
                 )
+                if command.startswith("position"):
+                    advice += "; a gripper that presses at its limit needs overtravel in its drive"
                 self.services.warn("", f"commands are clamped: {command}\n  {advice}")
 
     def _freeze(self, inbox: ExternalInputs) -> None:

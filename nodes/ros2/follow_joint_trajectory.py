@@ -237,7 +237,11 @@ class ROS2FollowJointTrajectory(RobotActionNode, type="graphengine.ros2.ROS2Foll
         if code:
             self.logger.log("warning", f"{self.server.action}: {text}")
         self.end(code, text, ending)
-        positions = self.articulation.positions()[list(self.joints.indices)]
+        robot, indices = self.articulation, list(self.joints.indices)
+        lowest, highest = np.array(robot.target_ranges)[
+            indices
+        ].T  # a joint that rests on its limit is slightly beyond it
+        positions = np.clip(robot.positions()[indices], lowest, highest)
         return self.command(positions, np.zeros_like(positions))
 
     def end(self, code: int, text: str, ending: str) -> None:

@@ -33,6 +33,7 @@ class ROS2GripperCommand(RobotActionNode, type="graphengine.ros2.ROS2GripperComm
     A goal succeeds when the finger's position is within `goalTolerance` of the goal. If the finger rests for `stallTimeout`
     before that, for example on an object, the goal ends and its result has `stalled` set: the goal succeeds if `allowStalling`
     is true, otherwise it is aborted. A new goal aborts the current one. If a goal is canceled, the finger holds its position.
+    A gripper presses against its own limit only as far as its drive has `overtravel` in the robot file.
     Goals for another joint, and goals with numbers that are not finite, are rejected.
     """
 
@@ -118,6 +119,10 @@ class ROS2GripperCommand(RobotActionNode, type="graphengine.ros2.ROS2GripperComm
         at = self.articulation.set_points()[0][self.index]
         if self.target is None:
             self.set_point = float(at if np.isfinite(at) else self.articulation.positions()[self.index])
+        lowest, highest = self.articulation.target_ranges[self.index]
+        self.set_point = min(
+            max(self.set_point, lowest), highest
+        )  # the last goal may have been beyond the joint's range
         self.goal, self.target, self.moved = goal, position, self.clock.time
         self.moving = self.commanded
         self.effort, self.speed = effort or self.max_effort or math.inf, speed or math.inf
@@ -171,7 +176,8 @@ class ROS2GripperCommand(RobotActionNode, type="graphengine.ros2.ROS2GripperComm
     def hold(self) -> int:
         """Forget the goal and its target, and output the measured position as set point; return the port to fire."""
         self.goal = self.target = None
-        return self.command(self.articulation.positions()[[self.index]], np.zeros(1))
+        position = self.articulation.positions()[[self.index]]
+        return self.command(np.clip(position, *self.articulation.target_ranges[self.index]), np.zeros(1))
 
     def result(self, *, stalled: bool, reached: bool) -> Any:
         """Return a result with the finger's measured state; `stalled` and `reached` are its flags."""

@@ -155,6 +155,27 @@ def test_a_parallel_gripper_moves_at_the_velocity_of_its_goal() -> None:
     assert (state.name, state.position.tolist()) == (["finger"], pytest.approx([0.03], abs=0.002))
 
 
+def test_a_goal_beyond_the_range_delays_the_next_goal_no_longer_than_the_way_to_the_limit() -> None:
+    hand = Hand(PARALLEL)
+    hand.robot.target_ranges = ((0.0, 0.04), (-math.inf, math.inf))
+    hand.blocked_at = 0.04
+    hand.send(joint_state([1.0], [0.06], ["finger"]))
+    hand.tick(200)
+    assert hand.node.position_command[0] > 0.2  # which the drive clamps and counts
+    hand.send(joint_state([0.03], [0.06], ["finger"]))
+    hand.tick(10)
+    assert hand.result == (goals.SUCCEEDED, False, True)
+
+
+def test_a_held_finger_that_rests_on_its_limit_is_commanded_to_the_limit() -> None:
+    hand = Hand()
+    hand.robot.target_ranges = ((0.0, 0.04), (-math.inf, math.inf))
+    hand.blocked_at = 0.0401
+    hand.peer.cancel(hand.grip(0.05))
+    hand.tick()
+    assert hand.commands[-1] == 0.04
+
+
 @pytest.mark.parametrize(
     "command",
     [joint_state([]), joint_state([0.0, 0.1]), joint_state([math.nan]), joint_state([0.0], name=["other"])],

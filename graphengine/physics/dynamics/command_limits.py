@@ -4,7 +4,7 @@
   with a lever arm of 1 m, and the effort that accelerates the joint's own inertia by 1e5 rad/s2 (prismatic joints: 1e5 m/s2).
 - Velocities: 17453 rad/s (1e6 deg/s, as in Isaac Sim; prismatic joints: 17453 m/s). Wheels: 100 rad/s, the default of PhysX,
   because faster wheels make a robot diverge. If a drive's maximum velocity is lower, it applies instead.
-- Positions: the joint's range, widened on both sides by its width, because grippers push with targets beyond the range.
+- Positions: the joint's range, extended on both sides by the drive's `overtravel`, with which a gripper presses against a limit.
 - Actuators of MuJoCo models: the range of the control signal, if the actuator has one, instead of the limits above.
 """
 
@@ -44,8 +44,8 @@ def command_limits(model: mujoco.MjModel, robot: Prim, joints: Sequence[int]) ->
         inertia = float(model.dof_M0[model.jnt_dofadr[joint]])
         strongest = effort or min(mass * GRAVITY * ARM, ACCELERATION * inertia)
         lowest, highest = model.jnt_range[joint].tolist() if model.jnt_limited[joint] else (-math.inf, math.inf)
-        width = highest - lowest
-        found["position"].append((lowest - width, highest + width))
+        overtravel = drive.overtravel if drive is not None else 0.0
+        found["position"].append((lowest - overtravel, highest + overtravel))
         found["velocity"].append((-fastest, fastest))
         found["effort"].append((-strongest, strongest))
         for servo in (drive.servos or ()) if drive is not None else ():

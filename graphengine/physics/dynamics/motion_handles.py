@@ -26,6 +26,10 @@ if TYPE_CHECKING:
     from graphengine.physics.core import SimulationCore
 
 
+ROUNDING = 1e-6
+"""Largest excess of a command over its limit that is clamped without being counted; rounding in a trajectory causes less."""
+
+
 class CarriedPrim(Handle):
     """A prim that moves with the body that carries it; without such a body, the prim is static."""
 
@@ -124,6 +128,8 @@ class Joints(Handle):
         self.limits = command_limits(model, robot, ids.tolist())
         for drive in others.values():
             add_limits(self.limits, drive)
+        self.target_ranges = tuple(self.limits["position"][: len(joints)])
+        """Lowest and highest position target of each joint, rad or m."""
         self._has_springs = bool(self.stiffness.any())
         self._has_actuators = any(drive.servos is not None for drive in own)
         commanded = [*zip(joints, own, strict=True), *((f"{robot.entity_name}/", drive) for drive in others.values())]
@@ -215,7 +221,8 @@ class SelectedJoints(Shared):
         """Set joint targets, which take effect in the next physics step.
 
         A target that the drive does not use (a velocity without damping, a position without stiffness) is ignored, as in PhysX.
-        A command beyond the joint's limits is clamped and counted, unless the simulation's `clamps_commands` is false.
+        A command beyond the joint's limits is clamped and counted, unless the simulation's `clamps_commands` is false. With a
+        clamped position, the velocity target of the joint is 0, because the joint stops there.
 
         Args:
             positions: target of each selected joint, rad or m. NaN keeps the target of that joint, None keeps all.
@@ -227,6 +234,7 @@ class SelectedJoints(Shared):
         """
         points, joints = self._simulation.set_points, self._joints
         found: list[tuple[Floats, int, float]] = []
+        stopped: set[int] = set()
         commands = zip(KINDS, (positions, velocities, efforts), joints.servo_ids, strict=True)
         for number, (kind, values, places) in enumerate(commands):
             if values is None:
@@ -239,8 +247,10 @@ class SelectedJoints(Shared):
                     continue
                 servo = joints.servos[joint][number]
                 if servo is not None:
-                    control = servo.control(self._clamped(kind, joint, value))
-                    found.append((points.targets, places[joint], control))
+                    command = self._clamped(kind, joint, 0.0 if joint in stopped else value)
+                    if kind == "position" and command != value:
+                        stopped.add(joint)
+                    found.append((points.targets, places[joint], servo.control(command)))
                 elif kind == "effort" and joint < len(joints.dofs):
                     found.append((points.efforts, joints.dofs[joint], self._clamped(kind, joint, value)))
         for array, place, value in found:
@@ -252,8 +262,11 @@ class SelectedJoints(Shared):
         lowest, highest = self._joints.limits[kind][joint]
         if lowest <= value <= highest or not self._simulation.clamps_commands:
             return value
+        clamped = min(max(value, lowest), highest)
+        if abs(clamped - value) <= ROUNDING:
+            return clamped
         counts = self._simulation.clamped_commands
         name = f"{self._joints.prim_path}/{self._joints.commanded_names[joint]}"
         what = f"{kind} of {name} beyond {lowest:g} to {highest:g}"
         counts[what] = counts.get(what, 0) + 1
-        return min(max(value, lowest), highest)
+        return clamped

@@ -9,6 +9,7 @@ from typing import Any
 from graphengine.format.diagnostics import Span
 from graphengine.format.wording import printable
 from graphengine.physics.importing.arm_chains import gripper_joints
+from graphengine.physics.importing.arm_gains import DEVIATION
 from graphengine.physics.importing.arm_graph import flaw
 from graphengine.physics.importing.controllers_file import Controller
 from graphengine.physics.importing.draft import Draft, Remark
@@ -55,7 +56,20 @@ def fill(draft: Draft, held: Collection[str], controllers: Iterable[Controller],
         controller = {"controller": gripper.controller} if gripper.controller != _CONTROLLER else {}
         draft.add_graph(name, "graphs/arm/gripper.yaml", {"joint": gripper.joint} | controller | gripper.parameters)
         text = f"gripper: {gripper.joint} on {gripper.controller}/gripper_cmd, from {gripper.source}"
+        text += _press(draft, gripper.joint)
         (draft.guessed if gripper.guessed else draft.carried).append(Remark(printable(text), gripper.span))
+
+
+def _press(draft: Draft, name: str) -> str:
+    """Let position targets exceed the range of a gripper's joint so far that its drive presses with its full effort.
+
+    Return this as text for a message; empty if the joint has no limits or no drive in the robot file.
+    """
+    joint, drive = draft.urdf.joints[name], draft.entry("joints", name).value.get("drive")
+    if joint.limits is None or drive is None:
+        return ""
+    drive["overtravel"] = DEVIATION
+    return f"; targets up to {DEVIATION:g} {'m' if joint.type == 'prismatic' else 'rad'} beyond its limits press"
 
 
 def _of_controllers(draft: Draft, held: Collection[str], controllers: Iterable[Controller]) -> Iterator[Gripper]:

@@ -65,6 +65,8 @@ class Drive:
     max_velocity: float = math.inf
     """Maximum velocity set point, and maximum rate of change of the position set point, rad/s or m/s."""
     max_force: float = math.inf
+    overtravel: float = 0.0
+    """Distance by which position targets may exceed the joint's range at both ends, rad or m."""
     carries: float = 0.0
     """Inertia that the robot's mass adds about the axis of a driven wheel, divided by that mass, m2; 0 for other joints."""
     interpolate: bool = False
@@ -106,13 +108,15 @@ def drive_of(joint: JointSpec, effort: float, *, prismatic: bool) -> Drive | Non
             drive.damping,
             drive.target_velocity,
             *limits,
+            overtravel=drive.overtravel,
             interpolate=drive.interpolate,
             gravity_compensation=drive.gravity_compensation,
         )
     if joint.usd_drive is not None:
         usd, factor = joint.usd_drive, 1.0 if prismatic else DEGREES
         velocity, most = usd.target_velocity / factor, usd.max_force or effort
-        return Drive(usd.stiffness * factor, usd.damping * factor, velocity, max_force=most)
+        gains = usd.stiffness * factor, usd.damping * factor
+        return Drive(*gains, velocity, max_force=most, overtravel=usd.overtravel / factor)
     return None
 
 

@@ -135,6 +135,15 @@ def test_each_of_two_grippers_has_a_controller(tmp_path: Path) -> None:
     }
 
 
+def test_a_grippers_drive_may_press_beyond_its_limits_with_its_full_effort(tmp_path: Path) -> None:
+    found = imported(tmp_path, bolted(arm(2, "plate", gripper=True)))
+    drives = {name: entry["drive"] for name, entry in robot_file(found)["joints"].items() if "drive" in entry}
+    assert {name: drive["overtravel"] for name, drive in drives.items() if "overtravel" in drive} == {"finger": 0.01}
+    assert drives["finger"]["overtravel"] * drives["finger"]["stiffness"] == 20  # N m, the limit of effort
+    told = [remark.text for remark in found.draft.guessed if remark.text.startswith("gripper: ")]
+    assert told[0].endswith("; targets up to 0.01 rad beyond its limits press")
+
+
 def test_fingers_that_do_not_follow_one_another_get_no_gripper(tmp_path: Path) -> None:
     fingers = joint("left", "joint_3"), joint("right", "joint_3")
     found = graphs(tmp_path, bolted(arm(3, "plate"), *fingers))
