@@ -19,7 +19,7 @@ from graphengine.physics.dynamics.forces import Forces
 from graphengine.physics.dynamics.gravity_compensation import GravityCompensation
 from graphengine.physics.dynamics.handle_table import Handle, HandleTable
 from graphengine.physics.dynamics.held_bodies import PlacedBody
-from graphengine.physics.dynamics.keyframes import begin_in
+from graphengine.physics.dynamics.keyframes import begin_in, hold
 from graphengine.physics.dynamics.model_overrides import Frictions, Lights
 from graphengine.physics.dynamics.mounts import Mounts
 from graphengine.physics.dynamics.moving_surfaces import MovingSurfaces
@@ -38,7 +38,7 @@ from graphengine.physics.engine import (
     sort_geoms,
     wake,
 )
-from graphengine.physics.model.drives import Drive
+from graphengine.physics.model.drives import KINDS, Drive
 from graphengine.physics.sensors.rays import Rays, RaysChoice, select_rays
 
 _STATE = mujoco.mjtState.mjSTATE_INTEGRATION  # what it takes to go on bit by bit
@@ -275,7 +275,7 @@ class SimulationCore(Stateful):
             handle.see_displacement()
 
     def _data_at_start(self, model: mujoco.MjModel) -> mujoco.MjData:
-        """Return the initial state of a model, with robots in their keyframes and joints at their start positions."""
+        """Return the initial state of a model: robots in keyframes, joints at their start positions and held there."""
         data = data_at_start(model)
         given: set[str] = set()
         for prim in self.stage.prims("robot"):
@@ -283,15 +283,16 @@ class SimulationCore(Stateful):
                 place = (prim.position, prim.orientation)
                 given |= begin_in(prim.facts["keyframe"], f"{prim.entity_name}/", place, model, data)
         for prim in self.stage.prims("joint"):
-            robot, start = self.stage.robot_of(prim), prim.facts.get("start")
-            if robot is None or start is None:
+            robot, start, drive = self.stage.robot_of(prim), prim.facts.get("start"), prim.facts["drive"]
+            if robot is None or (start is None and drive is None):
                 continue
             name = f"{robot.entity_name}/{prim.facts['joint']}"
-            data.qpos[model.jnt_qposadr[model.joint(name).id]] = start
-            drive = prim.facts["drive"]
-            servo = drive.servo(name, "position") if drive is not None else None
-            if servo is not None and servo.name not in given:
-                data.ctrl[model.actuator(servo.name).id] = servo.control(start)
+            place = model.jnt_qposadr[model.joint(name).id]
+            moved = start is not None and start != data.qpos[place]
+            if moved:
+                data.qpos[place] = start
+            for servo in filter(None, (drive.servo(name, kind) for kind in KINDS) if drive is not None else ()):
+                hold(servo, float(data.qpos[place]), model, data, controlled=servo.name in given and not moved)
         return data
 
     def _remember_start(self) -> None:

@@ -1,10 +1,13 @@
-"""Sets a robot's state to a keyframe of its MuJoCo model."""
+"""Sets a robot's state to a keyframe of its MuJoCo model, and makes servos hold the joints where they start."""
 
 from __future__ import annotations
 
 from graphengine.devices.rotation import Pose, compose
 from graphengine.physics.description.mjcf_model import Keyframe
 from graphengine.physics.engine import mujoco
+from graphengine.physics.model.drives import Servo
+
+_INTEGRATOR = mujoco.mjtDyn.mjDYN_INTEGRATOR
 
 
 def begin_in(keyframe: Keyframe, prefix: str, place: Pose, model: mujoco.MjModel, data: mujoco.MjData) -> set[str]:
@@ -38,3 +41,26 @@ def begin_in(keyframe: Keyframe, prefix: str, place: Pose, model: mujoco.MjModel
             data.ctrl[index] = control
             given.add(name)
     return given
+
+
+def hold(servo: Servo, position: float, model: mujoco.MjModel, data: mujoco.MjData, *, controlled: bool) -> None:
+    """Set the control signal and the activation with which a servo holds its joint from the first step on.
+
+    Velocity and effort servos keep their control signals, but a velocity servo that integrates its command gets the activation.
+
+    Args:
+        servo: actuator of the compiled model.
+        position: position of the joint, rad or m.
+        model: compiled model.
+        data: state that is changed.
+        controlled: whether the control signal is already set.
+    """
+    actuator = model.actuator(servo.name).id
+    activation = int(model.actuator_actadr[actuator])
+    if servo.kind == "position":
+        if not controlled:
+            data.ctrl[actuator] = servo.control(min(max(position, servo.lowest), servo.highest))
+        if activation >= 0:
+            data.act[activation] = data.ctrl[actuator]
+    elif servo.kind == "velocity" and activation >= 0 and model.actuator_dyntype[actuator] == _INTEGRATOR:
+        data.act[activation] = servo.scale * position

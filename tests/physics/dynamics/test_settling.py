@@ -7,6 +7,7 @@ import math
 import mujoco
 import pytest
 
+from graphengine.format.spec import RobotUse
 from graphengine.physics.dynamics.motion_handles import Joints
 from graphengine.physics.dynamics.settling import SETTLE_LIMIT, SETTLED_FOR, SETTLED_SPEED, settle
 from graphengine.physics.simulation import Simulation
@@ -76,6 +77,20 @@ def test_a_reset_and_a_checkpoint_return_to_the_held_arm(held: tuple[Simulation,
         assert joints.positions()[0] < 0.2
         back()
         assert strays(*held) < 1e-3
+
+
+def test_robots_that_are_added_and_those_beside_them_stay_where_their_drives_hold_them(project: Project) -> None:
+    world = project.robot(HELD).scene("settle: true\n").load()
+    simulation = world.simulation
+    joints = simulation.articulation(simulation.stage.find("/bot"))
+    steps(simulation, 5)
+    world.add("late", RobotUse(use="bot.yaml", position=(0, 2, 0.1)))
+    late = simulation.articulation(simulation.stage.find("/late"))
+    for _ in range(2):
+        for arm in (joints, late):
+            assert arm.set_points()[0] == pytest.approx(arm.positions(), abs=0.02)
+            assert strays(simulation, arm) < 0.02  # the added robot has not come to rest: its arm sags
+        simulation.reset()
 
 
 def test_the_activations_of_a_model_are_kept() -> None:

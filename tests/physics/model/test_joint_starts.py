@@ -41,6 +41,50 @@ def test_a_reset_goes_back_to_the_start(project: Project) -> None:
     assert joints.set_points()[0].tolist() == [0.5]
 
 
+@pytest.mark.parametrize("keys", ["limits: [0.4, 1], ", "limits: [-1, -0.4], "])
+def test_a_joint_whose_range_excludes_zero_is_held_at_the_limit_at_which_it_starts(project: Project, keys: str) -> None:
+    drive = "drive: {stiffness: 2000, damping: 100, max_velocity: 0.5}"
+    simulation, joints = project.robot(f"joints: {{arm_joint: {{{keys}{drive}}}}}\nfixed_base: true").load_joints()
+    simulation.set_gravity((0.0, 0.0, 0.0))
+    assert joints.set_points()[0].tolist() == joints.positions().tolist()
+    assert abs(joints.positions()[0]) == 0.4
+    steps(simulation, 120)
+    assert abs(joints.efforts()[0]) < 0.1  # N m, of 40
+
+
+SERVOS = """<mujoco><compiler angle="radian"/><worldbody><body name="arm">
+<joint name="hinge" axis="0 0 1" ref="0.7" range="-2 2"/><geom size="0.1" pos="0.2 0 0" mass="0.5"/></body></worldbody>
+<actuator>{}</actuator><keyframe><key name="home" qpos="0.9" ctrl="{}"/></keyframe></mujoco>"""
+POSITION = '<position name="servo" joint="hinge" kp="20" kv="2"{}/>'
+INTEGRATED = '<intvelocity name="servo" joint="hinge" kp="20" kv="2" actrange="-3 3"/>'
+
+
+@pytest.mark.parametrize(
+    ("servo", "control"),
+    [(POSITION.format(""), 0.9), (POSITION.format(' timeconst="0.2"'), 0.9), (INTEGRATED, 0.0)],
+    ids=["position servo", "with a filter", "that integrates velocities"],
+)
+@pytest.mark.parametrize(
+    ("keys", "start"),
+    [
+        ("", 0.7),
+        ("start: home", 0.9),
+        ("joints: {hinge: {start: -0.4}}", -0.4),
+        ("start: home\njoints: {hinge: {start: 1.3}}", 1.3),
+    ],
+)
+def test_the_servo_of_a_model_holds_its_joint_where_it_starts_and_after_a_reset(
+    project: Project, servo: str, control: float, keys: str, start: float
+) -> None:
+    keys = f"robot: bot\nmjcf: bot.xml\nbase_link: world\n{keys}\n"
+    simulation, joints = project.write("bot.xml", SERVOS.format(servo, control)).write("bot.yaml", keys).load_joints()
+    for _ in range(2):
+        assert joints.positions()[0] == pytest.approx(start)
+        steps(simulation, 480)
+        assert joints.positions()[0] == pytest.approx(start, abs=1e-3)
+        simulation.reset()
+
+
 def test_the_scene_overrides_the_robot_file_for_one_robot(project: Project) -> None:
     project.robot("joints: {arm_joint: {start: 0.5}}")
     project.scene("  other: {use: bot.yaml, position: [0, 2, 0.1], joints: {arm_joint: {start: -0.25}}}\n")
