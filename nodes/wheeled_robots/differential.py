@@ -59,6 +59,12 @@ class DifferentialController(Node, type="isaacsim.robot.wheeled_robots.Different
         default=0.0, ge=0.0, unit="rad/s", doc="largest turn rate of the base; 0 means no limit"
     )
     max_wheel_speed: float = In(default=0.0, ge=0.0, unit="rad/s", doc="largest speed of a wheel; 0 means no limit")
+    scale_wheel_speeds: bool = In(
+        default=False,
+        extension=True,
+        doc="true: if a wheel exceeds `maxWheelSpeed`, v and w are scaled down, so that the base keeps the radius of its turn; "
+        "false: each wheel is limited, as in Isaac Sim",
+    )
     linear_velocity: float = In(default=0.0, unit="m/s", doc="forward velocity of the base")
     angular_velocity: float = In(default=0.0, unit="rad/s", doc="turn rate of the base, counter-clockwise")
     velocity_command: Doubles = Out(default=[0.0, 0.0], unit="rad/s", doc="wheel speeds: [left, right]")
@@ -82,17 +88,27 @@ class DifferentialController(Node, type="isaacsim.robot.wheeled_robots.Different
             )
         linear = limited(self.linear_velocity, abs(self.max_linear_speed))
         angular = limited(self.angular_velocity, abs(self.max_angular_speed))
+        share = self.feasible_share(linear, angular)
+        linear, angular = linear * share, angular * share
         if self.max_acceleration and self.max_deceleration:
             faster = abs(linear) > abs(self.previous_linear) and linear * self.previous_linear >= 0.0
             slope = abs(self.max_acceleration if faster else self.max_deceleration)
             linear = ramped(self.previous_linear, linear, slope, self.dt)
         angular = ramped(self.previous_angular, angular, abs(self.max_angular_acceleration), self.dt)
         limit = abs(self.max_wheel_speed)
-        left = limited((2.0 * linear - angular * distance) / (2.0 * radius), limit)
-        right = limited((2.0 * linear + angular * distance) / (2.0 * radius), limit)
+        share = self.feasible_share(linear, angular)  # v and w may change at different rates
+        left = limited((2.0 * linear - angular * distance) * share / (2.0 * radius), limit)
+        right = limited((2.0 * linear + angular * distance) * share / (2.0 * radius), limit)
         check_outcome(self, linear, angular, left, right)
         self.previous_linear, self.previous_angular = linear, angular
         self.velocity_command = np.array((left, right))
+
+    def feasible_share(self, linear: float, angular: float) -> float:
+        """Return the factor by which a twist is scaled so that no wheel exceeds `maxWheelSpeed`; 1 without scaling."""
+        most = abs(self.max_wheel_speed * self.wheel_radius)
+        if not (self.scale_wheel_speeds and most):
+            return 1.0
+        return most / max(abs(linear) + abs(angular * self.wheel_distance) / 2.0, most)
 
 
 _RAMPS = "dt, maxAcceleration, maxDeceleration, maxAngularAcceleration"

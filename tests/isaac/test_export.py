@@ -25,6 +25,9 @@ from tests.isaac.harness import ROOT, SCRIPTS, imported, meaning, resolved
 
 SHIPPED = sorted((ROOT / "graphs").rglob("*.yaml"))
 NO_TIMEOUT = "SubscribeTwist: isaacsim.ros2.bridge.ROS2SubscribeTwist has no inputs:timeout in Isaac Sim"
+NO_SCALING = (
+    "Controller: isaacsim.robot.wheeled_robots.DifferentialController has no inputs:scaleWheelSpeeds in Isaac Sim"
+)
 NO_ROLLING = "Controller: isaacsim.robot.wheeled_robots.HolonomicController has no inputs:rolling in Isaac Sim"
 
 
@@ -45,7 +48,7 @@ REFUSED = {
         NO_TIMEOUT,
     ],
     "base/ackermann": [NO_TIMEOUT, *_wheel_odometry("State/Odometry", "State/PublishOdometry")],
-    "base/differential": [NO_TIMEOUT, *_wheel_odometry("State/Odometry", "State/PublishOdometry")],
+    "base/differential": [NO_TIMEOUT, NO_SCALING, *_wheel_odometry("State/Odometry", "State/PublishOdometry")],
     "base/mecanum": [NO_TIMEOUT, NO_ROLLING, *_wheel_odometry("State/Odometry", "State/PublishOdometry")],
     "base/omni": [NO_TIMEOUT, NO_ROLLING],
     "arm/gripper": ["Gripper: Isaac Sim has no node type graphengine.ros2.ROS2GripperCommand"],

@@ -25,6 +25,7 @@ from tests.physics.importing.imported_bases import (
     robot_file,
     scene,
     sdf,
+    slow,
 )
 
 Twist = tuple[float, float, float]
@@ -72,6 +73,17 @@ def test_a_differential_base_of_sdf_moves_as_that_of_urdf(
     reached = moved(scene(tmp_path, imported_sdf(tmp_path, sdf(DIFFERENTIAL, *more))), command)
     assert reached == pytest.approx(driven(tmp_path, DIFFERENTIAL, command, *more), rel=0.001, abs=0.0005)
     assert reached == pytest.approx(command, rel=0.005, abs=0.002)
+
+
+@pytest.mark.parametrize("command", [(1.0, 0.0, 0.0), (1.0, 0.0, 1.0), (0.2, 0.0, -5.0)])
+def test_a_base_with_slow_wheels_drives_the_arc_that_it_is_told_as_fast_as_its_wheels_allow(
+    tmp_path: Path, command: Twist
+) -> None:
+    rim, lever = 8.0 * DIFFERENTIAL.radius, 0.15
+    reached = moved(scene(tmp_path, imported(tmp_path, slow(description(DIFFERENTIAL), 8.0))), command)
+    speed, turn = min(command[0], rim), math.copysign(min(abs(command[2]), 2.0), command[2])
+    share = min(1.0, rim / (speed + abs(turn) * lever))
+    assert reached == pytest.approx((speed * share, 0.0, turn * share), rel=0.01, abs=0.002)
 
 
 def test_a_differential_base_has_the_same_drives_in_every_form(tmp_path: Path) -> None:

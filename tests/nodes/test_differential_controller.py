@@ -77,6 +77,25 @@ def test_each_wheel_is_limited_for_itself() -> None:
     assert wheels(node) == [-7.5, -10.0]
 
 
+@pytest.mark.parametrize(("v", "w"), [(1.0, 1.0), (-1.0, 1.0), (0.3, -6.0), (0.0, 5.0), (0.3, 0.1)])
+def test_a_twist_beyond_the_wheels_is_scaled_so_that_the_radius_of_the_turn_stays(v: float, w: float) -> None:
+    inputs = {"linear_velocity": v, "angular_velocity": w, "max_wheel_speed": 5.0, "scale_wheel_speeds": True}
+    speeds = wheels(controller(**inputs))
+    asked = [(v - w * 0.25) / 0.1, (v + w * 0.25) / 0.1]
+    share = min(1.0, 5.0 / max(map(abs, asked)))
+    assert speeds == pytest.approx([each * share for each in asked])
+
+
+def test_a_base_whose_twist_was_scaled_slows_down_from_the_speed_of_its_wheels() -> None:
+    limits = {"dt": 0.1, "max_acceleration": 1.0, "max_deceleration": 1.0, "max_wheel_speed": 2.0}
+    node = controller(**limits, linear_velocity=5.0, scale_wheel_speeds=True)
+    for _ in range(30):
+        node.compute()
+    assert wheels(node) == pytest.approx([2.0, 2.0])  # 0.2 m/s
+    node.linear_velocity = 0.0
+    assert wheels(node) == pytest.approx([1.0, 1.0])
+
+
 def test_a_limit_of_0_is_none_and_the_sign_of_a_limit_does_not_count() -> None:
     assert close(twist_of(controller(linear_velocity=1e6)), (1e6, 0.0))
     assert close(twist_of(controller(linear_velocity=5.0, max_linear_speed=-2.0)), (2.0, 0.0))

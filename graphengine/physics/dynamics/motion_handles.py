@@ -27,7 +27,8 @@ if TYPE_CHECKING:
 
 
 ROUNDING = 1e-6
-"""Largest excess of a command over its limit that is clamped without being counted; rounding in a trajectory causes less."""
+"""Largest excess of a command over its limit that is clamped without being counted, relative to limits above 1; rounding in
+trajectories and in parameters of graphs causes less."""
 
 
 class CarriedPrim(Handle):
@@ -263,7 +264,7 @@ class SelectedJoints(Shared):
         if lowest <= value <= highest or not self._simulation.clamps_commands:
             return value
         clamped = min(max(value, lowest), highest)
-        if abs(clamped - value) <= ROUNDING:
+        if abs(clamped - value) <= ROUNDING * max(1.0, abs(clamped)):
             return clamped
         counts = self._simulation.clamped_commands
         name = f"{self._joints.prim_path}/{self._joints.commanded_names[joint]}"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from typing import Any
 
@@ -9,6 +10,7 @@ from graphengine.devices.rotation import Vector3
 from graphengine.format.diagnostics import Findings
 from graphengine.format.document import load
 from graphengine.format.files import shipped
+from graphengine.physics.dynamics.command_limits import FASTEST_WHEEL
 from graphengine.physics.importing.base import Drivetrain
 from graphengine.physics.importing.draft import Draft, Entry, Remark, rounded
 
@@ -48,6 +50,7 @@ def fill(draft: Draft, drivetrain: Drivetrain) -> None:
     use = f"graphs/base/{base.kinematics}.yaml"
     root = draft.urdf.root
     parameters = {"base": root} | drivetrain.parameters | _odometry(drivetrain)
+    parameters |= _limits_of_wheels(draft, drivetrain, _defaults_of(use))
     parameters = {name: value for name, value in parameters.items() if _DEFAULTS.get(name) != value}
     comment = f"{base.kinematics}, from {base.source}"
     draft.sections["graphs"][GRAPH] = Entry({"use": use, "parameters": parameters}, [comment])
@@ -69,17 +72,56 @@ def _odometry(drivetrain: Drivetrain) -> dict[str, float]:
     return {"slip": round(_SLIP * track, 5)}
 
 
+def _limits_of_wheels(draft: Draft, drivetrain: Drivetrain, defaults: Mapping[str, Any]) -> dict[str, float]:
+    """Return the limits of the graph that follow from the velocity limits of the wheels' joints, and add a remark on them.
+
+    The limits of the base's source stay as they are; only limits that the graph has by default are reduced. Empty if the wheels
+    are fast enough for these limits, and for cars, whose graph has no such limits.
+
+    Args:
+        draft: receives the remark.
+        drivetrain: drivetrain of the base.
+        defaults: default values of the graph's parameters.
+    """
+    if not {"speed", "turn"} <= defaults.keys():
+        return {}
+    known, joints = drivetrain.parameters, draft.urdf.joints
+    speeds = {each: min(joints[each.joint].velocity or FASTEST_WHEEL, FASTEST_WHEEL) for each in drivetrain.wheels}
+    slowest = min(speeds, key=lambda wheel: speeds[wheel] * wheel.radius)
+    rim, lever = speeds[slowest] * slowest.radius, _lever(drivetrain)
+    speed, turn = (known.get(name, defaults[name]) or math.inf for name in ("speed", "turn"))
+    if speed + turn * lever <= rim:
+        return {}
+    found = {"wheel_speed": rim / known["radius"], "speed": min(speed, rim), "turn": min(turn, rim / lever)}
+    text = f"wheels that turn at {speeds[slowest]:g} rad/s at most: the base drives straight at up to {rim:.3g} m/s, or turns on "
+    text += f"the spot at up to {rim / lever:.3g} rad/s; the graph scales faster commands down"
+    draft.carried.append(Remark(text, joints[slowest.joint].element.span))
+    return {name: rounded(value) for name, value in found.items() if name not in known}
+
+
+def _lever(drivetrain: Drivetrain) -> float:
+    """Return the speed of a wheel's rim divided by the turn rate of a base that turns on the spot, m."""
+    known = drivetrain.parameters
+    if "track" in known:
+        return float(known["track"] + known.get("wheelbase", 0.0)) / 2
+    x, y = (sum(wheel.centre[axis] for wheel in drivetrain.wheels) / len(drivetrain.wheels) for axis in (0, 1))
+    return max(math.hypot(wheel.centre[0] - x, wheel.centre[1] - y) for wheel in drivetrain.wheels)
+
+
+def _defaults_of(use: str) -> dict[str, Any]:
+    """Return the default values of the parameters of a graph that ships with the package."""
+    graph = load(shipped() / use, Findings())
+    return {name: each["default"] for name, each in graph.data["parameters"].items()} if graph is not None else {}
+
+
 def _remark_on_defaults(draft: Draft, use: str, parameters: Mapping[str, Any]) -> None:
     """Add remarks on speed limits and odometry errors that have default values, because the description does not give them."""
-    graph = load(shipped() / use, Findings())
-    defaults = graph.data["parameters"] if graph is not None else {}
-    left = [
-        f"{name} {defaults[name]['default']:g} {unit}" for name, unit in _LIMITS if name in {*defaults} - {*parameters}
-    ]
+    defaults = _defaults_of(use)
+    left = [f"{name} {defaults[name]:g} {unit}" for name, unit in _LIMITS if name in {*defaults} - {*parameters}]
     if left:
         draft.guessed.append(Remark(f"limits of the base: {', '.join(left)}"))
     if "slip" in parameters:
-        ticks = f"encoders of {defaults['ticks']['default']:g} ticks a turn"
+        ticks = f"encoders of {defaults['ticks']:g} ticks a turn"
         draft.guessed.append(Remark(f"odometry: {ticks}, and a slip of {parameters['slip']:g} m after 1 m"))
 
 

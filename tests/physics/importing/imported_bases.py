@@ -71,6 +71,13 @@ def description(base: Base, *more: str) -> str:
     return base.urdf().replace("</robot>", "\n".join(["", *balls, *more, "</robot>"]))
 
 
+def slow(text: str, velocity: float) -> str:
+    """The description with a velocity limit (rad/s) of all continuous joints."""
+    return text.replace(
+        '<axis xyz="0 1 0"/></joint>', f'<axis xyz="0 1 0"/><limit effort="50" velocity="{velocity}"/></joint>'
+    )
+
+
 def sdf(base: Base, *more: str) -> str:
     """A base as SDF: the same links and joints, with poses in frames of all kinds, and its wheels given in the model's frame."""
     size = 0.9 * max(abs(wheel.x) for wheel in base.wheels) + 0.1

@@ -23,6 +23,7 @@ from tests.physics.importing.imported_bases import (
     interfaces,
     remarks,
     robot_file,
+    slow,
 )
 
 
@@ -390,6 +391,34 @@ def test_ranges_of_wheels_are_told_and_do_not_slow_a_base_down(tmp_path: Path) -
         "lost: velocity ranges of left_joint, right_joint: by default, ros2_control does not enforce them"
         in remarks(found)
     )
+
+
+def test_the_limits_of_a_base_follow_from_the_velocity_limits_of_its_wheels(tmp_path: Path) -> None:
+    """Wheels of 0.05 m at 0.15 m from the middle that turn at 3.5 rad/s."""
+    found = imported(tmp_path, slow(description(DIFFERENTIAL), 3.5))
+    known = robot_file(found)["graphs"]["base"]["parameters"]
+    assert (known["wheel_speed"], known["speed"], known["turn"]) == pytest.approx((3.5, 0.175, 0.175 / 0.15))
+    assert "carried: wheels that turn at 3.5 rad/s at most: the base drives straight at up to 0.175 m/s" in remarks(
+        found
+    )
+    assert "guessed: limits of the base: acceleration 1 m/s2, turn_acceleration 2 rad/s2" in remarks(found)
+
+
+def test_wheels_that_are_fast_enough_leave_the_limits_of_a_base_as_they_are(tmp_path: Path) -> None:
+    known = parameters(tmp_path, slow(description(DIFFERENTIAL), 27.0))  # 1.35 m/s; 1 m/s and 2 rad/s need 1.3
+    assert known.keys().isdisjoint({"wheel_speed", "speed", "turn"})
+
+
+def test_limits_of_a_plugin_stay_and_slower_wheels_bound_what_the_graph_asks_of_them(tmp_path: Path) -> None:
+    plugin = PLUGIN.replace("</plugin>", "<max_linear_velocity>0.8</max_linear_velocity></plugin>")
+    known = parameters(tmp_path, slow(description(DIFFERENTIAL, plugin), 8.0))
+    assert (known["speed"], known["wheel_speed"], known["turn"]) == pytest.approx((0.8, 8.0, 2.0))
+
+
+def test_the_turn_rate_of_a_mecanum_base_is_bounded_by_its_track_and_wheelbase(tmp_path: Path) -> None:
+    known = parameters(tmp_path, slow(description(MECANUM), 2.0))
+    lever = (known["track"] + known["wheelbase"]) / 2
+    assert (known["wheel_speed"], known["turn"]) == pytest.approx((2.0, 2.0 * MECANUM.radius / lever), rel=1e-5)
 
 
 def test_an_effort_limit_that_the_joints_own_friction_uses_up_is_told(tmp_path: Path) -> None:
