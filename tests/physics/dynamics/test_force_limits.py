@@ -125,7 +125,7 @@ def test_a_commanded_effort_is_not_limited_but_what_the_drive_does_against_it() 
 
 
 def test_a_joint_that_pushes_goes_on_as_before_when_a_robot_is_added(project: Project) -> None:
-    project.robot("joints: {arm_joint: {drive: {stiffness: 1000, damping: 100}}}")
+    project.robot("joints: {arm_joint: {drive: {stiffness: 1000, damping: 100, overtravel: 1}}}")
     seen = []
     for spawned in (False, True):
         world = project.load()
