@@ -14,6 +14,7 @@ from graphengine.devices.rotation import Pose
 from graphengine.devices.stage import Stage, at_or_below
 from graphengine.format.stateful import Stateful
 from graphengine.physics.dynamics.directed_friction import DirectedFriction
+from graphengine.physics.dynamics.drive_step import DriveStep
 from graphengine.physics.dynamics.force_limits import ForceLimits
 from graphengine.physics.dynamics.forces import Forces
 from graphengine.physics.dynamics.gravity_compensation import GravityCompensation
@@ -190,7 +191,9 @@ class SimulationCore(Stateful):
         drives = list(self._drives())
         self.set_points = SetPoints(model, data, drives)
         self.limits = ForceLimits(model, data, drives)
-        self.compensation = GravityCompensation(model, data, drives)
+        self._drive_step = DriveStep(
+            model, data, self.set_points, self.limits, GravityCompensation(model, data, drives)
+        )
         # A model that is close to singular from the start was told to be, when it was built; most of them do move.
         singular = bool(data.warning[mujoco.mjtWarning.mjWARN_INERTIA].number)
         self._warnings = data.warning.number[mujoco.mjtWarning.mjWARN_INERTIA + singular :]
@@ -338,13 +341,7 @@ class SimulationCore(Stateful):
         Raises:
             PhysicsError: the state is no longer finite, or MuJoCo reported an error.
         """
-        if self.limits.joints:
-            self.limits.observe()
-        self.set_points.take_over(self.substeps - self.steps % self.substeps)
-        efforts = self.set_points.efforts
-        compensation = self.compensation.apply(efforts) if self.compensation.joints else None
-        if self.limits.joints:
-            self.limits.apply(efforts, compensation)
+        self._drive_step.prepare(self.substeps - self.steps % self.substeps)
         self.steps += 1
         try:
             mujoco.mj_step2(self.model, self.data)

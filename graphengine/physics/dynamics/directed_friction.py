@@ -9,7 +9,6 @@ times as long.
 from __future__ import annotations
 
 import functools
-import logging
 import math
 from collections.abc import Callable, Iterator
 from typing import Any
@@ -18,14 +17,11 @@ import numpy as np
 
 from graphengine.devices.rotation import Vector3, rotate
 from graphengine.devices.stage import Stage
-from graphengine.format.process_limits import has_address_space
+from graphengine.physics.dynamics.optional_kernels import load_kernel
 from graphengine.physics.engine import collides, mujoco
 
-_ADDRESS_SPACE = 400_000_000
-"""Size of the address space that must be available before numba is used, bytes."""
 _LEAST_FRICTION = 1e-5
 """The smallest friction coefficient that MuJoCo uses."""
-_log = logging.getLogger(__name__)
 
 
 class DirectedFriction:
@@ -149,16 +145,15 @@ def _compiled() -> Callable[..., bool]:
 
     Both give the same results to the last bit; the Python function takes 5 us longer per contact.
     """
-    try:
-        from graphengine.physics.sensors.fast.compiled import kernel
+    return load_kernel(_load, "turning contacts") or turn_contacts
 
-        if has_address_space(_ADDRESS_SPACE):  # LLVM aborts the process where it finds no memory
-            compiled = kernel(turn_contacts)
-            table = np.full(1, -1), np.zeros(1, np.intp), np.zeros((1, 3)), np.zeros(1)
-            for count in (1, 2):  # MuJoCo's arrays of one contact are contiguous, those of more are not
-                geoms, floats = np.zeros((count, 3), np.int32), np.zeros((count, 10))
-                compiled(geoms[:, :2], floats[:, :9], floats[:, :5], np.zeros((1, 9)), *table)
-            return compiled
-    except Exception as error:  # numba is not there, or one of its libraries or what it kept is damaged
-        _log.debug("contacts are turned without numba: %s", error)
-    return turn_contacts
+
+def _load() -> Callable[..., bool]:
+    from graphengine.physics.sensors.fast.compiled import kernel
+
+    compiled = kernel(turn_contacts)
+    table = np.full(1, -1), np.zeros(1, np.intp), np.zeros((1, 3)), np.zeros(1)
+    for count in (1, 2):  # MuJoCo's arrays of one contact are contiguous, those of more are not
+        geoms, floats = np.zeros((count, 3), np.int32), np.zeros((count, 10))
+        compiled(geoms[:, :2], floats[:, :9], floats[:, :5], np.zeros((1, 9)), *table)
+    return compiled

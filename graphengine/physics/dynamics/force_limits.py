@@ -34,6 +34,11 @@ from graphengine.physics.model.robot import RobotInstance
 _NOTHING = 1e-9
 """Fraction of a drive's maximum force; a smaller force does not suffice to measure how freely the joint moves."""
 
+_INTEGERS = "dof", "coordinate", "position_servo", "velocity_servo"
+_FLOATS = "stiffness", "damping", "most", "nothing", "inertia", "implicit"
+LIMITED = np.dtype([*((name, "i8") for name in _INTEGERS), *((name, "f8") for name in _FLOATS)], align=True)
+"""A drive with a maximum force, for `drive_kernel`: indices of its joint and actuators, kp, kd, M, `_NOTHING` M, I, and G / I."""
+
 
 class ForceLimits(Stateful):
     """Limits the forces of all drives of a model for which a maximum force is given.
@@ -46,9 +51,11 @@ class ForceLimits(Stateful):
     Attributes:
         joints: names of the joints of these drives.
         inertias: inertia that each of these joints moves, kg m² or kg.
+        reach: 1 + s G / I of each of these joints.
+        table: the drives as records of `LIMITED`.
     """
 
-    kept = ("_reach",)
+    kept = ("reach",)
 
     def __init__(self, model: mujoco.MjModel, data: mujoco.MjData, drives: Iterable[tuple[str, Drive]]) -> None:
         limited = [(name, drive) for name, drive in drives if drive.max_force < np.inf]
@@ -57,28 +64,35 @@ class ForceLimits(Stateful):
         table = [(drive.stiffness, drive.damping, drive.max_force, drive.carries) for _, drive in limited]
         self._stiffness, self._damping, self._most, carries = np.array(table, float).reshape(-1, 4).T
         self._position_servos, self._velocity_servos, _ = servo_ids(model, limited)
-        self._coordinates, self._dofs = model.jnt_qposadr[ids], model.jnt_dofadr[ids]
-        self._data, self._step = data, model.opt.timestep
+        self._coordinates = model.jnt_qposadr[ids].astype(np.intp)
+        self._dofs = dofs = model.jnt_dofadr[ids].astype(np.intp)
+        self._step = model.opt.timestep
+        self._positions, self._velocities, self._control = data.qpos, data.qvel, data.ctrl if model.nu else np.zeros(1)
+        self._bias, self._accelerations, self._applied = data.qfrc_bias, data.qacc_warmstart, data.qfrc_applied
         masses = model.body_subtreemass[model.body_rootid[model.jnt_bodyid[ids]]]
-        self.inertias = model.dof_M0[self._dofs] + carries * masses
+        self.inertias = model.dof_M0[dofs] + carries * masses
         self._implicit = self._step * (self._damping + self._step * self._stiffness) / self.inertias
+        self._springs = bool(self._stiffness.any())
+        indices = dofs, self._coordinates, self._position_servos, self._velocity_servos
+        numbers = self._stiffness, self._damping, self._most, _NOTHING * self._most, self.inertias, self._implicit
+        self.table = np.rec.fromarrays([*indices, *numbers], dtype=LIMITED).view(np.ndarray)
         self.start()
 
     def start(self) -> None:
         """Assume that all joints move freely, as there is no last step to measure."""
-        self._reach = 1.0 + self._implicit
+        self.reach = 1.0 + self._implicit
 
     def carry_over(self, old: ForceLimits) -> None:
         """Copy the measured freedom of motion from the limits of another model, for each joint that both models have."""
-        known = dict(zip(old.joints, old._reach.tolist(), strict=True))
-        self._reach = np.array([known.get(joint, free) for joint, free in zip(self.joints, self._reach, strict=True)])
+        known = dict(zip(old.joints, old.reach.tolist(), strict=True))
+        self.reach = np.array([known.get(joint, free) for joint, free in zip(self.joints, self.reach, strict=True)])
 
-    def _forces(self, ahead: float) -> Floats:
+    def _forces(self, velocities: Floats, ahead: float) -> Floats:
         """Return the force (N m or N) that each drive exerts `ahead` seconds from now if its joint keeps its velocity."""
-        data, velocities = self._data, self._data.qvel[self._dofs]
-        positions = data.qpos[self._coordinates] + ahead * velocities
-        forces: Floats = self._stiffness * (data.ctrl[self._position_servos] - positions)
-        forces += self._damping * (data.ctrl[self._velocity_servos] - velocities)
+        forces: Floats = self._damping * (self._control[self._velocity_servos] - velocities)
+        if self._springs:
+            positions = self._positions[self._coordinates] + ahead * velocities
+            forces += self._stiffness * (self._control[self._position_servos] - positions)
         return forces
 
     def observe(self) -> None:
@@ -86,15 +100,15 @@ class ForceLimits(Stateful):
 
         The measurement counts commanded efforts as forces of the drives.
         """
-        data, dofs = self._data, self._dofs
-        exerted, moved = self._forces(0.0) + data.qfrc_applied[dofs], self.inertias * data.qacc_warmstart[dofs]
-        left = exerted - data.qfrc_bias[dofs]
-        told = np.minimum(np.abs(exerted), np.abs(left)) > _NOTHING * self._most
+        dofs = self._dofs
+        exerted = self._forces(self._velocities[dofs], 0.0) + self._applied[dofs]
+        moved, left = self.inertias * self._accelerations[dofs], exerted - self._bias[dofs]
+        told = np.minimum(np.abs(exerted), np.abs(left)) > self.table["nothing"]
         freely = np.divide(moved, left, out=np.ones_like(left), where=told)
         if (turned := freely < 0.0).any():
             # Something else turned F round: G a against it is more than F, unless a stop holds the joint.
             freely[turned] = np.abs(self._implicit * moved)[turned] > np.abs(left)[turned]
-        self._reach = np.minimum(1.0 + self._implicit * np.minimum(np.maximum(freely, 0.0), 1.0), 2.0 * self._reach)
+        self.reach = np.minimum(1.0 + self._implicit * np.minimum(np.maximum(freely, 0.0), 1.0), 2.0 * self.reach)
 
     def apply(self, efforts: Floats, compensation: Floats | None = None) -> None:
         """Reduce the forces of drives that would exceed their maximum in the next step.
@@ -103,15 +117,16 @@ class ForceLimits(Stateful):
             efforts: commanded efforts of all degrees of freedom, N m or N; they are not limited.
             compensation: efforts of gravity compensation, N m or N; they count as forces of the drives. None for no compensation.
         """
-        own, forces = efforts[self._dofs], self._forces(self._step)
+        dofs = self._dofs
+        own, forces = efforts[dofs], self._forces(self._velocities[dofs], self._step)
         added = own
         if compensation is not None:
-            added = own + compensation[self._dofs]
-            forces += compensation[self._dofs]
-        middle = (self._reach - 1.0) * (own - self._data.qfrc_bias[self._dofs])
-        most = self._most * self._reach
+            added = own + compensation[dofs]
+            forces += compensation[dofs]
+        middle = (self.reach - 1.0) * (own - self._bias[dofs])
+        most = self._most * self.reach
         legal = np.minimum(np.maximum(forces, middle - most), middle + most)
-        self._data.qfrc_applied[self._dofs] = added - (forces - legal)
+        self._applied[dofs] = added - (forces - legal)
 
 
 def tell_limits(limits: ForceLimits, robots: Mapping[str, RobotInstance], findings: Findings) -> None:

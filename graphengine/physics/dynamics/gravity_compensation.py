@@ -14,6 +14,19 @@ import numpy as np
 from graphengine.physics.engine import Floats, Indices, mujoco
 from graphengine.physics.model.drives import Drive
 
+CARRYING = np.dtype(
+    [
+        ("joint", "i8"),
+        ("dof", "i8"),  # degree of freedom
+        ("body", "i8"),  # the first body beyond the joint
+        ("bodies", "i8"),  # number of bodies beyond the joint
+        ("slides", "i8"),  # 1 for prismatic joints
+        ("carried", "f8"),  # their mass on which gravity acts, kg
+    ],
+    align=True,
+)
+"""A drive that compensates for gravity, for `drive_kernel`."""
+
 
 class GravityCompensation:
     """The drives of a model that compensate for gravity.
@@ -25,6 +38,9 @@ class GravityCompensation:
 
     Attributes:
         joints: names of the joints of the drives that compensate for gravity.
+        masses: mass of each body on which gravity acts, kg.
+        efforts: compensating efforts of all degrees of freedom in the next step, N m or N.
+        table: the drives as records of `CARRYING`.
     """
 
     def __init__(self, model: mujoco.MjModel, data: mujoco.MjData, drives: Iterable[tuple[str, Drive]]) -> None:
@@ -33,13 +49,20 @@ class GravityCompensation:
         self._ids, self._dofs = ids, model.jnt_dofadr[ids].astype(np.intp)
         self._slides = model.jnt_type[ids] == mujoco.mjtJoint.mjJNT_SLIDE
         self._ranges = _beyond(model, model.jnt_bodyid[ids])
-        masses = model.body_mass * (1.0 - model.body_gravcomp)  # bodies on which gravity acts
-        self._masses = np.append(masses, 0.0)[:, None]
-        self._carried = self._sums(self._masses)
-        self._places = np.zeros((model.nbody + 1, 3))
-        self._efforts = np.zeros(model.nv)
+        self.masses: Floats = model.body_mass * (1.0 - model.body_gravcomp)
+        self._weighted = np.zeros((model.nbody + 1, 3))
+        self._carried = self._sums(np.append(self.masses, 0.0))
+        self.efforts = np.zeros(model.nv)
         self._gravity, self._applied = model.opt.gravity, data.qfrc_applied
         self._centres, self._axes, self._anchors = data.xipos, data.xaxis, data.xanchor
+        first, end = self._ranges.reshape(-1, 2).T
+        columns = ids, self._dofs, first, end - first, self._slides, self._carried
+        self.table = np.rec.fromarrays(columns, dtype=CARRYING).view(np.ndarray)
+
+    @property
+    def upright(self) -> bool:
+        """Whether gravity acts along the z axis of the world or is 0."""
+        return bool(self._gravity[0] == 0.0 == self._gravity[1])
 
     def apply(self, efforts: Floats) -> Floats:
         """Apply the sum of commanded and compensating efforts to the compensating joints in the next step.
@@ -50,15 +73,20 @@ class GravityCompensation:
         Returns:
             The compensating efforts of all degrees of freedom, N m or N, in an array that the next call overwrites.
         """
-        self._places[:-1] = self._centres
+        np.multiply(self.masses[:, None], self._centres, out=self._weighted[:-1])
         axes, (a, b, c) = self._axes[self._ids], self._gravity.tolist()
-        moments = self._sums(self._masses * self._places) - self._carried * self._anchors[self._ids]  # kg m
-        across = axes @ ((0.0, c, -b), (-c, 0.0, a), (b, -a, 0.0))  # gravity x axis
-        forces = self._carried[:, 0] * (axes @ self._gravity)
-        own = -np.where(self._slides, forces, np.einsum("ij,ij->i", moments, across))
-        self._efforts[self._dofs] = own
+        moments = self._sums(self._weighted) - self._carried[:, None] * self._anchors[self._ids]  # kg m
+        if self.upright:
+            (x, y, _), (u, v, _) = axes.T, moments.T
+            own = v * (c * x) - u * (c * y)
+        else:
+            across = axes @ ((0.0, c, -b), (-c, 0.0, a), (b, -a, 0.0))  # gravity x axis
+            own = np.einsum("ij,ij->i", moments, across)
+        if self._slides.any():
+            own = np.where(self._slides, self._carried * (axes @ self._gravity), own)
+        self.efforts[self._dofs] = own = -own
         self._applied[self._dofs] = efforts[self._dofs] + own
-        return self._efforts
+        return self.efforts
 
     def _sums(self, values: Floats) -> Floats:
         """Return, for each joint, the sum of `values` over the bodies beyond it; `values` has a row per body and one of zeros."""

@@ -22,17 +22,19 @@ class SetPoints(Stateful):
     Attributes:
         targets: target of each actuator of the model, in its own unit.
         efforts: effort of each degree of freedom, N m or N.
+        changes: maximum change of each actuator's set point in a step.
+        even: whether each actuator spreads its change evenly over a tick.
         pending: whether the next step has to apply changes.
     """
 
     kept = ("efforts", "pending", "targets")
-    __slots__ = ("_applied", "_changes", "_control", "_even", "_rests", "_starts", "efforts", "pending", "targets")
+    __slots__ = ("_applied", "_control", "_rests", "_starts", "changes", "efforts", "even", "pending", "targets")
 
     def __init__(self, model: mujoco.MjModel, data: mujoco.MjData, drives: Sequence[tuple[str, Drive]]) -> None:
         self._control, self._applied = data.ctrl, data.qfrc_applied
-        self._changes = np.full(model.nu, np.inf)
+        self.changes = np.full(model.nu, np.inf)
         self._starts: dict[int, float] = {}
-        even: list[int] = []
+        self.even = np.zeros(model.nu, np.bool_)
         self._rests: dict[int, float] = {}
         """Control signals for zero velocity or zero effort, by the ids of actuators that come from robots' MuJoCo models."""
         for (joint, drive), (position, velocity, _) in zip(drives, servo_ids(model, drives).T.tolist(), strict=True):
@@ -40,13 +42,12 @@ class SetPoints(Stateful):
                 self._rests |= _at_rest(model, joint, drive)
                 continue
             if position >= 0:
-                self._changes[position] = drive.max_velocity * model.opt.timestep
+                self.changes[position] = drive.max_velocity * model.opt.timestep
             if velocity >= 0:
-                self._changes[velocity] = drive.max_acceleration * model.opt.timestep
+                self.changes[velocity] = drive.max_acceleration * model.opt.timestep
                 self._starts[velocity] = drive.target_velocity
             if drive.interpolate:
-                even += [servo for servo in (position, velocity) if servo >= 0]
-        self._even = np.array(even, np.intp)
+                self.even[[servo for servo in (position, velocity) if servo >= 0]] = True
         self.targets, self.efforts = np.zeros(model.nu), np.zeros(model.nv)
         self.start()
 
@@ -74,11 +75,10 @@ class SetPoints(Stateful):
             steps: number of steps left in the tick; a drive that interpolates spreads its change evenly over them.
         """
         if self.pending:
-            control, changes = self._control, self._changes
-            if self._even.size and steps > 1:
-                changes = changes.copy()
-                ways = np.abs(self.targets - control)[self._even] / steps
-                changes[self._even] = np.minimum(changes[self._even], ways)
+            control, changes = self._control, self.changes
+            if steps > 1 and self.even.any():
+                ways = np.abs(self.targets - control) / steps
+                changes = np.minimum(changes, ways, out=changes.copy(), where=self.even)
             np.clip(self.targets, control - changes, control + changes, out=control)
             self._applied[:] = self.efforts
             self.pending = not np.array_equal(control, self.targets)
