@@ -7,6 +7,7 @@ positions, cubic if both have velocities too, and quintic if both have velocitie
 from __future__ import annotations
 
 import bisect
+import functools
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,9 +18,12 @@ from graphengine.format.stateful import Shared
 Floats = NDArray[np.float64]
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class JointPoint(Shared):
-    """Positions (rad or m) of joints at one time, and their velocities and accelerations if known."""
+    """Positions (rad or m) of joints at one time, and their velocities and accelerations if known.
+
+    A point equals only itself, because `_polynomial` remembers its results by points.
+    """
 
     time: float
     """Simulation time since play, s."""
@@ -49,13 +53,16 @@ class JointSpline(Shared):
             return positions, np.zeros_like(positions)
         before, after = points[following - 1], points[following]
         coefficients, elapsed = _polynomial(before, after), time - before.time
-        position, velocity = coefficients[-1], np.zeros_like(coefficients[-1])
-        for coefficient in coefficients[-2::-1]:  # Horner's rule for the polynomial and its derivative
+        position = coefficients[-1]
+        velocity: Floats = position + 0.0  # without negative zeros
+        position = position * elapsed + coefficients[-2]
+        for coefficient in coefficients[-3::-1]:  # Horner's rule for the polynomial and its derivative
             velocity = velocity * elapsed + position
             position = position * elapsed + coefficient
         return position, velocity
 
 
+@functools.lru_cache(maxsize=256)
 def _polynomial(before: JointPoint, after: JointPoint) -> list[Floats]:
     """Return the coefficients of the polynomial between two points, lowest power first, for the time since the first point.
 

@@ -8,8 +8,6 @@ from __future__ import annotations
 
 from typing import Any
 
-import numpy as np
-
 from graphengine.physics.engine import Bools, Floats
 from graphengine.physics.sensors.fast.compiled import kernel, part
 
@@ -83,7 +81,8 @@ def prepare_drives(
                 most = min(most, abs(target - control[actuator]) / steps)
             control[actuator] = min(max(target, control[actuator] - most), control[actuator] + most)
             pending = pending or control[actuator] != target
-        applied[:] = efforts
+        for dof in range(len(efforts)):
+            applied[dof] = efforts[dof]
     for row in range(len(carrying)):
         own = _weight(carrying[row], masses, centres, axes, anchors, gravity[2])
         compensation[carrying[row].dof] = own
@@ -137,11 +136,21 @@ def add_moments(masses: Floats, centres: Floats, axis: int, first: int, count: i
         half = count // 2 - count // 2 % 8
         rest = add_moments(masses, centres, axis, first + half, count - half)
         return add_moments(masses, centres, axis, first, half) + rest
-    lanes = np.zeros(8)
-    whole = first + count // 8 * 8
-    for body in range(first, whole):
-        lanes[(body - first) % 8] += masses[body] * centres[body, axis]
-    total = ((lanes[0] + lanes[1]) + (lanes[2] + lanes[3])) + ((lanes[4] + lanes[5]) + (lanes[6] + lanes[7]))
+    lane, whole = _add_lane, first + count // 8 * 8
+    total = lane(masses, centres, axis, first, whole) + lane(masses, centres, axis, first + 1, whole)
+    total += lane(masses, centres, axis, first + 2, whole) + lane(masses, centres, axis, first + 3, whole)
+    other = lane(masses, centres, axis, first + 4, whole) + lane(masses, centres, axis, first + 5, whole)
+    other += lane(masses, centres, axis, first + 6, whole) + lane(masses, centres, axis, first + 7, whole)
+    total += other
     for body in range(whole, first + count):
+        total += masses[body] * centres[body, axis]
+    return total
+
+
+@part
+def _add_lane(masses: Floats, centres: Floats, axis: int, first: int, end: int) -> Any:
+    """Return the sum of mass times place of every eighth body."""
+    total = 0.0
+    for body in range(first, end, 8):
         total += masses[body] * centres[body, axis]
     return total

@@ -80,11 +80,13 @@ def _load() -> Callable[..., bool] | None:
     import numba
 
     from graphengine.physics.dynamics.drive_kernel import prepare_drives
+    from graphengine.physics.sensors.fast.compiled import announced
 
     if numba.config.DISABLE_JIT:  # numpy is faster than Python
         return None
     model = mujoco.MjModel.from_xml_string("<mujoco/>")
     data = mujoco.MjData(model)
     parts = SetPoints(model, data, ()), ForceLimits(model, data, ()), GravityCompensation(model, data, ())
-    DriveStep(model, data, *parts, kernel=prepare_drives).prepare(1)
+    with announced("the limits of drives"):
+        DriveStep(model, data, *parts, kernel=prepare_drives).prepare(1)
     return prepare_drives

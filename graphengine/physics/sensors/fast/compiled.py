@@ -7,14 +7,18 @@ every machine.
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Callable
+from contextlib import AbstractContextManager
 from functools import partial
 from typing import Any, TypeVar, cast
 
 import numba
+from numba.core.event import Event, Listener, install_listener
 
 F = TypeVar("F", bound=Callable[..., Any])
 
+_log = logging.getLogger(__name__)
 _njit = partial(numba.njit, nogil=True, error_model="numpy")
 
 
@@ -41,3 +45,26 @@ def part(function: F) -> F:
     numba's cache of a kernel does not notice changes in other files.
     """
     return cast(F, _njit()(function))
+
+
+def announced(work: str) -> AbstractContextManager[Any]:
+    """Return a context that logs when numba compiles a kernel in it for the first time; loading it from the cache does not count.
+
+    Args:
+        work: the work of the kernels in a few words, for the message.
+    """
+    return cast(AbstractContextManager[Any], install_listener("numba:compile", _Notice(work)))
+
+
+class _Notice(Listener):  # type: ignore[misc]  # numba has no types
+    def __init__(self, work: str) -> None:
+        self._work, self._logged = work, False
+
+    def on_start(self, event: Event) -> None:
+        """Log a message for the first event."""
+        if not self._logged:
+            self._logged = True
+            _log.warning("compiling %s, which takes some seconds", self._work)
+
+    def on_end(self, event: Event) -> None:
+        """Do nothing."""

@@ -10,11 +10,10 @@ import logging
 
 import numba
 import numpy as np
-from numba.core.event import Event, Listener, install_listener
 
 from graphengine.format.process_limits import has_address_space
 from graphengine.physics.engine import Floats, Indices, mujoco
-from graphengine.physics.sensors.fast.compiled import kept_in
+from graphengine.physics.sensors.fast.compiled import announced, kept_in
 from graphengine.physics.sensors.fast.kernel import cast
 from graphengine.physics.sensors.fast.table import GEOM, MESH, PLANE, enclose, follow
 from graphengine.physics.sensors.fast.tree import NODE, Tree, build
@@ -42,7 +41,7 @@ def trouble() -> str:
         return f"numba needs {ADDRESS_SPACE // 10**6} MB of address space, and the process cannot get that much (see `ulimit -v`)"
     try:
         nothing = mujoco.MjModel.from_xml_string("<mujoco/>")
-        with install_listener("numba:compile", _Notice()):
+        with announced("the ray casting of lidars"):
             rays = FastRays(nothing, mujoco.MjData(nothing))
             rays.caster(np.zeros((1, 3)), 1.0, 0).cast(np.zeros(3), np.eye(3))
     except Exception as error:  # of numba, or of reading what it kept, which a crash may have left incomplete
@@ -50,21 +49,6 @@ def trouble() -> str:
         _log.warning("numba is installed but fails, so lidars use MuJoCo's slower rays: %s", found)
         return found
     return ""
-
-
-class _Notice(Listener):  # type: ignore[misc]  # numba has no types
-    """Logs a message when numba compiles for the first time; loading kernels from its cache does not count."""
-
-    logged = False
-
-    def on_start(self, event: Event) -> None:
-        """Log a message for the first event."""
-        if not self.logged:
-            self.logged = True
-            _log.warning("compiling the ray casting of lidars, which takes some seconds")
-
-    def on_end(self, event: Event) -> None:
-        """Do nothing."""
 
 
 def why_not(model: mujoco.MjModel) -> str:
