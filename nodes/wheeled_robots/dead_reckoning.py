@@ -8,6 +8,7 @@ yaw (rad, not wrapped).
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,8 +16,6 @@ from numpy.typing import NDArray
 Floats = NDArray[np.float64]
 Planar = tuple[float, float, float]
 
-_MEASURED = np.ix_([0, 1, 5], [0, 1, 5])
-"""Index of the 3 x 3 part for x, y and yaw in a 6 x 6 covariance of x, y, z, roll, pitch and yaw."""
 NOT_MEASURED = 1e6
 """Variance of z (m2), roll and pitch (rad2), and of their velocities; it is large, as wheel encoders do not measure them."""
 
@@ -44,30 +43,36 @@ def to_origin(point: tuple[float, float]) -> Floats:
     return np.array([[1.0, 0.0, y], [0.0, 1.0, -x], [0.0, 0.0, 1.0]])
 
 
-def uncertainty(covariance: Floats, pose: Planar, motion: Planar, noise: Floats) -> Floats:
+def uncertainty(covariance: Floats, pose: Planar, motion: Planar, noise: Planar) -> Floats:
     """Return the covariance (3, 3) of the pose after a motion, by linear error propagation.
 
     Args:
         covariance: covariance (3, 3) of the pose before the motion.
         pose: pose before the motion.
         motion: the motion.
-        noise: covariance (3, 3) of the motion.
+        noise: variances of the motion, which are independent: forward (m2), left (m2), turn (rad2).
     """
-    (x, y, yaw), (after_x, after_y, _) = pose, moved(pose, motion)
+    (x, y, yaw), (after_x, after_y, _), (ahead, left, turn) = pose, moved(pose, motion), noise
     east, north, halfway = after_x - x, after_y - y, yaw + motion[2] / 2.0
     cosine, sine = math.cos(halfway), math.sin(halfway)
-    by_pose = np.array([[1.0, 0.0, -north], [0.0, 1.0, east], [0.0, 0.0, 1.0]])
-    by_motion = np.array([[cosine, -sine, -north / 2.0], [sine, cosine, east / 2.0], [0.0, 0.0, 1.0]])
-    after: Floats = by_pose @ covariance @ by_pose.T + by_motion @ noise @ by_motion.T
+    by_pose = _square(1.0, 0.0, -north, 0.0, 1.0, east, 0.0, 0.0, 1.0)
+    by_motion = _square(cosine, -sine, -north / 2.0, sine, cosine, east / 2.0, 0.0, 0.0, 1.0)
+    of_motion = by_motion @ _square(ahead, 0.0, 0.0, 0.0, left, 0.0, 0.0, 0.0, turn) @ by_motion.T
+    after: Floats = by_pose @ covariance @ by_pose.T + of_motion
     return (after + after.T) / 2.0  # symmetric in spite of rounding
 
 
-def in_space(covariance: Floats) -> Floats:
+def _square(*numbers: float) -> Floats:
+    """Return nine numbers as a matrix; numpy takes twice as long for nested lists."""
+    return np.array(numbers).reshape(3, 3)
+
+
+def in_space(covariance: Sequence[float]) -> Floats:
     """Return the covariance of x, y, z, roll, pitch and yaw as 36 numbers, row by row.
 
     Args:
-        covariance: covariance (3, 3) of x, y and yaw.
+        covariance: covariance of x, y and yaw as 9 numbers, row by row.
     """
-    full = np.diag([0.0, 0.0, NOT_MEASURED, NOT_MEASURED, NOT_MEASURED, 0.0])
-    full[_MEASURED] = covariance
-    return full.ravel()
+    a, b, c, d, e, f, g, h, i = covariance
+    o, n = 0.0, NOT_MEASURED
+    return np.array([a, b, o, o, o, c, d, e, o, o, o, f, o, o, n, *[o] * 6, n, *[o] * 6, n, o, g, h, o, o, o, i])

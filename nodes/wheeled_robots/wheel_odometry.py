@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+import functools
 import math
+import operator
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from graphengine.compiler.lint_registry import lint
 from graphengine.devices.backend import joint_numbers
+from graphengine.format.stateful import Shared
 from graphengine.node import BadValueError, Bound, Clock, Context, ContextError, ExecOut, In, Out, State
 from graphengine.node.types import Double2, Doubles, Int, Quaterniond, Token, Tokens, Vector3d, read_only
 from graphengine.nodes.checked import check_finite, check_outcome
@@ -28,6 +32,23 @@ _JOINTS = {
 }
 """Message texts: the joints that each kind of kinematics needs, by its token."""
 _UNKNOWN = read_only(np.zeros(36))
+
+
+@dataclass(frozen=True, slots=True)
+class WheelGeometry(Shared):
+    """What an odometry derives from its inputs and the steering angles.
+
+    Attributes:
+        inputs: numeric inputs of the node.
+        travel_per_count: distance that each wheel rolls per tick of its encoder or per rad, m.
+        forward: matrix (3, wheels) from wheel travel to base motion.
+        quantization: covariance of a motion that results from the quantization of encoders, 9 numbers row by row.
+    """
+
+    inputs: tuple[Any, ...]
+    travel_per_count: Sequence[float]
+    forward: Floats
+    quantization: Sequence[float]
 
 
 class ComputeWheelOdometry(RobotNode, type="graphengine.wheeled_robots.ComputeWheelOdometry"):
@@ -136,10 +157,11 @@ class ComputeWheelOdometry(RobotNode, type="graphengine.wheeled_robots.ComputeWh
     wheels: list[int] = Bound()
     steering: list[int] = Bound()
     random: np.random.Generator = Bound()
-    last: tuple[float, Floats, int] | None = State(default=None)
+    known: WheelGeometry | None = Bound()
+    last: tuple[float, Sequence[float], int] | None = State(default=None)
     pose: Planar = State(default=(0.0, 0.0, 0.0))
     covariance: Floats = State(factory=lambda: np.zeros((3, 3)))
-    window: tuple[Floats, ...] = State(default=())
+    window: tuple[tuple[float, ...], ...] = State(default=())
 
     def setup(self, context: Context) -> None:
         """Look up the joints of the wheels. The next execution takes the first reading of the encoders.
@@ -156,7 +178,7 @@ class ComputeWheelOdometry(RobotNode, type="graphengine.wheeled_robots.ComputeWh
         self.articulation, self.clock, self.random = context.articulation(self.prim()), context.clock, context.random()
         self.wheels = self.joints(self.left_joints + self.right_joints)
         self.steering = self.joints(self.steering_joints) if steering else []
-        self.last = None
+        self.last = self.known = None
 
     def joints(self, names: Tokens) -> list[int]:
         """Return the indices of the named joints among the joints of the robot."""
@@ -168,18 +190,34 @@ class ComputeWheelOdometry(RobotNode, type="graphengine.wheeled_robots.ComputeWh
         Raises:
             BadValueError: the geometry does not determine the motion of the base, or a number is not finite or out of range.
         """
-        self.check_numbers()
-        positions, now, resets = self.articulation.positions(), self.clock.time, self.articulation.resets
-        with np.errstate(all="ignore"):
-            travel_per_count = self.travel_per_count()
-            forward = self.forward_kinematics(positions[self.steering] * self.steering_multiplier)
-            counts = self.counted(positions[self.wheels])
-            if self.last is None or self.last[2] != resets:
-                self.last, self.window = (now, counts, resets), ()
-            elif now > (before := self.last[0]):
-                travel = self.with_slip(travel_per_count * (counts - self.last[1]))
-                self.advance(forward @ travel, now - before, forward * travel_per_count)
-                self.last = (now, counts, resets)
+        positions, now, resets = self.articulation.positions().tolist(), self.clock.time, self.articulation.resets
+        geometry = self.geometry(positions)
+        counts = self.counted([positions[wheel] for wheel in self.wheels])
+        if self.last is None or self.last[2] != resets:
+            self.last, self.window = (now, counts, resets), ()
+        elif now > (before := self.last[0]):
+            turned = zip(geometry.travel_per_count, counts, self.last[1], strict=True)
+            travel = self.with_slip([distance * (count - earlier) for distance, count, earlier in turned])
+            with np.errstate(all="ignore"):
+                self.advance((geometry.forward @ np.array(travel)).tolist(), now - before, geometry.quantization)
+            self.last = (now, counts, resets)
+
+    def geometry(self, positions: Sequence[float]) -> WheelGeometry:
+        """Return the geometry for the current inputs and joint positions (rad); without steering, only inputs change it.
+
+        Raises:
+            BadValueError: the geometry does not determine the motion of the base, or an input is not finite or out of range.
+        """
+        inputs = _INPUTS(self)
+        if self.known is None or self.steering or self.known.inputs != inputs:
+            self.check_numbers()
+            with np.errstate(all="ignore"):
+                travel = self.travel_per_count()
+                forward = self.forward_kinematics(
+                    [positions[joint] * self.steering_multiplier for joint in self.steering]
+                )
+                self.known = WheelGeometry(inputs, travel.tolist(), forward, self.quantization(forward * travel))
+        return self.known
 
     def check_numbers(self) -> None:
         """Check the numeric inputs; wires can set them to any number.
@@ -192,9 +230,12 @@ class ComputeWheelOdometry(RobotNode, type="graphengine.wheeled_robots.ComputeWh
             if getattr(self, field) < least:
                 raise BadValueError(type(self).fields[field].name, getattr(self, field), f"{least} or more")
 
-    def counted(self, angles: Floats) -> Floats:
+    def counted(self, angles: Sequence[float]) -> Sequence[float]:
         """Return the encoder readings at these wheel angles (rad): ticks, or the angles (rad) if `ticksPerRevolution` is 0."""
-        return np.floor(angles * (self.ticks_per_revolution / math.tau)) if self.ticks_per_revolution else angles
+        if not self.ticks_per_revolution:
+            return angles
+        ticks_per_radian = self.ticks_per_revolution / math.tau
+        return [angle * ticks_per_radian // 1.0 for angle in angles]
 
     def travel_per_count(self) -> Floats:
         """Return the distance (m) that each wheel rolls per tick of its encoder, or per rad if `ticksPerRevolution` is 0.
@@ -208,7 +249,7 @@ class ComputeWheelOdometry(RobotNode, type="graphengine.wheeled_robots.ComputeWh
         angle = math.tau / self.ticks_per_revolution if self.ticks_per_revolution else 1.0
         return angle * self.wheel_radius * np.repeat(sides, (len(self.left_joints), len(self.right_joints)))
 
-    def forward_kinematics(self, steering: Floats) -> Floats:
+    def forward_kinematics(self, steering: Sequence[float]) -> Floats:
         """Return the matrix (3, wheels) from wheel travel to base motion, at these steering angles (rad).
 
         Raises:
@@ -222,7 +263,7 @@ class ComputeWheelOdometry(RobotNode, type="graphengine.wheeled_robots.ComputeWh
             elif self.kinematics == "mecanum":
                 matrix = wheel_motion.mecanum(distance, base)
             else:
-                bend = wheel_motion.curvature(steering.tolist(), base, self.steering_distance or self.wheel_distance)
+                bend = wheel_motion.curvature(steering, base, self.steering_distance or self.wheel_distance)
                 matrix = wheel_motion.ackermann(left, right, distance, bend)
         except ZeroDivisionError:
             ports = "wheelDistance, wheelDistanceMultiplier, wheelBase"
@@ -231,51 +272,65 @@ class ComputeWheelOdometry(RobotNode, type="graphengine.wheeled_robots.ComputeWh
             raise BadValueError(ports, given, legal) from None
         return to_origin(self.center_position) @ matrix
 
-    def with_slip(self, travel: Floats) -> Floats:
+    def with_slip(self, travel: Sequence[float]) -> Sequence[float]:
         """Return the travel of the wheels (m) with random errors; return it unchanged if `slip` is 0."""
         if not self.slip:
             return travel
-        spread = self.slip * np.sqrt(np.abs(travel))
-        check_outcome(self, *spread.tolist())
-        return travel + spread * self.random.standard_normal(len(travel))
+        spread = [self.slip * math.sqrt(abs(distance)) for distance in travel]
+        if not all(map(math.isfinite, spread)):
+            check_outcome(self, *spread)
+        errors = self.random.standard_normal(len(travel)).tolist()
+        return [distance + most * error for distance, most, error in zip(travel, spread, errors, strict=True)]
 
-    def advance(self, motion: Floats, elapsed: float, motion_per_count: Floats) -> None:
+    def advance(self, motion: Sequence[float], elapsed: float, quantization: Sequence[float]) -> None:
         """Add a motion to the pose, and set the outputs.
 
         Args:
             motion: motion of the base: forward (m), left (m), counter-clockwise turn (rad).
             elapsed: duration of the motion, s.
-            motion_per_count: matrix (3, wheels) from encoder counts to motions.
+            quantization: covariance of the motion that results from the quantization of encoders, 9 numbers row by row.
         """
-        window = (*self.window, np.append(motion, elapsed))[-self.velocity_window :]
-        *recent, duration = np.sum(window, axis=0).tolist()
-        pose, step = self.pose, tuple(motion.tolist())
+        ahead, left, turn = motion
+        window = (*self.window, (ahead, left, turn, elapsed))[-self.velocity_window :]
+        *recent, duration = (functools.reduce(operator.add, parts) for parts in zip(*window, strict=True))
+        pose, step = self.pose, (ahead, left, turn)
         x, y, yaw = after = moved(pose, step)
         v_x, v_y, turn_rate = velocity = [part / duration for part in recent]
-        check_outcome(self, *after, *velocity)
-        covariance, of_pose, of_twist = self.covariance, _UNKNOWN, _UNKNOWN
+        outcome, covariance, of_pose, of_twist = [*after, *velocity], self.covariance, _UNKNOWN, _UNKNOWN
         if self.distance_variance or self.heading_variance_by_distance or self.heading_variance_by_turn:
             covariance = uncertainty(covariance, pose, step, self.noise(step))
-            of_twist = (self.noise(recent) + self.quantization(motion_per_count)) / duration**2
-            check_outcome(self, *covariance.ravel().tolist(), *of_twist.ravel().tolist())
-            of_pose, of_twist = in_space(covariance), in_space(of_twist)
+            a, b, c = self.noise(recent)
+            twist = [
+                (variance + more) / duration**2
+                for variance, more in zip((a, 0.0, 0.0, 0.0, b, 0.0, 0.0, 0.0, c), quantization, strict=True)
+            ]
+            of_pose, of_twist = in_space(known := covariance.ravel().tolist()), in_space(twist)
+            outcome += known + twist
+        if not math.isfinite(sum(outcome)):
+            check_outcome(self, *outcome)
         self.window, self.pose, self.covariance = window, after, covariance
         self.position, self.orientation = (x, y, 0.0), (0.0, 0.0, math.sin(yaw / 2.0), math.cos(yaw / 2.0))
         self.linear_velocity, self.angular_velocity = (v_x, v_y, 0.0), (0.0, 0.0, turn_rate)
         self.pose_covariance, self.twist_covariance = of_pose, of_twist
 
-    def noise(self, motion: Sequence[float]) -> Floats:
-        """Return the covariance (3, 3) of a motion that results from the three variance inputs."""
+    def noise(self, motion: Sequence[float]) -> Planar:
+        """Return the variances of the parts of a motion that result from the three variance inputs."""
         ahead, left, turn = map(abs, motion)
         heading = self.heading_variance_by_distance * math.hypot(ahead, left) + self.heading_variance_by_turn * turn
-        return np.diag([self.distance_variance * ahead, self.distance_variance * left, heading])
+        return self.distance_variance * ahead, self.distance_variance * left, heading
 
-    def quantization(self, motion_per_count: Floats) -> Floats | float:
-        """Return the covariance (3, 3) of a motion that results from the quantization of two encoder readings.
+    def quantization(self, motion_per_count: Floats) -> list[float]:
+        """Return the covariance of a motion that results from the quantization of two encoder readings, 9 numbers row by row.
 
-        Each reading is wrong by at most half a tick. The result is 0 if `ticksPerRevolution` is 0.
+        Each reading is wrong by at most half a tick. The numbers are 0 if `ticksPerRevolution` is 0.
+
+        Args:
+            motion_per_count: matrix (3, wheels) from encoder counts to motions.
         """
-        return motion_per_count @ motion_per_count.T / 6.0 if self.ticks_per_revolution else 0.0
+        if not self.ticks_per_revolution:
+            return [0.0] * 9
+        covariance: list[float] = (motion_per_count @ motion_per_count.T / 6.0).ravel().tolist()
+        return covariance
 
 
 _LEAST = {
@@ -291,6 +346,7 @@ _NUMBERS = tuple(
     for port in ComputeWheelOdometry.fields.values()
     if port.side == "inputs" and str(port.type).startswith("double")
 )
+_INPUTS = operator.attrgetter(*_NUMBERS, "velocity_window")
 
 
 @lint("W201")
