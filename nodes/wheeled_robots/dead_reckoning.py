@@ -8,6 +8,7 @@ yaw (rad, not wrapped).
 from __future__ import annotations
 
 import math
+import operator
 from collections.abc import Sequence
 
 import numpy as np
@@ -18,6 +19,9 @@ Planar = tuple[float, float, float]
 
 NOT_MEASURED = 1e6
 """Variance of z (m2), roll and pitch (rad2), and of their velocities; it is large, as wheel encoders do not measure them."""
+_NOT_MEASURED = np.diag([0.0, 0.0, NOT_MEASURED, NOT_MEASURED, NOT_MEASURED, 0.0]).ravel()
+_MEASURED = np.array([0, 1, 5, 6, 7, 11, 30, 31, 35])
+"""Indices of x, y and yaw in the 36 numbers of a covariance of x, y, z, roll, pitch and yaw."""
 
 
 def moved(pose: Planar, motion: Planar) -> Planar:
@@ -43,11 +47,13 @@ def to_origin(point: tuple[float, float]) -> Floats:
     return np.array([[1.0, 0.0, y], [0.0, 1.0, -x], [0.0, 0.0, 1.0]])
 
 
-def uncertainty(covariance: Floats, pose: Planar, motion: Planar, noise: Planar) -> Floats:
-    """Return the covariance (3, 3) of the pose after a motion, by linear error propagation.
+def uncertainty(covariance: Sequence[float], pose: Planar, motion: Planar, noise: Planar) -> Sequence[float]:
+    """Return the covariance of the pose after a motion, by linear error propagation.
+
+    Covariances of x, y and yaw are 9 numbers, row by row.
 
     Args:
-        covariance: covariance (3, 3) of the pose before the motion.
+        covariance: covariance of the pose before the motion.
         pose: pose before the motion.
         motion: the motion.
         noise: variances of the motion, which are independent: forward (m2), left (m2), turn (rad2).
@@ -55,16 +61,22 @@ def uncertainty(covariance: Floats, pose: Planar, motion: Planar, noise: Planar)
     (x, y, yaw), (after_x, after_y, _), (ahead, left, turn) = pose, moved(pose, motion), noise
     east, north, halfway = after_x - x, after_y - y, yaw + motion[2] / 2.0
     cosine, sine = math.cos(halfway), math.sin(halfway)
-    by_pose = _square(1.0, 0.0, -north, 0.0, 1.0, east, 0.0, 0.0, 1.0)
-    by_motion = _square(cosine, -sine, -north / 2.0, sine, cosine, east / 2.0, 0.0, 0.0, 1.0)
-    of_motion = by_motion @ _square(ahead, 0.0, 0.0, 0.0, left, 0.0, 0.0, 0.0, turn) @ by_motion.T
-    after: Floats = by_pose @ covariance @ by_pose.T + of_motion
-    return (after + after.T) / 2.0  # symmetric in spite of rounding
+    of_pose = _rotated((1.0, 0.0, -north, 0.0, 1.0, east, 0.0, 0.0, 1.0), covariance)
+    by_motion = (cosine, -sine, -north / 2.0, sine, cosine, east / 2.0, 0.0, 0.0, 1.0)
+    of_motion = _rotated(by_motion, (ahead, 0.0, 0.0, 0.0, left, 0.0, 0.0, 0.0, turn))
+    a, b, c, d, e, f, g, h, i = map(operator.add, of_pose, of_motion)
+    u, v, w = (b + d) / 2.0, (c + g) / 2.0, (f + h) / 2.0  # symmetric in spite of rounding
+    return a, u, v, u, e, w, v, w, i
 
 
-def _square(*numbers: float) -> Floats:
-    """Return nine numbers as a matrix; numpy takes twice as long for nested lists."""
-    return np.array(numbers).reshape(3, 3)
+def _rotated(by: Sequence[float], covariance: Sequence[float]) -> list[float]:
+    """Return A C A^T for two matrices (3, 3), each as 9 numbers row by row.
+
+    `dot` has half the overhead of `@`, and does not warn of numbers that are not finite.
+    """
+    matrix = np.array(by).reshape(3, 3)
+    product: list[float] = matrix.dot(np.array(covariance).reshape(3, 3)).dot(matrix.T).ravel().tolist()
+    return product
 
 
 def in_space(covariance: Sequence[float]) -> Floats:
@@ -73,6 +85,6 @@ def in_space(covariance: Sequence[float]) -> Floats:
     Args:
         covariance: covariance of x, y and yaw as 9 numbers, row by row.
     """
-    a, b, c, d, e, f, g, h, i = covariance
-    o, n = 0.0, NOT_MEASURED
-    return np.array([a, b, o, o, o, c, d, e, o, o, o, f, o, o, n, *[o] * 6, n, *[o] * 6, n, o, g, h, o, o, o, i])
+    full = _NOT_MEASURED.copy()
+    full[_MEASURED] = covariance
+    return full

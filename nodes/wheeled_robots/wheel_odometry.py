@@ -31,6 +31,8 @@ _JOINTS = {
     "ackermann": "set leftJoints and rightJoints, with one joint or more in each, and steeringJoints: [left, right] or [middle]",
 }
 """Message texts: the joints that each kind of kinematics needs, by its token."""
+_Moved = tuple[float, float, float, float]
+"""A motion, forward (m), left (m) and counter-clockwise turn (rad), and its duration (s)."""
 _UNKNOWN = read_only(np.zeros(36))
 
 
@@ -160,8 +162,8 @@ class ComputeWheelOdometry(RobotNode, type="graphengine.wheeled_robots.ComputeWh
     known: WheelGeometry | None = Bound()
     last: tuple[float, Sequence[float], int] | None = State(default=None)
     pose: Planar = State(default=(0.0, 0.0, 0.0))
-    covariance: Floats = State(factory=lambda: np.zeros((3, 3)))
-    window: tuple[tuple[float, ...], ...] = State(default=())
+    covariance: Sequence[float] = State(default=(0.0,) * 9)
+    window: tuple[_Moved, ...] = State(default=())
 
     def setup(self, context: Context) -> None:
         """Look up the joints of the wheels. The next execution takes the first reading of the encoders.
@@ -198,8 +200,8 @@ class ComputeWheelOdometry(RobotNode, type="graphengine.wheeled_robots.ComputeWh
         elif now > (before := self.last[0]):
             turned = zip(geometry.travel_per_count, counts, self.last[1], strict=True)
             travel = self.with_slip([distance * (count - earlier) for distance, count, earlier in turned])
-            with np.errstate(all="ignore"):
-                self.advance((geometry.forward @ np.array(travel)).tolist(), now - before, geometry.quantization)
+            motion = geometry.forward.dot(np.array(travel))
+            self.advance(motion.tolist(), now - before, geometry.quantization)
             self.last = (now, counts, resets)
 
     def geometry(self, positions: Sequence[float]) -> WheelGeometry:
@@ -279,8 +281,8 @@ class ComputeWheelOdometry(RobotNode, type="graphengine.wheeled_robots.ComputeWh
         spread = [self.slip * math.sqrt(abs(distance)) for distance in travel]
         if not all(map(math.isfinite, spread)):
             check_outcome(self, *spread)
-        errors = self.random.standard_normal(len(travel)).tolist()
-        return [distance + most * error for distance, most, error in zip(travel, spread, errors, strict=True)]
+        error = self.random.standard_normal
+        return [distance + most * error() for distance, most in zip(travel, spread, strict=True)]
 
     def advance(self, motion: Sequence[float], elapsed: float, quantization: Sequence[float]) -> None:
         """Add a motion to the pose, and set the outputs.
@@ -292,7 +294,7 @@ class ComputeWheelOdometry(RobotNode, type="graphengine.wheeled_robots.ComputeWh
         """
         ahead, left, turn = motion
         window = (*self.window, (ahead, left, turn, elapsed))[-self.velocity_window :]
-        *recent, duration = (functools.reduce(operator.add, parts) for parts in zip(*window, strict=True))
+        *recent, duration = functools.reduce(_add, window)
         pose, step = self.pose, (ahead, left, turn)
         x, y, yaw = after = moved(pose, step)
         v_x, v_y, turn_rate = velocity = [part / duration for part in recent]
@@ -304,8 +306,8 @@ class ComputeWheelOdometry(RobotNode, type="graphengine.wheeled_robots.ComputeWh
                 (variance + more) / duration**2
                 for variance, more in zip((a, 0.0, 0.0, 0.0, b, 0.0, 0.0, 0.0, c), quantization, strict=True)
             ]
-            of_pose, of_twist = in_space(known := covariance.ravel().tolist()), in_space(twist)
-            outcome += known + twist
+            of_pose, of_twist = in_space(covariance), in_space(twist)
+            outcome += (*covariance, *twist)
         if not math.isfinite(sum(outcome)):
             check_outcome(self, *outcome)
         self.window, self.pose, self.covariance = window, after, covariance
@@ -331,6 +333,10 @@ class ComputeWheelOdometry(RobotNode, type="graphengine.wheeled_robots.ComputeWh
             return [0.0] * 9
         covariance: list[float] = (motion_per_count @ motion_per_count.T / 6.0).ravel().tolist()
         return covariance
+
+
+def _add(one: _Moved, other: _Moved) -> _Moved:
+    return one[0] + other[0], one[1] + other[1], one[2] + other[2], one[3] + other[3]
 
 
 _LEAST = {

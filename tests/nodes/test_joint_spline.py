@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import itertools
 from collections.abc import Sequence
 
@@ -54,6 +55,15 @@ def test_velocities_are_those_of_the_points_where_both_ends_of_a_segment_give_th
             continue
         np.testing.assert_allclose(spline.sample(before.time)[1], before.velocities, atol=1e-6)
         np.testing.assert_allclose(spline.sample(after.time - 1e-9)[1], after.velocities, atol=1e-4)
+
+
+@given(splines(), st.lists(st.floats(0.0, 120.0), min_size=1, max_size=8))
+def test_a_sample_does_not_depend_on_earlier_samples(spline: JointSpline, times: list[float]) -> None:
+    def sampled(points: Sequence[JointPoint]) -> list[list[float]]:
+        copy = JointSpline(tuple(map(dataclasses.replace, points)))
+        return [array.tolist() for time in times for array in copy.sample(time)]
+
+    assert sampled(spline.points) == [array.tolist() for time in times for array in spline.sample(time)]
 
 
 @given(splines(), st.floats(0.01, 0.99))

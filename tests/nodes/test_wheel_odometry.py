@@ -14,6 +14,7 @@ from hypothesis import strategies as st
 from graphengine.devices.dry_world import ArticulationStub
 from graphengine.format.errors import ContextError, JointError
 from graphengine.node import BadValueError
+from graphengine.nodes.wheeled_robots.dead_reckoning import Planar, moved, uncertainty
 from graphengine.nodes.wheeled_robots.holonomic import HolonomicController
 from graphengine.nodes.wheeled_robots.wheel_odometry import ComputeWheelOdometry
 from graphengine.testing import RecordingContext
@@ -313,6 +314,36 @@ def test_the_covariance_is_that_of_many_runs_with_slip() -> None:
     scale = np.sqrt(np.diag(predicted))
     # The standard error of a correlation over n runs is at most 1 / sqrt(n), of a variance sqrt(2 / n).
     np.testing.assert_allclose(spread / np.outer(scale, scale), predicted / np.outer(scale, scale), atol=5 * 0.0707)
+
+
+PARTS = st.tuples(*[st.floats(-3.0, 3.0)] * 3)
+
+
+@given(st.lists(st.floats(-3.0, 3.0), min_size=9, max_size=9), PARTS, PARTS, PARTS)
+def test_the_propagated_covariance_is_that_of_matrix_products_to_the_last_bit(
+    numbers: list[float], pose: Planar, motion: Planar, noise: Planar
+) -> None:
+    root = np.array(numbers).reshape(3, 3)
+    before = root @ root.T
+    (x, y, yaw), (after_x, after_y, _) = pose, moved(pose, motion)
+    east, north, turned = after_x - x, after_y - y, yaw + motion[2] / 2.0
+    cosine, sine = math.cos(turned), math.sin(turned)
+    by_pose = np.array([[1.0, 0.0, -north], [0.0, 1.0, east], [0.0, 0.0, 1.0]])
+    by_motion = np.array([[cosine, -sine, -north / 2.0], [sine, cosine, east / 2.0], [0.0, 0.0, 1.0]])
+    after = by_pose @ before @ by_pose.T + by_motion @ np.diag(noise) @ by_motion.T
+    found = uncertainty(before.ravel().tolist(), pose, motion, noise)
+    assert list(found) == ((after + after.T) / 2.0).ravel().tolist()
+
+
+def test_an_input_that_changes_during_a_run_takes_effect_at_once() -> None:
+    car = two_wheels(ticks_per_revolution=0.0)
+    car.roll(sides(1.0, 0.0))
+    car.node.wheel_radius *= 2.0
+    car.roll(sides(1.0, 0.0))
+    assert car.pose == on_arc(3.0, 0.0)
+    car.node.center_position = (0.0, 0.1)
+    car.roll(sides(0.0, 1.0))
+    assert car.pose[0] == pytest.approx(3.0 + 0.1 * math.sin(2.0), abs=1e-9)
 
 
 def test_what_wheels_do_not_measure_has_a_large_variance() -> None:
