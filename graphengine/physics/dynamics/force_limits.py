@@ -74,7 +74,8 @@ class ForceLimits(Stateful):
         self._implicit = self._step * (self._damping + self._step * self._stiffness) / self.inertias
         self._springs = bool(self._stiffness.any())
         indices = dofs, self._coordinates, self._position_servos, self._velocity_servos
-        numbers = self._stiffness, self._damping, self._most, _NOTHING * self._most, self.inertias, self._implicit
+        self._nothing = _NOTHING * self._most
+        numbers = self._stiffness, self._damping, self._most, self._nothing, self.inertias, self._implicit
         self.table = np.rec.fromarrays([*indices, *numbers], dtype=LIMITED).view(np.ndarray)
         self.start()
 
@@ -87,28 +88,30 @@ class ForceLimits(Stateful):
         known = dict(zip(old.joints, old.reach.tolist(), strict=True))
         self.reach = np.array([known.get(joint, free) for joint, free in zip(self.joints, self.reach, strict=True)])
 
-    def _forces(self, velocities: Floats, ahead: float) -> Floats:
-        """Return the force (N m or N) that each drive exerts `ahead` seconds from now if its joint keeps its velocity."""
-        forces: Floats = self._damping * (self._control[self._velocity_servos] - velocities)
+    def _forces(self, positions: Floats, velocities: Floats) -> Floats:
+        """Return the force (N m or N) that each drive exerts at the given positions and velocities of the joints."""
+        forces: Floats = self._damping * (self._control.take(self._velocity_servos) - velocities)
         if self._springs:
-            positions = self._positions[self._coordinates] + ahead * velocities
-            forces += self._stiffness * (self._control[self._position_servos] - positions)
+            forces += self._stiffness * (self._control.take(self._position_servos) - positions)
         return forces
 
     def observe(self) -> None:
-        """Measure how freely each joint moved in the last step; call this before set points change.
+        """Measure how freely each joint moved in the last step; call this before set points change and before `apply`.
 
         The measurement counts commanded efforts as forces of the drives.
         """
-        dofs = self._dofs
-        exerted = self._forces(self._velocities[dofs], 0.0) + self._applied[dofs]
-        moved, left = self.inertias * self._accelerations[dofs], exerted - self._bias[dofs]
-        told = np.minimum(np.abs(exerted), np.abs(left)) > self.table["nothing"]
+        dofs, implicit = self._dofs, self._implicit
+        positions, velocities = self._positions.take(self._coordinates), self._velocities.take(dofs)
+        bias = self._bias.take(dofs)
+        self._state = positions, velocities, bias
+        exerted = self._forces(positions, velocities) + self._applied.take(dofs)
+        moved, left = self.inertias * self._accelerations.take(dofs), exerted - bias
+        told = np.minimum(np.abs(exerted), np.abs(left)) > self._nothing
         freely = np.divide(moved, left, out=np.ones_like(left), where=told)
         if (turned := freely < 0.0).any():
             # Something else turned F round: G a against it is more than F, unless a stop holds the joint.
-            freely[turned] = np.abs(self._implicit * moved)[turned] > np.abs(left)[turned]
-        self.reach = np.minimum(1.0 + self._implicit * np.minimum(np.maximum(freely, 0.0), 1.0), 2.0 * self.reach)
+            freely[turned] = np.abs(implicit * moved)[turned] > np.abs(left)[turned]
+        self.reach = np.minimum(1.0 + implicit * np.minimum(np.maximum(freely, 0.0), 1.0), 2.0 * self.reach)
 
     def apply(self, efforts: Floats, compensation: Floats | None = None) -> None:
         """Reduce the forces of drives that would exceed their maximum in the next step.
@@ -117,16 +120,16 @@ class ForceLimits(Stateful):
             efforts: commanded efforts of all degrees of freedom, N m or N; they are not limited.
             compensation: efforts of gravity compensation, N m or N; they count as forces of the drives. None for no compensation.
         """
-        dofs = self._dofs
-        own, forces = efforts[dofs], self._forces(self._velocities[dofs], self._step)
-        added = own
+        positions, velocities, bias = self._state
+        added = own = efforts.take(self._dofs)
+        forces = self._forces(positions + self._step * velocities if self._springs else positions, velocities)
         if compensation is not None:
-            added = own + compensation[dofs]
-            forces += compensation[dofs]
-        middle = (self.reach - 1.0) * (own - self._bias[dofs])
-        most = self._most * self.reach
+            carried = compensation.take(self._dofs)
+            added = own + carried
+            forces += carried
+        middle, most = (self.reach - 1.0) * (own - bias), self._most * self.reach
         legal = np.minimum(np.maximum(forces, middle - most), middle + most)
-        self._applied[dofs] = added - (forces - legal)
+        self._applied[self._dofs] = added - (forces - legal)
 
 
 def tell_limits(limits: ForceLimits, robots: Mapping[str, RobotInstance], findings: Findings) -> None:

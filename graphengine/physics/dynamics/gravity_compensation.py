@@ -48,6 +48,7 @@ class GravityCompensation:
         ids = np.array([model.joint(name).id for name in self.joints], np.intp)
         self._ids, self._dofs = ids, model.jnt_dofadr[ids].astype(np.intp)
         self._slides = model.jnt_type[ids] == mujoco.mjtJoint.mjJNT_SLIDE
+        self._any_slides = bool(self._slides.any())
         self._ranges = _beyond(model, model.jnt_bodyid[ids])
         self.masses: Floats = model.body_mass * (1.0 - model.body_gravcomp)
         self._weighted = np.zeros((model.nbody + 1, 3))
@@ -74,18 +75,17 @@ class GravityCompensation:
             The compensating efforts of all degrees of freedom, N m or N, in an array that the next call overwrites.
         """
         np.multiply(self.masses[:, None], self._centres, out=self._weighted[:-1])
-        axes, (a, b, c) = self._axes[self._ids], self._gravity.tolist()
-        moments = self._sums(self._weighted) - self._carried[:, None] * self._anchors[self._ids]  # kg m
+        axes, (a, b, c) = self._axes.take(self._ids, 0), self._gravity.tolist()
+        moments = self._sums(self._weighted) - self._carried[:, None] * self._anchors.take(self._ids, 0)  # kg m
         if self.upright:
-            (x, y, _), (u, v, _) = axes.T, moments.T
-            own = v * (c * x) - u * (c * y)
+            own = moments[:, 1] * (c * axes[:, 0]) - moments[:, 0] * (c * axes[:, 1])
         else:
             across = axes @ ((0.0, c, -b), (-c, 0.0, a), (b, -a, 0.0))  # gravity x axis
             own = np.einsum("ij,ij->i", moments, across)
-        if self._slides.any():
+        if self._any_slides:
             own = np.where(self._slides, self._carried * (axes @ self._gravity), own)
         self.efforts[self._dofs] = own = -own
-        self._applied[self._dofs] = efforts[self._dofs] + own
+        self._applied[self._dofs] = efforts.take(self._dofs) + own
         return self.efforts
 
     def _sums(self, values: Floats) -> Floats:

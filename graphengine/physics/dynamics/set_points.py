@@ -79,9 +79,9 @@ class SetPoints(Stateful):
             if steps > 1 and self.even.any():
                 ways = np.abs(self.targets - control) / steps
                 changes = np.minimum(changes, ways, out=changes.copy(), where=self.even)
-            np.clip(self.targets, control - changes, control + changes, out=control)
+            np.minimum(np.maximum(self.targets, control - changes), control + changes, out=control)
             self._applied[:] = self.efforts
-            self.pending = not np.array_equal(control, self.targets)
+            self.pending = bool((control != self.targets).any())
 
 
 def _at_rest(model: mujoco.MjModel, joint: str, drive: Drive) -> dict[int, float]:
