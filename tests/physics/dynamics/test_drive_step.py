@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import sys
+from typing import Any
 
 import numpy as np
 import pytest
@@ -108,6 +109,8 @@ def test_the_kernel_prepares_a_step_as_numpy_does_to_the_last_bit(seed: int, bod
     text = f'<mujoco><option timestep="0.004" integrator="discrete" gravity="{gravity}"/>{inner}</mujoco>'
     compiled, plain = (drivetrain(text, drives, numba=numba) for numba in (True, False))
     assert moves(compiled, seed, 12) == moves(plain, seed, 12)
+    kernel: Any = drive_step._kernel()
+    assert len(kernel.signatures) == 1  # a model of another size is no reason to compile again
 
 
 def test_the_sum_over_links_has_the_order_of_numpy_whatever_their_number() -> None:

@@ -1,4 +1,4 @@
-"""Compiles the kernels of this package with numba.
+"""Compiles kernels with numba.
 
 A kernel is compiled at its first call, and cached for later processes. It runs without Python's global interpreter lock.
 Division by zero gives infinity, as the box test needs. Operations are not reordered or fused, so that results are the same on
