@@ -141,7 +141,7 @@ def test_every_path_leads_somewhere(name: str) -> None:
 
 @pytest.mark.parametrize("name", ["README.md", "docs/start/install.md"])
 def test_the_python_that_is_needed_is_the_one_that_the_package_asks_for(name: str) -> None:
-    (needed,) = re.findall(r"Python (3\.\d+) to 3\.13", (ROOT / name).read_text(encoding="utf-8"))
+    (needed,) = {*re.findall(r"Python (3\.\d+) to 3\.13", (ROOT / name).read_text(encoding="utf-8"))}
     assert PROJECT["project"]["requires-python"] == f">={needed}"
 
 

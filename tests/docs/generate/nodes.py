@@ -98,12 +98,14 @@ def types_by_family() -> dict[str, list[type[Node]]]:
     for name, cls in sorted(default_registry().types.items(), key=lambda item: last_part(item[1]).lower()):
         if name == cls.type_name:
             module = cls.__module__.removeprefix("graphengine.nodes.") + "."
-            (family,) = (
+            families = [
                 key
                 for key, family in FAMILIES.items()
                 if any(module.startswith(f"{part}.") for part in family.modules.split())
-            )
-            found[family].append(cls)
+            ]
+            if len(families) != 1:
+                raise SystemExit(f"{cls.type_name}: name its module nodes/{module.replace('.', '/')[:-1]}.py in one of FAMILIES")
+            found[families[0]].append(cls)
     return found
 
 
