@@ -57,7 +57,8 @@ def parse_qos(qos_profile: str, queue_size: int = 10, latched: bool = False) -> 
     try:
         profile = bounded_json.parse(qos_profile)
     except ValueError as error:
-        raise TopicError(f"QoS profile is not JSON: {error}", qos_profile, f"keys: {', '.join(_FIELDS)}") from None
+        legal = _preset_advice(qos_profile) or f"keys: {', '.join(_FIELDS)}"
+        raise TopicError(f"QoS profile is not JSON: {error}", qos_profile, legal) from None
     if not isinstance(profile, dict):
         raise TopicError("QoS profile is not a JSON object", qos_profile, f"keys: {', '.join(_FIELDS)}")
     values: dict[str, Any] = {}
@@ -67,6 +68,13 @@ def parse_qos(qos_profile: str, queue_size: int = 10, latched: bool = False) -> 
             raise TopicError(f"QoS profile has no key {key!r}", qos_profile, near, listing(_FIELDS, "keys"))
         values[_FIELDS[key]] = _value(key, value, qos_profile)
     return QoS(**values)
+
+
+def _preset_advice(text: str) -> str:
+    """Return how to use a preset, if a text such as `SensorData` or `qos_profile_sensor_data` names one; empty otherwise."""
+    plain = "".join(filter(str.isalnum, text.lower()))
+    found = next((name for name in PRESETS if plain.endswith("".join(filter(str.isalnum, name.lower())))), "")
+    return found and f"for the preset {found!r}, wire qosProfile of a ROS2QoSProfile with createProfile: {found}"
 
 
 def qos_json(qos: QoS) -> str:

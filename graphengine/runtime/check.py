@@ -20,6 +20,7 @@ from graphengine.node.clock import Clock
 from graphengine.node.context.frame_names import frame_prefix
 from graphengine.node.context.session_services import Services
 from graphengine.runtime.graph_run import make_clock, make_graph_run
+from graphengine.runtime.message_lints import check_qos, check_stamps
 
 
 def check_graphs(
@@ -204,6 +205,8 @@ def lint_claims(context: LintContext) -> None:
     _check_topic_types(context)
     _check_servers(context)
     _check_clocks(context)
+    check_qos(context)
+    check_stamps(context)
     _check_transforms(context)
     for code in sorted(LINTS):
         for function in sorted(

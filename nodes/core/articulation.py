@@ -12,6 +12,7 @@ from graphengine.format.errors import BadValueError, GraphError, JointError
 from graphengine.format.wording import listing
 from graphengine.node import Bound, Context, ExecIn, ExecOut, In, Node, Out
 from graphengine.node.types import Double3s, Doubles, Ints, String, Target, Tokens
+from graphengine.nodes.known_inputs import KnownInputs, warn_of_length
 from graphengine.nodes.touched import drives_of
 
 if TYPE_CHECKING:
@@ -295,6 +296,53 @@ def lint_commands_without_drive(context: LintContext) -> None:
             message = f"{node.id} commands joints of {robot} that have no drive for this kind of command: nothing moves"
             way = f"give these joints a drive with {' or '.join(gains)} below `joints:` of the robot file, or command efforts"
             context.findings.add("W209", message, node.span, listing(idle, "joints"), way, related=node.entry.via)
+
+
+@lint("W214")
+def lint_velocities_held_by_stiffness(context: LintContext) -> None:
+    """Warn of velocity commands to joints whose drives have stiffness, unless a controller also commands their positions.
+
+    In equilibrium, stiffness x deviation = damping x velocity: the joint stops damping / stiffness x velocity from its position
+    set point.
+    """
+    commands = list(_commands(context))
+    placed = {(c.robot.path, joint) for c in commands if "position_command" in c.kinds for joint in c.joints}
+    for command in commands:
+        node, robot, rests = command.instance, command.robot, dict[str, float]()
+        actuators = robot.facts.get("actuators", {})
+        chosen = {actuators.get(name) or name for name in command.joints if (robot.path, name) not in placed}
+        for prim in robot.descendants() if "velocity_command" in command.kinds else ():
+            drive = prim.facts["drive"] if prim.kind == "joint" and prim.facts["joint"] in chosen else None
+            if drive is not None and drive.stiffness and drive.damping:  # W209 reports a drive without damping
+                rests[prim.facts["joint"]] = drive.damping / drive.stiffness
+        if not rests:
+            continue
+        joint, rest = next(iter(rests.items()))
+        context.findings.add(
+            "W214",
+            f"{node.id} commands velocities of joints of {robot.path} whose drives have stiffness: the joints hold still",
+            node.span,
+            listing(rests, "joints"),
+            f"at a command of 1, {joint} stops {rest:.3g} from its position set point (damping / stiffness, SI units)",
+            "remove `stiffness` of their drives in the robot file, or set it to 0 in a robot file that `extends:` another",
+            related=node.entry.via,
+        )
+
+
+@lint("W215")
+def lint_lengths_of_commands(context: LintContext) -> None:
+    """Warn of commands that do not have one number for each selected joint, if their length is known before the run."""
+    for graph, instance, node in context.nodes(IsaacArticulationController):
+        inputs, robot = KnownInputs(graph, instance), robot_of(context, node)
+        names, indices = inputs.length("joint_names"), inputs.length("joint_indices")
+        if instance.index not in graph.plan.order or names is None or indices is None:
+            continue
+        joints: tuple[str, ...] | None = robot.facts.get("joints") if robot is not None else None
+        selected = names or indices or (len(joints) if joints is not None else 0)
+        by = "jointNames" if names else "jointIndices" if indices else f"joints of {node.prim()}"
+        for kind in _KINDS if selected else ():
+            reason = f"one number for each joint is needed ({by}); otherwise the node sets no target"
+            warn_of_length(context, inputs, kind, selected, reason, may_be_empty=True)
 
 
 @lint("W211")

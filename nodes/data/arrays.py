@@ -23,6 +23,7 @@ from graphengine.nodes.data.sequences import (
     position,
     zeros,
 )
+from graphengine.nodes.known_inputs import LENGTHS, KnownInputs
 
 SEQUENCES = f"{ARRAYS}|string"
 
@@ -259,3 +260,14 @@ class AppendArray(ArrayNode, type="omni.graph.nodes.AppendArray"):
     def compute(self) -> None:
         """Set `array` to the concatenation of all inputs."""
         self.array = joined(self.input0, *(as_array(getattr(self, name)) for name in self.series["input"]))
+
+
+def _total(inputs: KnownInputs, _: str) -> int | None:
+    lengths = [inputs.length(name) for name in inputs.instance.cls.series["input"]]
+    known = [length for length in lengths if length is not None]
+    return sum(known) if len(known) == len(lengths) else None
+
+
+LENGTHS[ArrayFill] = LENGTHS[ArrayRotate] = LENGTHS[ArrayReverse] = KnownInputs.same
+LENGTHS[AppendArray] = _total
+LENGTHS[ArrayResize] = lambda inputs, _: inputs.value("new_size")

@@ -13,6 +13,7 @@ from graphengine.node.types import ARRAYS, ELEMENTS, Int, PortType, Token
 from graphengine.nodes.data.broadcast import type_of
 from graphengine.nodes.data.sequences import checked_length, element_of, fits, made
 from graphengine.nodes.data.unions import arrays_of
+from graphengine.nodes.known_inputs import LENGTHS
 
 _SPECIFIC = "bool double float half int int64 token uchar uint uint64 double[2] double[3] double[4]"
 _SPECIFIC += " matrixd[2] matrixd[3] matrixd[4]"
@@ -77,6 +78,9 @@ class ConstructedNode(Node):
             element = self.element_type({name: type_of(getattr(self, name)) for name in self.elements()})
         assert element is not None
         self.array = made(values, element)
+
+
+LENGTHS[ConstructedNode] = lambda inputs, _: inputs.value("array_size")
 
 
 class ConstructArray(ConstructedNode, type="omni.graph.nodes.ConstructArray"):

@@ -11,6 +11,7 @@ from typing import Any, ClassVar
 from graphengine.node import Bound, Context, In, Node, Numbered, PortType, UnionType
 from graphengine.nodes.data.broadcast import Operand, Operation, common, lift, type_of
 from graphengine.nodes.data.unions import NUMERICS
+from graphengine.nodes.known_inputs import LENGTHS, KnownInputs
 
 
 class TypedNode(Node):
@@ -100,6 +101,9 @@ class Elementwise(TypedNode):
         """Return the Python names of the operands: all inputs with a numeric type or a union type."""
         inputs = [port for port in cls.fields.values() if port.side == "inputs"]
         return [port.field for port in inputs if isinstance(port.type, UnionType) or port.type.is_number]
+
+
+LENGTHS[Elementwise] = KnownInputs.same
 
 
 class Folded(Elementwise):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
@@ -10,12 +11,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from graphengine.compiler.lint_registry import LintContext, lint
 from graphengine.node import BadValueError, Float, Floats, In, Int, Node, Out, PortType, Token
 from graphengine.nodes.checked import one_of, same_length
 from graphengine.nodes.data.broadcast import Operand, Operation, common, lift
 from graphengine.nodes.data.elementwise import Elementwise
 from graphengine.nodes.data.orientation import slerp
 from graphengine.nodes.data.unions import DECIMALS
+from graphengine.nodes.known_inputs import KnownInputs, warn_of_unequal, warn_of_value
 
 
 class InterpolateTo(Elementwise, type="omni.graph.nodes.InterpolateTo"):
@@ -137,3 +140,25 @@ class Interpolator(Node, type="omni.graph.nodes.Interpolator"):
         knots: NDArray[np.float32] = self.knots
         same_length(knots=knots, values=self.values)
         self.value = float(np.interp(self.param, knots, self.values)) if len(knots) else 0.0
+
+
+@lint("W215")
+def lint_lengths_of_samples(context: LintContext) -> None:
+    """Warn of interpolators whose knots and values differ in number."""
+    for graph, instance, _ in context.nodes(Interpolator):
+        warn_of_unequal(context, KnownInputs(graph, instance), "knots", "values")
+
+
+@lint("W216")
+def lint_order_of_knots(context: LintContext) -> None:
+    """Warn of interpolators whose knots do not ascend, because their values are then wrong or jump."""
+    for graph, instance, _ in context.nodes(Interpolator):
+        inputs = KnownInputs(graph, instance)
+        knots = inputs.value("knots")
+        pairs = itertools.pairwise(knots.tolist()) if knots is not None else ()
+        fall = next((pair for pair in pairs if not pair[0] < pair[1]), None)
+        if fall:
+            message = f"knots do not ascend: {fall[0]:g} is followed by {fall[1]:g}"
+            warn_of_value(
+                context, inputs, "knots", message, "sort the knots, and their values with them; each knot occurs once"
+            )

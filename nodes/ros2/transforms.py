@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
+from graphengine.compiler.lint_registry import lint
 from graphengine.devices.motion import FrameLink
 from graphengine.devices.rotation import Quaternion, Vector3
 from graphengine.messages import messages
@@ -13,8 +14,12 @@ from graphengine.node import BadValueError, Bound, Context, ContextError, In, Ro
 from graphengine.node.types import Double3s, Double4s, Quaterniond, String, Target, Tokens, Vector3d
 from graphengine.nodes.checked import same_length
 from graphengine.nodes.core.transforms import pose_of
+from graphengine.nodes.known_inputs import KnownInputs, warn_of_unequal
 from graphengine.nodes.ros2.publisher import NetworkNode, PublisherNode, header, send, stamp
 from graphengine.nodes.touched import reading_poses
+
+if TYPE_CHECKING:
+    from graphengine.compiler.lint_registry import LintContext
 
 
 def transform(
@@ -126,6 +131,15 @@ class ROS2PublishTransformTree(TransformPublisher, type="isaacsim.ros2.bridge.RO
         )
         rows = zip(self.publisher.claim.transforms, self.translations.tolist(), self.orientations.tolist(), strict=True)
         return messages.TFMessage([transform(self.time_stamp, *edge, *pose) for edge, *pose in rows])
+
+
+@lint("W215")
+def lint_lengths_of_transforms(context: LintContext) -> None:
+    """Warn of transforms in arrays of different lengths."""
+    for graph, instance, _ in context.nodes(ROS2PublishTransformTree):
+        inputs = KnownInputs(graph, instance)
+        if inputs.length("parent_frames"):
+            warn_of_unequal(context, inputs, "parent_frames", "child_frames", "translations", "orientations")
 
 
 def linked(time: float, publisher: Publisher, links: Iterable[FrameLink]) -> messages.TFMessage:

@@ -8,6 +8,7 @@ import numpy as np
 
 from graphengine.node import BadValueError, Doubles, ExecIn, ExecOut, In, Node, Out, State
 from graphengine.nodes.checked import check_outcome
+from graphengine.nodes.known_inputs import LENGTHS
 from graphengine.nodes.wheeled_robots.limits import limited, ramped
 
 
@@ -143,3 +144,6 @@ class AckermannController(Node, type="isaacsim.robot.wheeled_robots.AckermannCon
         speed, angle = limited(self.speed, fastest), limited(self.steering_angle, widest)
         dt = abs(self.dt)
         return ramped(self.previous_speed, speed, acceleration, dt), ramped(self.previous_angle, angle, turning, dt)
+
+
+LENGTHS[AckermannController] = lambda _, output: 2 if output == "wheel_angles" else 4

@@ -12,6 +12,7 @@ from graphengine.format.errors import BadValueError
 from graphengine.node import Doubles, ExecIn, In, Node, Out, State
 from graphengine.nodes.checked import check_outcome
 from graphengine.nodes.core.articulation import IsaacArticulationController, robot_of
+from graphengine.nodes.known_inputs import LENGTHS
 from graphengine.nodes.wheeled_robots.geometry_check import Effects, compare_geometry
 from graphengine.nodes.wheeled_robots.limits import limited, ramped
 
@@ -111,6 +112,7 @@ class DifferentialController(Node, type="isaacsim.robot.wheeled_robots.Different
         return most / max(abs(linear) + abs(angular * self.wheel_distance) / 2.0, most)
 
 
+LENGTHS[DifferentialController] = lambda *_: 2
 _RAMPS = "dt, maxAcceleration, maxDeceleration, maxAngularAcceleration"
 _EFFECTS: Effects = (
     lambda factor: f"the robot will drive at {1.0 / factor:.3g} times the commanded speed",

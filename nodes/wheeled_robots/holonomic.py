@@ -12,6 +12,7 @@ from graphengine.devices import rotation
 from graphengine.devices.rotation import Vector3
 from graphengine.node import BadValueError, Double3, Double3s, Double4s, Doubles, ExecIn, In, Node, Out, State
 from graphengine.nodes.checked import check_finite, check_outcome
+from graphengine.nodes.known_inputs import LENGTHS
 from graphengine.nodes.wheeled_robots.limits import limited
 
 Floats = NDArray[np.float64]
@@ -175,6 +176,9 @@ class HolonomicController(Node, type="isaacsim.robot.wheeled_robots.HolonomicCon
             legal = f"of equal length, or {name} of length 1 for all wheels"
             raise BadValueError(f"{name}, wheelPositions", [len(values), wheels], legal)
         return np.broadcast_to(values, wheels)
+
+
+LENGTHS[HolonomicController] = lambda inputs, _: inputs.length("wheel_positions")
 
 
 def _cannot_drive(positions: Floats) -> BadValueError:

@@ -176,10 +176,12 @@ class _Calibrator:
         load = diagnosis.floor_load(self._sim, self._result.robot)
         speed, turn = self._result.speed, Twist(yaw=self._result.turn_speed)
         forward = self._measure("forward", "straight", Twist(x=speed))
+        reasons = diagnosis.held_by_stiffness(self._drives, self._wheels)
+        self._notes += reasons
         if not self._follows(forward.commanded, forward.reached):
             reasons = diagnosis.stands_still(self._drives, self._wheels, load)
             if not self._responds(turn, by_wheels=False):
-                self._notes[:0] = reasons
+                self._notes = list(dict.fromkeys([*reasons, *self._notes]))
                 return self._finished(moves=False)
         self._measure("backward", "straight", Twist(x=-speed))
         on_the_spot = self._result.command_type != ACKERMANN and self._responds(turn)
@@ -191,6 +193,11 @@ class _Calibrator:
         if sideways:
             self._measure("sideways_left", "sideways", Twist(y=speed))
             self._measure("sideways_right", "sideways", Twist(y=-speed))
+        if all(
+            abs(motion.share) < LEAST for motion in self._motions
+        ):  # what moved was only the response to the first command
+            self._notes = list(dict.fromkeys([*reasons, *self._notes]))
+            return self._finished(moves=False)
         squares: list[Square] = []
         for sign in (1.0, -1.0) if on_the_spot or steered else ():
             self._begin()

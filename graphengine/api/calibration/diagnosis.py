@@ -12,6 +12,7 @@ from graphengine.api.calibration.figures import Twist
 from graphengine.api.calibration.robot_interface import COMMAND_TYPES
 from graphengine.api.calibration.wheel_geometry import WheelMeter
 from graphengine.api.session import Session
+from graphengine.format.wording import listing
 from graphengine.scene.loaded_scene import LoadedScene
 
 SLOWEST = 1e-3
@@ -82,7 +83,21 @@ def stands_still(drives: DriveRecorder, wheels: WheelMeter, load: dict[str, floa
     if not np.any(np.abs(np.nan_to_num(targets)) > 0.0):
         remedy = "check the wires from the subscriber of the command topic to the node that commands joints, and its jointNames"
         return [f"no joint gets a velocity command: {remedy}"]
+    if held := held_by_stiffness(drives, wheels):
+        return held
     return ["joints get commands but do not turn: check damping and max_force of their drives"]
+
+
+def held_by_stiffness(drives: DriveRecorder, wheels: WheelMeter) -> list[str]:
+    """Return a list with a note if joints with stiffness got velocity commands in the last drive; otherwise an empty list."""
+    commanded = dict(zip(drives.articulation.joint_names, np.nan_to_num(drives.set_points()), strict=True))
+    held = [name for name in wheels.stiff if commanded[name]]
+    if not held:
+        return []
+    remedy = "remove `stiffness` of their drives below `joints:` of the robot file"
+    return [
+        f"stiffness pulls joints with velocity commands back to their positions ({listing(held, 'joints')}): {remedy}"
+    ]
 
 
 def clamped(sim: Session) -> list[str]:

@@ -57,6 +57,11 @@ class WheelMeter:
         """Names of the joints with a drive."""
         return [self._names[index] for index in self._driven]
 
+    @property
+    def stiff(self) -> list[str]:
+        """Names of the joints whose drives have stiffness, as position servos have."""
+        return [name for name in self.driven if self._robot.drives[name].stiffness]
+
     def rates(self, trace: Trace) -> dict[str, float]:
         """Return the mean speed of each driven joint by joint name, rad/s or m/s."""
         moved = (trace.joints[-1] - trace.joints[0]) / ((len(trace.joints) - 1) * trace.dt)

@@ -241,6 +241,19 @@ def test_wheels_that_are_too_weak_are_told_so(tmp_path: Path) -> None:
     assert "do not turn" in reason(base)
 
 
+@pytest.mark.parametrize(("stiffness", "moves"), [(1000.0, False), (50.0, False), (1.0, True)])
+def test_wheels_that_stiffness_holds_still_are_told_so(tmp_path: Path, stiffness: float, moves: bool) -> None:
+    base = bases.differential(tmp_path)
+    base.drives = dict.fromkeys(base.drives, f"{{drive: {{damping: 50.0, stiffness: {stiffness}}}}}")
+    base.odometry()
+    result = calibrate(base)
+    assert result.moves is moves
+    held = "stiffness pulls joints with velocity commands back to their positions (joints: left_joint, right_joint)"
+    assert sum(note.startswith(held) for note in result.notes) == 1
+    assert result.notes[0].startswith(held) or moves
+    assert not moves or len(result.outside(0.02)) == 4
+
+
 def test_a_robot_that_falls_over_has_no_figures_to_write(tmp_path: Path) -> None:
     base = bases.differential(tmp_path)
     base.urdf = base.urdf.replace(

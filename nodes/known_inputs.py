@@ -1,0 +1,122 @@
+"""Finds values of inputs and lengths of arrays that are known before a run, and reports those that are wrong."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+from graphengine.compiler.graph import known_type
+from graphengine.node import Node
+
+if TYPE_CHECKING:
+    from graphengine.compiler.graph import Graph, Instance, Wire
+    from graphengine.compiler.lint_registry import LintContext
+
+
+@dataclass(slots=True)
+class KnownInputs:
+    """What is known before a run about the inputs of one node: values that are not wired, and lengths of arrays."""
+
+    graph: Graph
+    instance: Instance
+    _above: frozenset[int] = frozenset()
+    """Indices of the nodes downstream whose lengths are being looked up."""
+    _wires: dict[tuple[int, str], Wire] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        if not self._wires:
+            self._wires = {(wire.target, wire.target_field): wire for wire in self.graph.data_wires}
+
+    def value(self, name: str) -> Any:
+        """Return the value of an input, by its Python name; None if the input is wired or left to the user of a subgraph."""
+        port = self.instance.cls.fields[name]
+        is_open = (self.instance.index, name) in self._wires or (
+            self.instance.id,
+            port.name,
+        ) in self.graph.declared_inputs
+        return None if is_open or name in self.instance.refused else self.instance.value(name)
+
+    def source(self, name: str) -> str:
+        """Return the output that is wired to an input, such as `Array.array`; empty if the input is not wired."""
+        wire = self._wires.get((self.instance.index, name))
+        return "" if wire is None else str(wire.entry.source)
+
+    def length(self, name: str) -> int | None:
+        """Return the length of an array input, by its Python name; None if it is unknown before the run."""
+        wire = self._wires.get((self.instance.index, name))
+        if wire is None:
+            value = self.value(name)
+            return None if value is None else len(value)
+        source, port = self.graph.source(wire)
+        if source.index in self._above:
+            return None
+        inputs = KnownInputs(self.graph, source, self._above | {self.instance.index}, self._wires)
+        if port.side == "inputs":  # of a constant, whose wires start at its input
+            return inputs.length(port.field)
+        rule = next((LENGTHS[cls] for cls in source.cls.__mro__ if cls in LENGTHS), None)
+        return rule(inputs, port.field) if rule else None
+
+    def same(self, _: str) -> int | None:
+        """Return the length that the array inputs have in common, and the outputs too; None if it is unknown or they differ."""
+        ports = [port for port in self.instance.cls.fields.values() if port.side == "inputs"]
+        arrays = [port.field for port in ports if (kind := known_type(self.instance, port)) and kind.array]
+        lengths = {self.length(name) for name in arrays} - {None}
+        return lengths.pop() if len(lengths) == 1 else None
+
+
+LENGTHS: dict[type[Node], Callable[[KnownInputs, str], int | None]] = {}
+"""Functions that return the length of an array output, by node type, or None if it is unknown before the run.
+
+Each gets the inputs of the node and the Python name of the output. The modules of the node types add them.
+"""
+
+
+def warn_of_length(
+    context: LintContext, inputs: KnownInputs, name: str, needed: int, reason: str, *, may_be_empty: bool = False
+) -> None:
+    """Add W215 if an array input does not have the needed length.
+
+    Args:
+        context: context of the lint.
+        inputs: inputs of the node.
+        name: Python name of the array input.
+        needed: length that the node needs.
+        reason: help line that says why it needs this length.
+        may_be_empty: whether the node also takes an empty array.
+    """
+    length, node = inputs.length(name), inputs.instance
+    if length is None or length == needed or (may_be_empty and not length):
+        return
+    port, source = node.cls.fields[name], inputs.source(name)
+    elements = "1 element" if length == 1 else f"{length} elements"
+    message = f"{node.id}: {port.name} has {elements}, but the node needs {needed}"
+    key = node.literal_key(port)
+    span = node.span if key not in node.entry.spec.inputs or source else node.entry.span("inputs", key)
+    origin = f"the array comes from {source}" if source else ""
+    context.findings.add("W215", message, span, origin, reason, related=node.entry.via)
+
+
+def warn_of_unequal(context: LintContext, inputs: KnownInputs, *names: str) -> None:
+    """Add W215 for array inputs whose length differs from that of the first of them; their lengths must be equal."""
+    needed = inputs.length(names[0])
+    if needed is not None:
+        first = inputs.instance.cls.fields[names[0]].name
+        for name in names[1:]:
+            warn_of_length(context, inputs, name, needed, f"its length must be that of {first}")
+
+
+def warn_of_value(context: LintContext, inputs: KnownInputs, name: str, message: str, remedy: str) -> None:
+    """Add W216 for the value of an input that is not wired.
+
+    Args:
+        context: context of the lint.
+        inputs: inputs of the node.
+        name: Python name of the input.
+        message: text that says what is wrong with the value.
+        remedy: help line.
+    """
+    node = inputs.instance
+    key = node.literal_key(node.cls.fields[name])
+    span = node.entry.span("inputs", key) if key in node.entry.spec.inputs else node.span
+    context.findings.add("W216", f"{node.id}: {message}", span, remedy, related=node.entry.via)
