@@ -387,8 +387,10 @@ class Session:
         orientation: Quaternion | None = None,
         linear: Vector3 | None = None,
         angular: Vector3 | None = None,
+        *,
+        force: bool = False,
     ) -> None:
-        """Move a robot or object to a pose; joint states do not change. Overlaps with other bodies are logged as warnings.
+        """Move a robot or object to a pose; joint states do not change. A pose at which it overlaps others is refused.
 
         >>> sim.move("dd100", position=(1.0, 2.0))
 
@@ -398,14 +400,16 @@ class Session:
             orientation: quaternion (x, y, z, w) in the world frame; None keeps the orientation.
             linear: linear velocity after the move, in the world frame, m/s; None means zero.
             angular: angular velocity after the move, in the world frame, rad/s; None means zero.
+            force: place it even if it overlaps others (a warning is logged); physics then pushes them apart.
 
         Raises:
+            BlockedPoseError: it would overlap others by 5 mm or more; planes below it, such as the floor, do not count.
             UnknownEntityError: no robot or object has the name.
             UsageError: the robot or object cannot be moved.
         """
         turned = {"quaternion_xyzw": plain(orientation)} if orientation is not None else None
         where = {"position": position, "orientation": turned, "linear": linear, "angular": angular}
-        self._runner.command("move", entity=entity, **plain(where))
+        self._runner.command("move", entity=entity, force=force, **plain(where))
 
     @acting
     def push(
@@ -447,8 +451,9 @@ class Session:
         namespace: str | None = None,
         at: str | None = None,
         robot_state: bool = False,
+        force: bool = False,
     ) -> Robot:
-        """Add a robot to the scene and return it. Overlaps with other bodies are logged as warnings.
+        """Add a robot to the scene and return it. A pose at which it overlaps others is refused.
 
         >>> sim.spawn("second", "robots/dd100.yaml", position=(0, 2, 0.03), namespace="second").namespace
         'second'
@@ -462,8 +467,10 @@ class Session:
             namespace: namespace of the robot's topics; None takes the namespace in the robot file.
             at: path of the robot's prim; None is `/NAME`.
             robot_state: publish the topics of robot_state_publisher.
+            force: add it even if it overlaps others (a warning is logged); physics then pushes them apart.
 
         Raises:
+            BlockedPoseError: it would overlap others by 5 mm or more; planes below it, such as the floor, do not count.
             CheckError: the robot or one of its graphs has errors; nothing has changed.
             UsageError: the session runs a graph without a scene, or an argument is invalid.
         """
@@ -475,7 +482,8 @@ class Session:
             "at": at,
             "robot_state": robot_state,
         }
-        self._runner.command("spawn", name=name, use={key: plain(it) for key, it in given.items() if it is not None})
+        use_given = {key: plain(it) for key, it in given.items() if it is not None}
+        self._runner.command("spawn", name=name, use=use_given, force=force)
         return Robot(self._runner, name)
 
     @acting

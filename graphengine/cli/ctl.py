@@ -135,6 +135,8 @@ def _add_robots(add: Callable[..., Any]) -> None:
     spawn.add_argument("--prim", metavar="PATH", help="prim path of the robot, such as /World/robot (default: /NAME)")
     state = "publish the topics of robot_state_publisher for this robot"
     spawn.add_argument("--robot-state", action="store_true", help=state)
+    force = "place it even if it overlaps others; physics then pushes them apart"
+    spawn.add_argument("--force", action="store_true", help=force)
     delete = add("delete", "remove a robot from the scene", "name")
     delete.add_argument("name", metavar="NAME", help="name of the robot")
     move = add("move", "move a robot or an object of the world", make=_move)
@@ -149,6 +151,7 @@ def _add_robots(add: Callable[..., Any]) -> None:
     )
     move.add_argument("--linear", metavar="X,Y,Z", type=vector(3), help=linear)
     move.add_argument("--angular", metavar="X,Y,Z", type=vector(3), help=angular)
+    move.add_argument("--force", action="store_true", help=force)
 
 
 def _add_forces(add: Callable[..., Any]) -> None:
@@ -201,7 +204,12 @@ def _spawn(given: argparse.Namespace) -> dict[str, Any]:
         "namespace": given.namespace,
         "robot_state": given.robot_state,
     }
-    return {"name": given.name, "use": {key: value for key, value in use.items() if value is not None}}
+    use = {key: value for key, value in use.items() if value is not None}
+    return {"name": given.name, "use": use, **_force(given)}
+
+
+def _force(given: argparse.Namespace) -> dict[str, bool]:
+    return {"force": True} if given.force else {}  # left out otherwise, so that older runs accept the command
 
 
 def _move(given: argparse.Namespace) -> dict[str, Any]:
@@ -212,6 +220,7 @@ def _move(given: argparse.Namespace) -> dict[str, Any]:
         "orientation": _rotation(given),
         "linear": given.linear,
         "angular": given.angular,
+        **_force(given),
     }
 
 

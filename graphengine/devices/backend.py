@@ -47,8 +47,13 @@ class Entities(Protocol):
             own: if true, the axes and coordinates of the box are those of the entity's own frame; if false, of the world frame.
         """
 
-    def overlaps(self, name: str) -> Sequence[Overlap]:
-        """Return the overlaps of an entity with other objects, deepest first; overlaps of less than 5 mm are left out."""
+    def overlaps(self, name: str, *, floors: bool = True) -> Sequence[Overlap]:
+        """Return the overlaps of an entity with other objects, deepest first; overlaps of less than 5 mm are left out.
+
+        Args:
+            name: name of the entity.
+            floors: whether overlaps with planes below the entity count, which lift it out.
+        """
 
     def touching(self) -> Mapping[str, Overlap]:
         """Return the deepest contact of each entity after the last step, by entity name.
@@ -56,10 +61,17 @@ class Entities(Protocol):
         Contacts with the floor or body on which an entity rests are ignored. Entities without other contacts are left out.
         """
 
-    def place(self, name: str, move: Move) -> None:
+    def place(self, name: str, move: Move, *, forced: bool = True) -> None:
         """Set the pose and velocity of an entity, and keep the states of its joints; `reset_state` moves the entity back.
 
+        Args:
+            name: name of the entity.
+            move: new pose and velocity.
+            forced: whether the entity is placed at a new pose even if it then overlaps others, as `overlaps` without floors
+                finds them, deeper than now.
+
         Raises:
+            BlockedPoseError: `forced` is false, and the entity would overlap others; it keeps its pose and velocity.
             UsageError: a number is not finite or too large, a velocity is given for an entity that is fixed to the world, or the
                 entity is attached to a joint of the world. The entity then keeps its pose and velocity.
         """

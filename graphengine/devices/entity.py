@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from graphengine.devices.rotation import Quaternion, Vector3
+from graphengine.format.errors import BlockedPoseError
 
 EntityKind = Literal["robot", "object", "static"]
 """A `robot` has joints or sensors. Of the other entities, an `object` can move, and a `static` entity cannot."""
@@ -81,6 +82,21 @@ def warning(name: str, overlaps: Sequence[Overlap]) -> str:
     """Return the warning that an entity overlaps other objects after it was placed; empty without overlaps."""
     if not overlaps:
         return ""
+    return f"{name} is {_listed(overlaps)}: physics pushes them apart at once, which may throw them far"
+
+
+def refuse(name: str, overlaps: Sequence[Overlap]) -> None:
+    """Do nothing without overlaps.
+
+    Raises:
+        BlockedPoseError: there are overlaps; the message names them.
+    """
+    if overlaps:
+        remedy = "choose another pose, or force it with `force` (graphrun ctl: --force)"
+        raise BlockedPoseError(f"{name} would be {_listed(overlaps)}: nothing was changed\n  {remedy}")
+
+
+def _listed(overlaps: Sequence[Overlap]) -> str:
     told = [f"{overlap.depth:.2g} m deep in {overlap.other}" for overlap in overlaps[:MOST_TOLD]]
     told += [f"in {more} more"] if (more := len(overlaps) - MOST_TOLD) > 0 else []
-    return f"{name} is {', '.join(told)}: physics pushes them apart at once, which may throw them far"
+    return ", ".join(told)

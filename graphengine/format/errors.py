@@ -20,6 +20,7 @@ GraphError                  base of all exceptions of this package
 ├── TransportError          joining the ROS 2 network, or communicating on it, failed
 │   └── MessageError        a message that does not match its type (in messages/messages.py)
 └── UsageError              invalid arguments (exit code 2 of `graphrun`)
+    ├── BlockedPoseError    a robot or object would overlap others at its new pose
     ├── NoObstaclesError    a map of a world without obstacles needs bounds (in physics/occupancy/occupancy_map.py)
     ├── RefusedError        a refused request of simulation_interfaces (in control/simulation_interfaces/results.py)
     ├── StateError          a call that the state of the session does not allow
@@ -152,6 +153,10 @@ class UsageError(GraphError):
 
 class StateError(UsageError):
     """The session is in a state that does not allow the call, such as `pause` while it is stopped."""
+
+
+class BlockedPoseError(UsageError):
+    """A robot or object would overlap others at its new pose; it was not placed there."""
 
 
 class UnknownEntityError(UsageError):

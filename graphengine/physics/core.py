@@ -228,6 +228,10 @@ class SimulationCore(Stateful):
         transfer.carry_over_commands(points, self.set_points)
         self.limits.carry_over(limits)
 
+    def with_mount(self, body: int, pose: Pose) -> mujoco.MjModel:
+        """Return a copy of the model in which a body that is fixed to the world is at a pose in the world frame."""
+        return self._mounts.moved(self.model, body, pose)[1]
+
     def move_mount(self, body: int, pose: Pose) -> None:
         """Move a body that is fixed to the world to a pose in the world frame.
 

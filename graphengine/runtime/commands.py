@@ -139,14 +139,24 @@ class Rate(Command):
         session.pace = self.factor
 
 
-class Spawn(_Change):
+class _Placing(_Change):
+    """Base class of the commands that place an entity at a pose; refused if the entity would overlap others, except a floor."""
+
+    force: bool = False
+    """Whether to place the entity even if it overlaps others; physics then pushes them apart."""
+
+    def _forced(self, session: SessionCore) -> bool:
+        return self.force or session.inbox.replays  # recordings contain only commands that succeeded
+
+
+class Spawn(_Placing):
     """Add a robot to the scene; `use` has the same keys as an entry of `robots` in a scene file."""
 
     name: EntityName
     use: RobotUse
 
     def _apply(self, session: SessionCore) -> dict[str, Any]:
-        session.roster.add(self.name, self.use)
+        session.roster.add(self.name, self.use, forced=self._forced(session))
         self._record(session, name=self.name, use=self.use.model_dump(mode="json"))
         return _overlaps(session, self.name)
 
@@ -161,7 +171,7 @@ class Delete(_Change):
         self._record(session, name=self.name)
 
 
-class Move(_Change):
+class Move(_Placing):
     """Move a robot or an object of the world. Its joints keep their state; its velocity becomes 0 unless one is given."""
 
     entity: EntityName
@@ -187,7 +197,7 @@ class Move(_Change):
         # A quaternion as it was given, to the last bit, so that a replay does the same.
         orientation = (turned.quaternion_xyzw or from_orientation(turned)) if turned is not None else None
         to = entities.Move(position, orientation, self.linear, self.angular)
-        session.services.world.entities.place(self.entity, to)
+        session.services.world.entities.place(self.entity, to, forced=self._forced(session))
         session.services.disturbed = True
         turn = {"quaternion_xyzw": orientation} if orientation is not None else None
         where = {"position": position, "orientation": turn, "linear": self.linear, "angular": self.angular}

@@ -22,12 +22,18 @@ class Roster:
         """Robot file or description of each robot by name, as in the key `use` of a scene file."""
         return {}
 
-    def add(self, name: str, use: RobotUse) -> None:
+    def add(self, name: str, use: RobotUse, *, forced: bool = True) -> None:
         """Add a robot to the scene; its graphs run after all other graphs.
 
         A later `stop` moves the robot back to the pose at which it was added. After an error, the session continues unchanged.
 
+        Args:
+            name: name of the robot.
+            use: robot file, pose and further settings.
+            forced: whether the robot is added even if it overlaps others; the floor does not count.
+
         Raises:
+            BlockedPoseError: `forced` is false, and the robot would overlap others.
             CheckError: the robot or one of its graphs has errors.
             GraphError: the changed physics or a node of the robot cannot start.
             UsageError: the session has no scene.

@@ -11,6 +11,7 @@ from graphengine.compiler.graph import Graph
 from graphengine.compiler.literals import Override
 from graphengine.compiler.namespaces import write_namespaces
 from graphengine.compiler.planning import share_plans
+from graphengine.devices.entity import refuse
 from graphengine.format.diagnostics import Findings
 from graphengine.format.errors import NodeError, UnknownEntityError, UsageError
 from graphengine.format.files import Files
@@ -90,12 +91,19 @@ class SceneRoster(Roster):
         """Robot file or robot description of each robot, as in the key `use`, by robot name."""
         return {name: robot.placement.use.use for name, robot in self._robots.items()}
 
-    def add(self, name: str, use: RobotUse) -> None:
-        """Add a robot to the world and set up its graphs, which run after all other graphs."""
+    def add(self, name: str, use: RobotUse, *, forced: bool = True) -> None:
+        """Add a robot to the world and set up its graphs, which run after all other graphs; see `Roster.add`."""
         self._world.add(name, use)
         beside = [run.executor.graph for run in self._ticker.graphs]
         claims = self._services.claims
-        self._begin(name, lambda: self.plan(self._robots[name], self._scene, self._files, beside, claims))
+
+        def plan() -> Sequence[Graph]:
+            graphs = self.plan(self._robots[name], self._scene, self._files, beside, claims)
+            if not forced:
+                refuse(name, self._services.world.entities.overlaps(name, floors=False))
+            return graphs
+
+        self._begin(name, plan)
 
     def _begin(self, name: str, plan: Callable[[], Sequence[Graph]]) -> None:
         """Set up the graphs of a robot that was added to the world; after an error, remove the robot again."""

@@ -21,7 +21,7 @@ class RecordingEntities(DryEntities):
         super().__init__(world.stage)
         self._world = world
 
-    def place(self, name: str, move: Move) -> None:
+    def place(self, name: str, move: Move, *, forced: bool = True) -> None:
         """Move a robot or body to a pose with a velocity; fields of `move` that are not set keep the present value."""
         body = self._world.body(self._world.stage.find(name))
         present = body.pose()

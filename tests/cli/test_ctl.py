@@ -154,7 +154,11 @@ def test_what_is_put_into_something_is_told_to_who_did_it_and_in_the_run(graphru
         assert into_ground.startswith("warning: late is 0.0")
         assert " m deep in floor: physics pushes them apart at once" in into_ground
         assert done.lines[-1].endswith("spawned")
-        done = graphrun("ctl", "move", "late", "0.2", "0", "0.03", code=0)
+        refused = graphrun("ctl", "move", "late", "0.2", "0", "0.03")
+        assert refused.code != 0
+        assert "late would be 0." in refused.err
+        assert " m deep in dd100: nothing was changed" in refused.err
+        done = graphrun("ctl", "move", "late", "0.2", "0", "0.03", "--force", code=0)
         assert done.err.startswith("warning: late is 0.")
         assert " m deep in dd100" in done.err
         assert graphrun("ctl", "move", "late", "5", "0", "0.03").err == ""

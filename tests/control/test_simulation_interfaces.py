@@ -232,12 +232,17 @@ def test_a_state_that_was_set_is_the_state(sim: Simulator) -> None:
     assert found.acceleration.linear.z == pytest.approx(-9.81)
 
 
-def test_what_is_put_into_something_comes_with_a_warning(sim: Simulator) -> None:
-    wanted = state(sim)
+def test_a_pose_within_something_is_refused_and_one_in_the_floor_comes_with_a_warning(sim: Simulator) -> None:
+    wanted, before = state(sim), state(sim)
     wanted.pose = pose(1, 2, 3.25)
     answer = sim.call("set_entity_state", entity="ball", state=wanted)
-    assert answer.result.result == OK
-    assert answer.result.error_message.startswith("ball is 0.15 m deep in shelf: physics pushes them apart")
+    assert answer.result.result == 101
+    assert answer.result.error_message.startswith("ball would be 0.15 m deep in shelf: nothing was changed")
+    assert state(sim).pose == before.pose
+    answer = spawn(sim, initial_pose__pose=pose(1, 2, 3.0))
+    assert answer.result.result == 109
+    assert answer.result.error_message.startswith("crate would be ")
+    assert "crate" not in sim.call("get_entities").entities
     answer = spawn(sim, initial_pose__pose=pose(4, 4, 0.1))
     assert answer.result.result == OK
     assert answer.result.error_message.startswith("crate is 0.1 m deep in the world: ")

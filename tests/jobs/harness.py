@@ -88,9 +88,9 @@ class Job:
         """Ticks a second."""
         return 1.0 / self.session.clock.delta
 
-    def spawn(self, name: str, use: RobotUse) -> None:
+    def spawn(self, name: str, use: RobotUse, *, force: bool = False) -> None:
         """Put a robot into the scene."""
-        Spawn(name=name, use=use).apply(self.session)
+        Spawn(name=name, use=use, force=force).apply(self.session)
 
     def remove(self, name: str) -> None:
         """Remove a robot."""

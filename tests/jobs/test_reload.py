@@ -241,7 +241,7 @@ def test_a_checkpoint_brings_back_what_the_files_said_then(library: Path, scene:
     with begin(library, scene) as job:
         run(job, 30, 1)
         if change == "world and spawned":
-            job.spawn("late", LATE)
+            job.spawn("late", LATE, force=True)
             run(job, 10, 1)
         job.ask("checkpoint", name="before")
         robots = [prim.path for prim in job.session.services.stage.prims("robot")]

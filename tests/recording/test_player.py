@@ -171,7 +171,7 @@ def test_commands_and_resets_are_marked(played: RecordingPlayer) -> None:
 
 def test_a_contact_of_a_robot_is_marked_where_it_begins(tmp_path: Path) -> None:
     path = tmp_path / "out.mcap"
-    into = parse("move", {"entity": "dd100", "position": [-7.4, 6.0, 0.025]})
+    into = parse("move", {"entity": "dd100", "position": [-7.4, 6.0, 0.025], "force": True})
     record(path, 60, "dd100_warehouse", before=at(10, lambda run: into.apply(run.session)))
     with playing(path) as player:
         player.build()

@@ -10,7 +10,7 @@ from graphengine.control.simulation_interfaces import filters
 from graphengine.control.simulation_interfaces.results import FAILED, RefusedError
 from graphengine.devices.entity import Entity, EntityKind, EntityState
 from graphengine.devices.rotation import Pose, Quaternion, Vector3, compose
-from graphengine.format.errors import UnknownEntityError
+from graphengine.format.errors import BlockedPoseError, UnknownEntityError
 from graphengine.format.spec import Orientation
 from graphengine.messages import messages
 from graphengine.messages.definitions import DEFINITIONS
@@ -44,7 +44,7 @@ def get_entity_state(session: SessionCore, request: Any, response: Any) -> None:
 
 
 def set_entity_state(session: SessionCore, request: Any, response: Any) -> None:
-    """Answer SetEntityState: move an entity; warn in the response if the entity overlaps others. Accelerations are ignored."""
+    """Answer SetEntityState: move an entity, unless it would overlap others. Accelerations are ignored."""
     entity, state = _entity(session, request.entity), request.state
     if state.header.frame_id not in ("", WORLD):
         raise RefusedError(FAILED, f"a state must be in the frame {WORLD!r}, not {state.header.frame_id!r}")
@@ -58,7 +58,10 @@ def set_entity_state(session: SessionCore, request: Any, response: Any) -> None:
     move = Move.model_construct(
         entity=entity.name, position=position, orientation=turned, linear=linear, angular=angular
     )
-    response.result.error_message = "".join(move.apply(session)["warnings"])
+    try:
+        response.result.error_message = "".join(move.apply(session)["warnings"])
+    except BlockedPoseError as error:
+        raise RefusedError(INVALID_POSE_OF_STATE, str(error)) from error
 
 
 def delete_entity(session: SessionCore, request: Any, response: Any) -> None:

@@ -11,7 +11,7 @@ from pydantic import ValidationError
 from graphengine.control.simulation_interfaces.entities import pose_in_world
 from graphengine.control.simulation_interfaces.resources import name_of, spawnables, use_of
 from graphengine.control.simulation_interfaces.results import OK, RefusedError, code_of, text_of
-from graphengine.format.errors import CheckError, GraphError, PhysicsError, RecordingError
+from graphengine.format.errors import BlockedPoseError, CheckError, GraphError, PhysicsError, RecordingError
 from graphengine.format.spec import Orientation, RobotUse
 from graphengine.messages.definitions import DEFINITIONS
 from graphengine.runtime.commands import Spawn
@@ -33,7 +33,7 @@ class Spawning:
         self._scene = scene
 
     def spawn_entity(self, session: SessionCore, request: Any, response: Any) -> None:
-        """Answer SpawnEntity: add a robot; return its name, and a warning if it overlaps other entities."""
+        """Answer SpawnEntity: add a robot unless it overlaps others; return its name, and a warning if it is in a floor."""
         name, warning = self._spawn(session, request, request.uri, request.resource_string)
         response.entity_name, response.result.error_message = name, warning
 
@@ -92,7 +92,7 @@ class Spawning:
         except CheckError as error:
             missing = any(finding.code == "S101" for finding in error.findings)
             raise RefusedError(_MISSING_ASSETS if missing else _PARSE_ERROR, str(error)) from error
-        except PhysicsError as error:
+        except (PhysicsError, BlockedPoseError) as error:
             raise RefusedError(_INVALID_POSE, str(error)) from error
 
 

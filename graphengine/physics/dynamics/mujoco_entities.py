@@ -11,12 +11,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from graphengine.devices.entity import Box, Entity, EntityKind, EntityState, Move, Overlap
+from graphengine.devices.entity import Box, Entity, EntityKind, EntityState, Move, Overlap, refuse
 from graphengine.devices.rotation import Pose, Quaternion, Vector3, compose, pose_of, relative, unrotate, vector
 from graphengine.devices.stage import Prim
 from graphengine.format.errors import PhysicsError, UnknownEntityError, UsageError
 from graphengine.format.wording import did_you_mean, listing
-from graphengine.physics.dynamics.overlaps import contacts_of, overlaps, touching
+from graphengine.physics.dynamics.overlaps import LEAST, contacts_of, overlaps, touching
+from graphengine.physics.dynamics.solver_errors import find_contacts
 from graphengine.physics.engine import mujoco
 from graphengine.physics.model.geoms import extents
 
@@ -110,11 +111,37 @@ class MujocoEntities:
             found = extents(model, data, geoms)
         return Box(vector(found[0]), vector(found[1])) if found is not None else None
 
-    def overlaps(self, name: str) -> list[Overlap]:
-        """Return the overlaps of an entity with other objects, deepest first."""
+    def overlaps(self, name: str, *, floors: bool = True) -> list[Overlap]:
+        """Return the overlaps of an entity with other objects, deepest first; see `devices.backend.Entities`."""
         simulation, owners = self._simulation, self._find_owners()
-        found = overlaps(simulation.model, simulation.data, self.roots(self._find(name)))
+        found = overlaps(simulation.model, simulation.data, self.roots(self._find(name)), floors=floors)
         return [self._overlap(geom, depth, owners) for geom, depth in found.items()]
+
+    def _obstacles(self, name: str, root: int, pose: Pose) -> list[Overlap]:
+        """Return the overlaps that an entity would have with its topmost body at a pose, unless it has them already.
+
+        They are computed in a copy of the state; the simulation does not change.
+        """
+        simulation, owners = self._simulation, self._find_owners()
+        model = simulation.model
+        if model.body_jntnum[root] == 0:
+            model = simulation.with_mount(root, pose)
+        data = mujoco.MjData(model)
+        data.qpos[:], data.mocap_pos[:], data.mocap_quat[:] = (
+            getattr(simulation.data, field) for field in ("qpos", "mocap_pos", "mocap_quat")
+        )
+        (x, y, z), (qx, qy, qz, qw) = pose
+        if (mocap := model.body_mocapid[root]) >= 0:
+            data.mocap_pos[mocap], data.mocap_quat[mocap] = (x, y, z), (qw, qx, qy, qz)
+        elif model.body_jntnum[root]:
+            start = model.jnt_qposadr[model.body_jntadr[root]]
+            data.qpos[start : start + 7] = x, y, z, qw, qx, qy, qz
+        find_contacts(model, data)
+        now = {overlap.other: overlap.depth for overlap in self.overlaps(name, floors=False)}
+        found = [
+            self._overlap(geom, depth, owners) for geom, depth in overlaps(model, data, [root], floors=False).items()
+        ]
+        return [overlap for overlap in found if overlap.depth > now.get(overlap.other, 0.0) + LEAST]
 
     def touching(self) -> dict[str, Overlap]:
         """Return the deepest contact of each entity that touches something other than its support, by the entity's name."""
@@ -151,7 +178,7 @@ class MujocoEntities:
         owner = owners.get(int(model.body_rootid[model.geom_bodyid[geom]]))
         return owner or model.geom(geom).name or "the world"
 
-    def place(self, name: str, move: Move) -> None:
+    def place(self, name: str, move: Move, *, forced: bool = True) -> None:
         """Place an entity; see `devices.backend.Entities`."""
         prim = self._find(name)
         linear, angular = move.linear or REST, move.angular or REST
@@ -170,6 +197,8 @@ class MujocoEntities:
             named = model.joint(joint).name
             raise UsageError(f"{name} cannot be moved: it is attached to joint {named!r} of the world")
         try:
+            if not forced and (move.position is not None or move.orientation is not None):
+                refuse(name, self._obstacles(name, root, there))
             if bolted:
                 self._simulation.move_mount(root, there)
             else:

@@ -15,7 +15,9 @@ _CARRIES = 0.7
 _PLANE = int(mujoco.mjtGeom.mjGEOM_PLANE)
 
 
-def overlaps(model: mujoco.MjModel, data: mujoco.MjData, roots: Collection[int]) -> dict[int, float]:
+def overlaps(
+    model: mujoco.MjModel, data: mujoco.MjData, roots: Collection[int], *, floors: bool = True
+) -> dict[int, float]:
     """Return the ids of geoms that overlap an entity, with depths (m), deepest first.
 
     Of each other topmost body and the bodies below it, only the geom that overlaps deepest is returned. The function uses the
@@ -25,14 +27,18 @@ def overlaps(model: mujoco.MjModel, data: mujoco.MjData, roots: Collection[int])
         model: compiled model.
         data: state with the contacts.
         roots: ids of the topmost bodies of the entity.
+        floors: whether overlaps with planes below the entity count.
     """
     deep = (data.contact.dist <= -LEAST) & (data.contact.geom >= 0).all(axis=1)
     found: dict[int, tuple[float, int]] = {}
-    for pair, distance in zip(data.contact.geom[deep].tolist(), data.contact.dist[deep].tolist(), strict=True):
+    contacts = data.contact.geom[deep].tolist(), data.contact.dist[deep].tolist(), data.contact.frame[deep, 2].tolist()
+    for pair, distance, rise in zip(*contacts, strict=True):
         owners = model.body_rootid[model.geom_bodyid[pair]].tolist()
         within = [root in roots for root in owners]
         if within.count(True) == 1:
             other = within.index(False)
+            if not floors and model.geom_type[pair[other]] == _PLANE and (rise if other == 0 else -rise) > _CARRIES:
+                continue
             found[owners[other]] = max(found.get(owners[other], (0.0, 0)), (-distance, pair[other]))
     return {geom: depth for depth, geom in sorted(found.values(), reverse=True)}
 

@@ -32,6 +32,19 @@ def begin_step(model: mujoco.MjModel, data: mujoco.MjData, directed: DirectedFri
         raise gave_up(data, error) from error
 
 
+def find_contacts(model: mujoco.MjModel, data: mujoco.MjData) -> None:
+    """Compute only the poses and contacts of a state.
+
+    Raises:
+        PhysicsError: MuJoCo reported a fatal error.
+    """
+    try:
+        mujoco.mj_kinematics(model, data)
+        mujoco.mj_collision(model, data)
+    except mujoco.FatalError as error:
+        raise gave_up(data, error) from error
+
+
 def out_of_range(model: mujoco.MjModel, data: mujoco.MjData) -> PhysicsError:
     """Return the error to raise for a body whose position is outside MuJoCo's range of coordinates."""
     coordinate = data.warning[mujoco.mjtWarning.mjWARN_BADQPOS].lastinfo

@@ -78,7 +78,7 @@ $("spawn-form").onsubmit = async (event) => {
   const [x, y, z, heading] = ["x", "y", "z", "heading"].map((key) => Number($(`spawn-${key}`).value));
   const use = { use: $("spawn-use").value, position: [x, y, z], orientation: { rpy_deg: [0, 0, heading] } };
   if ($("spawn-namespace").value) use.namespace = $("spawn-namespace").value;
-  const name = $("spawn-name").value, answer = await command("spawn", { name, use });
+  const name = $("spawn-name").value, answer = await command("spawn", { name, use, force: $("spawn-force").checked });
   put($("spawn-error"), answer.error ?? "");
   if (answer.error) return;
   $("spawn-dialog").close();
