@@ -68,6 +68,10 @@ def example_of(cls: type[Node]) -> str:
         source = next((port.name for port in cls.fields.values() if port.side == "outputs"), "inputs:value")
         nodes |= {"Text": "ToString", "Print": "PrintText"}
         wires += [f"{name}.{source} -> Text.value", "Text.converted -> Print.text", "Tick.tick -> Print.execIn"]
+    stamp = cls.fields.get("time_stamp")
+    if stamp is not None and stamp.side == "inputs":  # without a time, all messages are stamped 0
+        nodes["Time"] = "IsaacReadSimulationTime"
+        wires.append(f"Time.simulationTime -> {name}.{stamp.name}")
     lines = ["format: 1", "graph: example"]
     lines += ["runs: physics_step"] if name == "OnPhysicsStep" else []
     lines += ["variables: {speed: {type: double, default: 1.0}}"] if "variableName" in inputs else []
