@@ -113,7 +113,7 @@ def test_an_old_name_is_told_and_runs(tmp_path: Path) -> None:
         "connections: [Tick.tick -> Clock.execIn]\n"
     )
     assembly = build.load(path)
-    assert [finding.code for finding in assembly.findings.items] == ["N101"]
+    assert [finding.code for finding in assembly.findings.items] == ["N101", "W213"]
     assert assembly.findings.items[0].help == ("its current name is 'isaacsim.ros2.bridge.ROS2PublishClock'",)
     assert not assembly.findings.errors
 
