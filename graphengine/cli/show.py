@@ -144,9 +144,11 @@ def _occasion(region: Region) -> str:
 
 def _calls(graph: Graph, region: Region) -> Iterator[str]:
     for call in region.calls:
-        for refresh in call.refreshes:
-            when = "when a value that it reads has changed" if refresh.if_stale else ""
-            yield _line(graph, refresh.node, "data", when)
+        if_stale = {refresh.node: refresh.if_stale for refresh in call.refreshes}
+        above = graph.plan.upstream(refresh.node for refresh in call.refreshes if refresh.shared)
+        if_stale |= dict.fromkeys((refresh.node for refresh in above), True)
+        for node in sorted(if_stale, key=graph.plan.ranks.__getitem__):
+            yield _line(graph, node, "data", "when a value that it reads has changed" if if_stale[node] else "")
         instance = graph.instances[call.node]
         kind, pace = ("gate", str(instance.make_node())) if instance.part_of else (call.kind, "")
         yield _line(graph, call.node, kind, ", ".join(said for said in (pace, _when(graph, region, call)) if said))

@@ -19,12 +19,15 @@ from types import CodeType
 from typing import Any
 
 from graphengine.compiler.plan import Call, Copy, ExecBranch, FireEffect, Plan, Refresh, Region
+from graphengine.compiler.staleness import mark_stale, stale_upstream
 from graphengine.node import types
 from graphengine.node.node_class import Node
 
+MAX_MARKS = 8
+"""Maximum number of flags that the code after a call sets one by one; to set more, it calls a function."""
 _serial = itertools.count()
-_FUNCTIONS = re.compile(r"\b(pass_|constants|at_stop|at_close|r\d+)\(")
-"""Pattern of the name of a generated function, with the parenthesis that follows where it is defined or called."""
+_FUNCTIONS = re.compile(r"(?<![.\w])(pass_|constants|at_stop|at_close|refresh|[dr]\d+)\b(?=[(,}])")
+"""Pattern of the name of a generated function where it is defined, called, or named in a table."""
 _programs: weakref.WeakKeyDictionary[Plan, GeneratedSource] = weakref.WeakKeyDictionary()
 
 
@@ -69,13 +72,15 @@ def source_of(plan: Plan) -> GeneratedSource:
 def _write_source(plan: Plan) -> GeneratedSource:
     """Return the source of all functions of a plan.
 
-    The functions are `constants`, `pass_`, one for each ending that the graph has (`at_stop`, `at_close`), and `r1`, `r2`, … for
-    the regions below loops and sequences.
+    The functions are `constants`, `pass_`, one for each ending that the graph has (`at_stop`, `at_close`), `r1`, `r2`, … for
+    the regions below loops and sequences, and `d1`, `d2`, … for the data nodes that several places compute. `refresh` computes
+    one of these data nodes and the stale ones on which it depends.
     """
     source = GeneratedSource(f"<graph: {plan.path} #{next(_serial)}>")
     source.add([f"s{data} = 1" for data in plan.flagged])
     source.add([f"l{index} = 0" for index, _ in plan.root.pending])
     _write_constants(plan, source)
+    _write_shared(plan, source)
     for region in reversed(plan.regions):  # inner regions first, so that each function is defined above its caller
         _write_region(plan, region, source)
     return source
@@ -89,6 +94,26 @@ def _write_constants(plan: Plan, source: GeneratedSource) -> None:
         source.add(_copy(copy), copy.target, 1)
     if not plan.constants and not plan.constant_copies:
         source.add(["pass"], None, 1)
+
+
+def _write_shared(plan: Plan, source: GeneratedSource) -> None:
+    """Write one function for each data node that several places compute; none of them calls another, however long the chain."""
+    shared = [refresh for refresh in plan.data.values() if refresh.shared]
+    for refresh in shared:
+        index = refresh.node
+        used = sorted({index, *(copy.source for copy in refresh.copies)})
+        bound = [f"c{index}=c{index}", *(f"n{i}=n{i}" for i in used)]
+        source.add(["", f"def d{index}({', '.join(bound)}):  # {plan.ids[index]}"])
+        source.add([f"global s{index}"], None, 1)
+        source.add([*_attempt(_compute_data(refresh), index), f"s{index} = 0"], index, 1)
+    if any(_reads_shared(plan, refresh) for refresh in shared):
+        table = ", ".join(f"{refresh.node}: d{refresh.node}" for refresh in shared)
+        source.add(["", f"def refresh(data, functions={{{table}}}):"])
+        source.add(["for index in stale_upstream(data):", "    functions[index]()"], None, 1)
+
+
+def _reads_shared(plan: Plan, refresh: Refresh) -> bool:
+    return any(copy.source in plan.data for copy in refresh.copies)
 
 
 def _write_region(plan: Plan, region: Region, source: GeneratedSource) -> None:
@@ -114,39 +139,40 @@ def _write_region(plan: Plan, region: Region, source: GeneratedSource) -> None:
         for call in calls:
             indent = 2 if guard else 1
             source.add([f"# {plan.ids[call.node]}"], None, indent)
-            _write_call(call, source, indent)
+            _write_call(plan, call, source, indent)
     if not region.calls:
         source.add(["pass"], None, 1)
 
 
-def _write_call(call: Call, source: GeneratedSource, indent: int) -> None:
+def _write_call(plan: Plan, call: Call, source: GeneratedSource, indent: int) -> None:
     """Write code that computes the data nodes that a node reads, and then the node itself: once, or once per activation."""
     for refresh in call.refreshes:
         if not refresh.repeated:
-            source.add(_refresh(refresh), refresh.node, indent)
+            source.add(_refresh(plan, refresh), refresh.node, indent)
     if not call.activations:
-        source.add(_compute(call, {pin.field: pin.counter for pin in call.pins}), call.node, indent)
+        source.add(_compute(plan, call, {pin.field: pin.counter for pin in call.pins}), call.node, indent)
     for activation in call.activations:
         source.add([f"for _ in range({activation.counter}):"], call.node, indent)
         for refresh in call.refreshes:
             if refresh.repeated:
-                source.add(_refresh(refresh), refresh.node, indent + 1)
-        source.add(_compute(call, {activation.field: "1"}), call.node, indent + 1)
+                source.add(_refresh(plan, refresh), refresh.node, indent + 1)
+        source.add(_compute(plan, call, {activation.field: "1"}), call.node, indent + 1)
 
 
 def _nodes_of(call: Call) -> Iterator[int]:
     """Yield the indices of all nodes whose variables the generated code of a call uses."""
     yield call.node
     for refresh in (*call.refreshes, *(call.rereads or ())):
-        yield refresh.node
-        yield from (copy.source for copy in refresh.copies)
+        if not refresh.shared:
+            yield refresh.node
+            yield from (copy.source for copy in refresh.copies)
     yield from (copy.source for copy in call.copies)
     yield from (fire.target for branch in call.branches for fire in branch.fires if fire.pending_pin)
 
 
 def _stale_of(call: Call) -> Iterator[int]:
-    yield from call.marks
-    yield from (refresh.node for refresh in (*call.refreshes, *(call.rereads or ())) if refresh.flagged)
+    yield from call.marks if len(call.marks) <= MAX_MARKS else ()
+    yield from (refresh.node for refresh in call.refreshes if refresh.flagged and not refresh.shared)
 
 
 # One function a step kind
@@ -174,12 +200,19 @@ def _copies(copies: Iterable[Copy]) -> list[str]:
     return [f"changed = {copies[0].target} in failed", *lines, "if changed:", f"    setup_again({copies[0].target})"]
 
 
-def _refresh(refresh: Refresh) -> list[str]:
+def _compute_data(refresh: Refresh) -> list[str]:
+    return [*_copies(refresh.copies), f"c{refresh.node}()"]
+
+
+def _refresh(plan: Plan, refresh: Refresh) -> list[str]:
     """Return lines that compute a data node, if needed; if the node raises an exception, its outputs keep their values."""
-    lines = _attempt([*_copies(refresh.copies), f"c{refresh.node}()"], refresh.node)
+    index = refresh.node
+    if refresh.shared:
+        return [f"if s{index}:", f"    refresh({index})" if _reads_shared(plan, refresh) else f"    d{index}()"]
+    lines = _attempt(_compute_data(refresh), index)
     if refresh.flagged:
-        lines.append(f"s{refresh.node} = 0")
-    return [f"if s{refresh.node}:", *_indented(lines)] if refresh.if_stale else lines
+        lines.append(f"s{index} = 0")
+    return [f"if s{index}:", *_indented(lines)] if refresh.if_stale else lines
 
 
 def _fire(fire: FireEffect) -> list[str]:
@@ -200,21 +233,22 @@ def _branch(branch: ExecBranch, *, many: bool) -> list[str]:
     return [f"if p & {branch.mask}:" if many else "if p:", *_indented(lines)] if lines else []
 
 
-def _compute(call: Call, fired: dict[str, str]) -> list[str]:
+def _compute(plan: Plan, call: Call, fired: dict[str, str]) -> list[str]:
     """Return lines that call `compute` of a node and fire the execution outputs that it returns.
 
     Args:
+        plan: plan of the call.
         call: call to write.
         fired: Python expression for the number of firings of each execution input, by field; empty: not fired.
     """
     node = call.node
     before = [*_copies(call.copies), *_tell_pins(call, fired)]
-    marks = [f"s{data} = 1" for data in call.marks]
+    marks = _marks(plan, call)
     after = [*marks, *(f"n{node}.{pin.field} = 0" for pin in call.pins if pin.pending)]
     if call.kind == "pusher":
         body = [*marks, *(line for branch in call.branches for line in _branch(branch, many=True))]
         if call.rereads is not None:
-            body += [line for refresh in call.rereads for line in _refresh(refresh)] + _copies(call.copies)
+            body += [line for refresh in call.rereads for line in _refresh(plan, refresh)] + _copies(call.copies)
         loop = [f"for p in c{node}():", *_indented(body or ["pass"])]
         return [*_attempt([*before, *loop], node), *after]
     if call.kind == "latent":
@@ -229,6 +263,14 @@ def _compute(call: Call, fired: dict[str, str]) -> list[str]:
         follow = ["if p:", *_indented(follow)]
     compute = f"p = c{node}()" if follow else f"c{node}()"
     return _attempt([*before, compute], node, [*after, *follow], after)
+
+
+def _marks(plan: Plan, call: Call) -> list[str]:
+    """Return lines that mark data nodes as stale; of many, they name those from which `mark_stale` reaches the others."""
+    if len(call.marks) <= MAX_MARKS:
+        return [f"s{data} = 1" for data in call.marks]
+    reached = set[int]().union(*(plan.flagged_readers[data] for data in call.marks))
+    return [line for d in call.marks if d not in reached for line in (f"if not s{d}:", f"    mark_stale({d})")]
 
 
 def _tell_pins(call: Call, fired: dict[str, str]) -> list[str]:
@@ -282,7 +324,7 @@ def bind_observed(
         computes: function to call instead of `compute`, by node index.
     """
     source, plain = source_of(plan), dict(functions)
-    text = _FUNCTIONS.sub(r"observed_\1(", source.text)
+    text = _FUNCTIONS.sub(r"observed_\1", source.text)
     functions |= {f"c{index}": compute for index, compute in computes.items()}  # default arguments of the new functions
     exec(compile(text, source.name, "exec"), functions)
     functions |= plain  # the original functions and flags again
@@ -313,6 +355,7 @@ def bind(
     source = source_of(plan)
     namespace: dict[str, Any] = {"setup_again": setup_again, "activate": activate, "fault": fault, "equal": types.equal}
     namespace |= {"caught": caught, "failed": failed}
+    namespace |= {"stale_upstream": stale_upstream(plan, namespace), "mark_stale": mark_stale(plan, namespace)}
     namespace |= types.CONVERTERS
     namespace |= {f"n{i}": node for i, node in enumerate(nodes)}
     namespace |= {f"c{i}": _bounded(node) if node.kind() == "pusher" else node.compute for i, node in enumerate(nodes)}

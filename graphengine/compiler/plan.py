@@ -11,8 +11,9 @@ by index, ports by field.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 from pathlib import Path
 
 from graphengine.node.node_class import Ending
@@ -41,6 +42,8 @@ class Refresh:
     flagged: bool = False
     repeated: bool = False
     """Whether the data node depends on outputs of its reader, so that it is computed before each activation of the reader."""
+    shared: bool = False
+    """Whether several places compute the data node, so that it has a function, which also computes what it reads."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -131,6 +134,8 @@ class Plan:
     regions: tuple[Region, ...]
     gates: Mapping[int, tuple[int, ...]]
     """For each node whose execution depends only on `every` gates: these gates; empty for a node that runs in every pass."""
+    data: Mapping[int, Refresh] = field(default_factory=dict)
+    """The data nodes that are computed in passes, by index, each after those that it reads."""
     flagged: tuple[int, ...] = ()
     """Data nodes for which a flag at run time says whether they are stale."""
     latent_marks: Mapping[int, tuple[int, ...]] = field(default_factory=dict)
@@ -147,3 +152,34 @@ class Plan:
     def root(self) -> Region:
         """The region that starts from the events of a pass."""
         return self.regions[0]
+
+    @cached_property
+    def ranks(self) -> Mapping[int, int]:
+        """Position of each data node in `data`, by index."""
+        return {index: rank for rank, index in enumerate(self.data)}
+
+    def upstream(self, nodes: Iterable[int]) -> list[Refresh]:
+        """Return the computations of the data nodes among `nodes`, and of all data nodes on which they depend, in order."""
+        found: set[int] = set()
+        pending = list(nodes)
+        while pending:
+            index = pending.pop()
+            if index in self.data and index not in found:
+                found.add(index)
+                pending += [copy.source for copy in self.data[index].copies]
+        return [self.data[index] for index in sorted(found, key=self.ranks.__getitem__)]
+
+    @cached_property
+    def flagged_readers(self) -> Mapping[int, set[int]]:
+        """For each flagged data node: the flagged data nodes that read it, directly or through data nodes without a flag."""
+        readers: dict[int, set[int]] = {index: set() for index in self.flagged}
+        for index in self.flagged:
+            found: set[int] = set()
+            pending = [index]
+            while pending:
+                new = {copy.source for copy in self.data[pending.pop()].copies if copy.source in self.data} - found
+                found |= new
+                pending += new - readers.keys()
+            for source in found & readers.keys():
+                readers[source].add(index)
+        return readers

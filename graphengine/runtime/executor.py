@@ -199,7 +199,7 @@ class Executor:
         """Return all copies of values along wires that the plan contains, each only once."""
         calls = [call for region in self.plan.regions for call in region.calls]
         copies = [copy for call in calls for copy in call.copies]
-        copies += [copy for call in calls for refresh in call.refreshes for copy in refresh.copies]
+        copies += [copy for refresh in self.plan.data.values() for copy in refresh.copies]
         return dict.fromkeys([*self._constant_copies(), *copies])
 
     def _constant_copies(self) -> Iterable[Copy]:
@@ -340,7 +340,7 @@ class Executor:
             if announce is None or index in self._failed:
                 continue
             if not restored:
-                for refresh in call.refreshes:
+                for refresh in self.plan.upstream(copy.source for copy in call.copies):
                     self._apply(refresh.copies)
                     self._call(refresh.node, self.nodes[refresh.node].compute)
                 self._apply(call.copies)

@@ -6,6 +6,7 @@ and how long a graph with branches, gates, variables and types to be told takes 
 
 from __future__ import annotations
 
+import itertools
 import statistics
 import sys
 import tempfile
@@ -264,6 +265,11 @@ def main() -> None:
     print(
         f" 1000 nodes with branches: built in {needed:.2f} s (bar 0.5), a node costs x{ratio:.2f} (bar 2) of one of 20"
     )
+    rows = [(size, *min(built(branching(size)) for _ in range(2))) for size in (1000, 2000, 4000)]
+    for (_, build, run), (size, longer, slower) in itertools.pairwise(rows):
+        print(
+            f" {size} nodes with branches: build x{longer / build:.2f} (bar 2.1), pass x{slower / run:.2f}, of half as many"
+        )
     short, long = (min(built(chain(size))[0] for _ in range(3)) for size in (250, 1000))
     print(f" 1000 sums in a row, types told one by one: built in {long:.2f} s, x{long / short:.1f} of 250")
     for size in (20, 100):

@@ -346,6 +346,51 @@ def test_a_branch_that_would_go_on_after_a_bad_value_is_found(folder: Path, monk
     pytest.fail("a hundred graphs, and none of them shows the fault")
 
 
+BRANCHES = ("Branch", "Choose", "Door", "Do", "Counter", "WriteVariable", "PickyDo", "Sequence", "WhileLoop", "Delay")
+SUMS = ("Add", "Add", "Less", "Ticket", "ReadVariable", "PickyAdd")
+
+
+@settings(QUICK, max_examples=150)
+@given(st.randoms(use_true_random=False), st.integers(10, 40), st.integers(0, 8))
+def test_branches_that_read_the_same_data_nodes_do_what_the_rules_say(
+    folder: Path, random: Random, size: int, marks: int
+) -> None:
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(codegen, "MAX_MARKS", marks)
+        check(folder, draw_graph(random, (*BRANCHES, *SUMS * 2), size))
+
+
+def draw_sums(random: Random, size: int) -> Drawing:
+    """A web of sums over what actions computed; each branch below an earlier one is decided by a sum, and fires an action."""
+    drawing = Drawing()
+    drawing.add("Tick")
+    sources, fires = ["N0.number"], ["N0.tick"]
+    for number in range(size):
+        one, less, branch, act = (drawing.add(kind) for kind in ("Add", "Less", "Branch", "Do"))
+        drawing.literals[less] = {"b": float(random.randrange(12))}
+        drawing.literals[one] = {"b": float(random.randrange(3))}
+        wires = [f"{random.choice(sources[-3:])} -> N{one}.a", f"{random.choice(sources)} -> N{less}.a"]
+        sources.append(f"N{one}.sum")
+        wires += [f"N{less}.result -> N{branch}.condition", f"{random.choice(sources)} -> N{act}.a"]
+        wires += [f"{random.choice(fires)} -> N{branch}.execIn", f"N{branch}.execTrue -> N{act}.execIn"]
+        wires += [f"N{branch}.execFalse -> N{act}.execIn"] * random.randrange(2)
+        fires += [f"N{branch}.execTrue", f"N{branch}.execFalse", f"N{act}.execOut"]
+        if number % 3 == 0:
+            sources.append(f"N{act}.sum")
+        drawing.wires += wires
+    return drawing
+
+
+@settings(QUICK, max_examples=60)
+@given(st.randoms(use_true_random=False), st.integers(3, 12), st.integers(0, 4))
+def test_sums_behind_branches_are_computed_as_the_rules_say(
+    folder: Path, random: Random, size: int, marks: int
+) -> None:
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(codegen, "MAX_MARKS", marks)
+        check(folder, draw_sums(random, size))
+
+
 @settings(QUICK, max_examples=80)
 @given(st.randoms(use_true_random=False), st.integers(4, 14))
 def test_a_loop_sees_what_its_body_computed(folder: Path, random: Random, size: int) -> None:

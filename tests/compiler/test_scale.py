@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -81,6 +83,89 @@ def test_300_branches_in_a_row(tmp_path: Path) -> None:
     assert run.tick()[-2:] == ["B150 False", "No150 0"]
     deepest = max(len(line) - len(line.lstrip()) for line in source_of(run.plan).lines)
     assert deepest <= 20  # nothing nests: CPython does not compile 100 nested blocks
+
+
+def sums_and_branches(n: int) -> tuple[list[str], list[str]]:
+    """A chain of sums, and branches that one tick fires; each branch fires a node, which prints."""
+    nodes = [f"{kind}{i}: {kind}" for kind in ("Add", "Branch", "Do") for i in range(n)]
+    wires = ["Tick.number -> Add0.a", *(f"Add{i}.sum -> Add{i + 1}.a" for i in range(n - 1))]
+    wires += [f"Branch{i}.execTrue -> Do{i}.execIn" for i in range(n)]
+    return ["Tick: Tick", *nodes], wires
+
+
+def at_once(n: int) -> list[str]:
+    return [f"Tick.tick -> Branch{i}.execIn" for i in range(n)]
+
+
+def one_after_the_other(n: int) -> list[str]:
+    return ["Tick.tick -> Branch0.execIn", *(f"Branch{i}.execFalse -> Branch{i + 1}.execIn" for i in range(n - 1))]
+
+
+def the_last_sum(n: int) -> list[str]:
+    return [f"Add{n - 1}.sum -> Do{i}.a" for i in range(n)]
+
+
+def all_sums_from_the_last(n: int) -> list[str]:
+    return [f"Add{n - 1 - i}.sum -> Do{i}.a" for i in range(n)]
+
+
+def sums_of_what_branches_computed(n: int) -> list[str]:
+    return [f"Do{i}.sum -> Add{i}.b" for i in range(n)] + [f"Add{i}.sum -> Do{i + 1}.a" for i in range(n - 1)]
+
+
+@pytest.mark.parametrize("fire", [at_once, one_after_the_other])
+@pytest.mark.parametrize("read", [the_last_sum, all_sums_from_the_last, sums_of_what_branches_computed])
+def test_the_code_of_sums_that_are_read_behind_branches_grows_with_the_graph(
+    tmp_path: Path, fire: Callable[[int], list[str]], read: Callable[[int], list[str]]
+) -> None:
+    sizes = []
+    for n in (50, 100):
+        nodes, wires = sums_and_branches(n)
+        sizes.append(size(make(tmp_path, nodes, [*wires, *fire(n), *read(n)])))
+    assert sizes[1] <= sizes[0] + 1
+    assert sizes[1] < 15
+
+
+def test_2000_sums_that_two_branches_read_are_computed_once_and_only_when_a_branch_is_taken(tmp_path: Path) -> None:
+    n = 2000
+    nodes = ["Tick: Tick", *(f"N{i}: {{type: Add, inputs: {{b: 1.0}}}}" for i in range(n))]
+    nodes += ["Left: Branch", "Right: Branch", "One: Do", "Two: Do"]
+    wires = ["Tick.number -> N0.a", *(f"N{i}.sum -> N{i + 1}.a" for i in range(n - 1))]
+    wires += ["Tick.tick -> Left.execIn", "Tick.tick -> Right.execIn"]
+    wires += ["Left.execTrue -> One.execIn", "Right.execTrue -> Two.execIn"]
+    run = make(tmp_path, nodes, [*wires, f"N{n - 1}.sum -> One.a", f"N{n - 1}.sum -> Two.a"])
+    assert run.tick() == ["Left False", "Right False"]
+    assert run["N0"].sum == 0.0
+    run["Right"].condition = True
+    assert run.tick() == ["Left False", "Right True", "Two 2002"]
+    run["Left"].condition = True
+    counted: list[int] = []
+
+    def count(index: int, compute: Callable[[], Any]) -> Callable[[], Any]:
+        def counting() -> Any:
+            counted.append(index)
+            return compute()
+
+        return counting
+
+    observe = run.executor.observe(count)
+    observe(True)
+    assert run.tick()[-1] == "Two 2003"
+    assert counted.count(run.index("N7")) == 1
+    observe(False)
+    computed = run["N7"].computes
+    assert run.tick() == ["Left True", "Right True", "One 2004", "Two 2004"]
+    assert run["N7"].computes == computed + 1
+
+
+def test_a_branch_below_a_branch_computes_nothing_again(tmp_path: Path) -> None:
+    nodes = ["Tick: Tick", "Add: Add", "Outer: Branch", "Inner: Branch", "One: Do", "Two: Do"]
+    wires = ["Tick.number -> Add.a", "Tick.tick -> Outer.execIn", "Outer.execTrue -> One.execIn"]
+    wires += ["Outer.execTrue -> Inner.execIn", "Inner.execTrue -> Two.execIn", "Add.sum -> One.a", "Add.sum -> Two.a"]
+    run = make(tmp_path, nodes, wires)
+    text = source_of(run.plan).text
+    assert text.count(f"c{run.index('Add')}()") == 1
+    assert "refresh" not in text
 
 
 def test_200_pushers_that_share_a_tail(tmp_path: Path) -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from pathlib import Path
 
 from graphengine.compiler.graph import Graph
@@ -71,14 +71,19 @@ def make_plan(graph: Graph, findings: Findings) -> Plan | None:
         return None
     lint_reads_and_writes(regions)
     written: list[Region] = []
-    count = -1
-    while count != len(regions.flagged):  # a data node that needs a flag changes what other steps must do
-        count = len(regions.flagged)
+    count = (-1, -1)
+    while count != (
+        len(regions.flagged),
+        len(regions.shared),
+    ):  # what becomes flagged or shared changes what other steps must do
+        count = (len(regions.flagged), len(regions.shared))
+        regions.placed.clear()
         written = [RegionWriter(regions, index).write() for index in range(len(regions.members))]
+        regions.share_upstream()
     return _plan(regions, written, _executed(regions))
 
 
-def _executed(regions: RegionGraph) -> Iterable[int]:
+def _executed(regions: RegionGraph) -> Collection[int]:
     """Return all nodes that a pass can run, except data nodes, in the order of execution."""
     executed: dict[int, None] = {}
     pending = regions.members[0][::-1]
@@ -92,35 +97,37 @@ def _executed(regions: RegionGraph) -> Iterable[int]:
     return executed
 
 
-def _plan(graph: DependencyGraph, regions: Sequence[Region], executed: Iterable[int]) -> Plan:
+def _plan(graph: DependencyGraph, regions: Sequence[Region], executed: Collection[int]) -> Plan:
     """Return the plan with the given regions, and compute the order of setup and the data nodes that setup needs.
 
     Args:
         graph: graph with its dependencies.
         regions: regions with their calls.
-        executed: all nodes that can run, except data nodes, in the order of execution.
+        executed: all nodes that can run, in the order of execution; in an execution graph, without data nodes.
     """
     order: dict[int, None] = {}
+    needed: set[int] = set()
     for index in executed:
-        needs = graph.upstream(index)
+        needs = graph.upstream([index], needed)
+        needed.update(needs)
         order |= dict.fromkeys([*needs, *_read_off(graph, [*needs, index]), index])
     constants = sorted(graph.constant & order.keys(), key=lambda data: graph.data_rank[data])
     ordered = tuple(dict.fromkeys([*constants, *order]))
-    early = set[int]()
-    for wire in (wire for index in order for wire in graph.data_in.get(index, [])):
-        if graph.graph.target(wire)[1].setup and wire.source in graph.data_rank:
-            early |= {*graph.data_needs(wire.source), wire.source} - graph.constant
+    wires = [wire for index in order for wire in graph.data_in.get(index, [])]
+    early = {w.source for w in wires if graph.graph.target(w)[1].setup and w.source in graph.data_rank}
+    changing = sorted(needed - graph.constant - set(executed), key=lambda data: graph.data_rank[data])
     return Plan(
         Path(graph.graph.flat.loaded.document.source.path),
         tuple(instance.id for instance in graph.graph.instances),
         tuple(regions),
         graph.gates,
+        data={data: Refresh(data, graph.copies(data), shared=data in graph.shared) for data in changing},
         flagged=tuple(sorted(graph.flagged)),
         latent_marks={index: graph.marks(index) for index, kind in enumerate(graph.kinds) if kind == "latent"},
         constants=tuple(Refresh(data, graph.copies(data, constant=None)) for data in constants),
         constant_copies=tuple(copy for index in ordered for copy in graph.copies(index, constant=True)),
         order=ordered,
-        early=frozenset(early),
+        early=frozenset({*graph.upstream(early), *early} - graph.constant),
     )
 
 

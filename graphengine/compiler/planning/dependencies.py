@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Container, Iterable, Iterator
 
 from graphengine.compiler.graph import Graph, Wire
 from graphengine.compiler.plan import Copy
@@ -15,6 +15,8 @@ class DependencyGraph(WiredGraph):
 
     Attributes:
         flagged: data nodes for which a flag at run time says whether they are stale; the set grows while calls are written.
+        shared: data nodes that several places of the plan compute, and all data nodes that these read; all are in `flagged`.
+        placed: data nodes that the calls written so far compute.
         gates: as in `Plan.gates`.
     """
 
@@ -22,7 +24,8 @@ class DependencyGraph(WiredGraph):
         super().__init__(graph, findings)
         self.flagged: set[int] = set()
         self.gates: dict[int, tuple[int, ...]] = {}
-        self._upstream: dict[int, list[int]] = {}
+        self.shared: set[int] = set()
+        self.placed: set[int] = set()
         self._find_dependencies()
 
     def _find_dependencies(self) -> None:
@@ -58,25 +61,28 @@ class DependencyGraph(WiredGraph):
         """Yield the nodes whose outputs are wired to inputs of a node."""
         return (wire.source for wire in self.data_in.get(index, []) if not self.reads_input(wire))
 
-    def upstream(self, index: int) -> list[int]:
-        """Return the data nodes on which a node depends, directly or through data nodes, each after those that it reads."""
-        if index not in self._upstream:
-            self._upstream[index] = self._find_upstream(index)
-        return self._upstream[index]
+    def upstream(self, readers: Iterable[int], known: Container[int] = ()) -> list[int]:
+        """Return the data nodes on which some nodes depend, directly or through data nodes, each after those that it reads.
 
-    def _find_upstream(self, index: int) -> list[int]:
+        Nodes in `known`, and those that only they read, are left out.
+        """
         found: set[int] = set()
-        pending = list(self._sources_of_value(index))
+        pending = [source for reader in readers for source in self._sources_of_value(reader)]
         while pending:
             source = pending.pop()
-            if source in self.data_rank and source not in found:
+            if source in self.data_rank and source not in found and source not in known:
                 found.add(source)
                 pending += self._sources_of_value(source)
         return sorted(found, key=lambda data: self.data_rank[data])
 
-    def data_needs(self, index: int) -> list[int]:
-        """Return the data nodes on which a node depends, as in `upstream`, without constant ones."""
-        return [data for data in self.upstream(index) if data not in self.constant]
+    def data_sources(self, index: int) -> list[int]:
+        """Return the data nodes from whose outputs wires lead to a node, without constant ones."""
+        return [i for i in self._sources_of_value(index) if i in self.data_rank and i not in self.constant]
+
+    def share_upstream(self) -> None:
+        """Add to `shared` all data nodes that shared ones read, and all shared ones to `flagged`."""
+        self.shared |= {*self.upstream(self.shared, self.shared)} - self.constant
+        self.flagged |= self.shared
 
     def marks(self, index: int) -> tuple[int, ...]:
         """Return the data nodes in `flagged` that become stale when a node is computed."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 
+from graphengine.compiler.digraph import Digraph
 from graphengine.compiler.planning.regions import RegionGraph
 
 
@@ -16,9 +17,11 @@ def lint_reads_and_writes(regions: RegionGraph) -> None:
             writers.setdefault(name, []).append(index)
     if not writers:
         return
+    nodes = range(len(regions.kinds))
+    data_flow = Digraph(nodes, [(data, reader) for reader in nodes for data in regions.data_sources(reader)])
     for instance in (instance for instance in regions.graph.instances if instance.reads):
         data = regions.kinds[instance.index] == "data"
-        readers = running.intersection(_consumers(regions, instance.index) if data else [instance.index])
+        readers = running.intersection(data_flow.descendants(instance.index) if data else [instance.index])
         for name in instance.reads:
             for reader, writer in itertools.product(sorted(readers), writers.get(name, [])):
                 if _in_stated_order(regions, reader, writer):
@@ -35,8 +38,3 @@ def _in_stated_order(regions: RegionGraph, one: int, other: int) -> bool:
         return True
     pairs = (pair for ports in regions.port_covers.values() for pair in itertools.permutations(ports, 2))
     return any(one in first and other in second for first, second in pairs)
-
-
-def _consumers(regions: RegionGraph, data: int) -> list[int]:
-    """Return the nodes of other kinds that read a data node, directly or through other data nodes."""
-    return [i for i, kind in enumerate(regions.kinds) if kind != "data" and data in regions.data_needs(i)]

@@ -6,6 +6,7 @@ from collections.abc import Iterable, Iterator
 
 from graphengine.compiler.graph import Wire
 from graphengine.compiler.plan import Call, ExecBranch, FireEffect, Pin, Refresh, Region
+from graphengine.compiler.planning.guards import GuardTree
 from graphengine.compiler.planning.regions import RegionGraph
 
 
@@ -20,20 +21,20 @@ class RegionWriter:
         """`order` of each wire that starts the region."""
         self.flags: dict[str, None] = {}
         self.guards: dict[int, str] = {}
-        self.state: dict[int, str] = {}
-        """State of each data node: `stale`, `clean`, `maybe` (only known at run time), or `clean under <guard>`.
-
-        `clean under <guard>` means: up to date if the flag <guard> is set.
-        """
+        self.tree = GuardTree()
+        self.clean: dict[int, list[int]] = {}
+        """Flags under which each data node is up to date: if one of them is set, it was computed after its last change."""
+        self.stale: set[int] = set()
+        """Data nodes that are stale for certain; of those that are neither here nor in `clean`, only a flag at run time knows."""
 
     def write(self) -> Region:
         """Return the region with all its calls."""
         graph, root = self.graph, self.region == 0
         pass_ = root or self.region in graph.endings
-        for data in graph.data_rank:
-            changing = "stale" if pass_ and data in graph.volatile else "maybe"
-            self.state[data] = "clean" if data in graph.constant else changing
-        self.guards = {index: self._guard(index) for index in graph.members[self.region]}
+        self.stale = set(graph.volatile) if pass_ else set()
+        for index in graph.members[self.region]:
+            self.guards[index] = self._guard(index)
+        self.tree.number()
         calls = tuple(self._call(index) for index in graph.members[self.region])
         stale = tuple(d for d in sorted(graph.flagged) if d in graph.volatile) if pass_ else ()
         entries = tuple(self._fires(graph.entries[self.region]))
@@ -56,9 +57,13 @@ class RegionWriter:
         graph, wires = self.graph, self._in_wires(index)
         if index in graph.events or any(wire.order in self.entered for wire in wires):
             return ""
+        ports = {
+            f"f{w.source}_{w.source_field}": self.guards.get(w.source, "") for w in wires
+        }  # latent nodes are in no branch
+        causes = [self.tree.add(port, [guard]) for port, guard in ports.items()]
         if len(wires) == 1:  # all nodes that only this port fires share its flag
-            return self._flag(f"f{wires[0].source}_{wires[0].source_field}")
-        return self._flag(f"f{index}")
+            return self._flag(causes[0])
+        return self._flag(self.tree.add(f"f{index}", causes))
 
     def _flag(self, name: str) -> str:
         """Add the name of a local variable that starts at 0 to the generated function; return the name."""
@@ -118,8 +123,8 @@ class RegionWriter:
 
     def _call(self, index: int) -> Call:
         graph = self.graph
-        kind, guard, needs = graph.kinds[index], self.guards[index], graph.data_needs(index)
-        refreshes = tuple(refresh for data in needs for refresh in self._refresh(data, index))
+        kind, guard = graph.kinds[index], self.guards[index]
+        refreshes = self._refreshes(index)
         branches = () if kind == "latent" else self._branches(index)
         self._invalidate(index, guard)
         activations: tuple[Pin, ...] = ()
@@ -129,34 +134,58 @@ class RegionWriter:
         gated = graph.node(index).cls.gated
         copies, marks, rereads = graph.copies(index), graph.marks(index), None
         if kind == "pusher" and graph.node(index).cls.rereads:
-            graph.flagged.update(needs)
-            rereads = tuple(Refresh(data, graph.copies(data), if_stale=True, flagged=True) for data in needs)
+            rereads = self._refreshes(index, again=True)
         return Call(
             index, kind, guard, refreshes, copies, gated, branches, marks, self._pins(index), activations, rereads
         )
 
-    def _refresh(self, data: int, consumer: int) -> list[Refresh]:
-        """Return the computation of a data node before `consumer`, which reads it; an empty list if it is up to date."""
-        graph, state, guard = self.graph, self.state[data], self.guards[consumer]
-        repeated = consumer in graph.counting and consumer in graph.depends[data]
-        if not repeated and (state == "clean" or (guard and state == f"clean under {guard}")):
-            return []
-        sure = state == "stale" and not repeated
+    def _refreshes(self, consumer: int, *, again: bool = False) -> tuple[Refresh, ...]:
+        """Return the computations of data nodes before `consumer` reads them; `again`: after a yield of this pusher.
+
+        Nodes that are up to date are left out. The search ends at them, and at shared nodes, whose refreshes include those that
+        they read.
+        """
+        graph, guard = self.graph, self.guards[consumer]
+        found: dict[int, bool] = {}
+        pending = graph.data_sources(consumer)
+        while pending:
+            data = pending.pop()
+            repeated = consumer in graph.counting and consumer in graph.depends[data]
+            clean = not (repeated or again) and self.tree.implies(guard, self.clean.get(data, []))
+            if data in found or clean:
+                continue
+            found[data] = repeated
+            if data in graph.placed:
+                graph.shared.add(data)
+            graph.placed.add(data)
+            if data not in graph.shared:
+                pending += graph.data_sources(data)
+        ordered = sorted(found, key=lambda data: graph.data_rank[data])
+        return tuple(self._refresh(data, guard, found[data], again) for data in ordered)
+
+    def _refresh(self, data: int, guard: str, repeated: bool, again: bool) -> Refresh:
+        graph = self.graph
+        shared = data in graph.shared
+        sure = data in self.stale and not (repeated or again or shared)
         if not sure:
             graph.flagged.add(data)
-        self.state[data] = f"clean under {guard}" if guard else "clean"
-        return [Refresh(data, graph.copies(data), not sure, data in graph.flagged, repeated)]
+        if not again:
+            self.stale.discard(data)
+            flags = self.clean.setdefault(data, [])
+            if not self.tree.implies(guard, flags):
+                self.tree.include(guard, flags)
+        return Refresh(data, graph.copies(data), not sure, data in graph.flagged, repeated, shared)
 
     def _invalidate(self, index: int, guard: str) -> None:
-        """Mark the data nodes that depend on a node as stale, or as possibly stale (`maybe`), after the call of the node."""
+        """Note which data nodes are stale, or may be, after the call of a node on which they depend."""
         graph = self.graph
         pusher = graph.kinds[index] == "pusher"
         for data in graph.dependents.get(index, ()):
+            self.clean.pop(data, None)
             if not guard and not pusher:
-                self.state[data] = "stale"
-            elif self.state[data] != "stale":
-                self.state[data] = "maybe"
-        for data in {d for covered in graph.covers.get(index, ()) for d in graph.dependents.get(covered, ())}:
-            self.state[data] = "maybe"
+                self.stale.add(data)
+        for covered in graph.covers.get(index, ()):
+            for data in graph.dependents.get(covered, ()):
+                self.clean.pop(data, None)
         if pusher:  # a region below may have brought up to date what was stale before
-            self.state |= dict.fromkeys((data for data, state in self.state.items() if state == "stale"), "maybe")
+            self.stale.clear()

@@ -1,0 +1,71 @@
+"""Which flags of a region imply each other: a branch runs only if the branches before it led to it."""
+
+from __future__ import annotations
+
+from bisect import bisect_left, bisect_right
+from collections.abc import Iterable
+from functools import reduce
+
+
+class GuardTree:
+    """The flags of a region as a tree: a flag that is set implies its parent. The root is "", which is always set.
+
+    `number` gives each flag the interval of positions that it and all flags below it occupy. A set of flags is a sorted list of
+    positions, in which no flag lies below another.
+    """
+
+    def __init__(self) -> None:
+        self._parent = {"": ""}
+        self._jump = {"": ""}
+        """For each flag: one far above it. Searches follow it where they can, so they take O(log n) steps."""
+        self._depth = {"": 0}
+        self._end: dict[int, int] = {}
+        """End of the interval that starts at a position."""
+        self._start: dict[str, int] = {}
+
+    def add(self, flag: str, causes: Iterable[str]) -> str:
+        """Add a flag that is set only where one of `causes` is set; return it. A flag that is in the tree stays as it is."""
+        if flag not in self._parent:
+            parent = reduce(self._common, causes)
+            far, depth = self._jump[parent], self._depth
+            even = depth[parent] - depth[far] == depth[far] - depth[self._jump[far]]
+            self._parent[flag], self._jump[flag] = parent, self._jump[far] if even else parent
+            depth[flag] = depth[parent] + 1
+        return flag
+
+    def _common(self, one: str, other: str) -> str:
+        """Return the deepest flag that both flags imply."""
+        depth, jump = self._depth, self._jump
+        while one != other:
+            if depth[one] < depth[other]:
+                one, other = other, one
+            if depth[one] > depth[other]:
+                one = jump[one] if depth[jump[one]] >= depth[other] else self._parent[one]
+            elif jump[one] != jump[other]:
+                one, other = jump[one], jump[other]
+            else:
+                one, other = self._parent[one], self._parent[other]
+        return one
+
+    def number(self) -> None:
+        """Number all flags, after the last one was added."""
+        size = dict.fromkeys(self._parent, 1)
+        flags = list(self._parent)[1:]
+        for flag in reversed(flags):  # each flag comes after its parent
+            size[self._parent[flag]] += size[flag]
+        free, self._start, self._end = {"": 1}, {"": 0}, {0: size[""]}
+        for flag in flags:
+            start = free[self._parent[flag]]
+            self._start[flag], self._end[start] = start, start + size[flag]
+            free[self._parent[flag]], free[flag] = start + size[flag], start + 1
+
+    def implies(self, flag: str, flags: list[int]) -> bool:
+        """Return whether a flag implies one of a set of flags."""
+        start = self._start[flag]
+        before = bisect_right(flags, start)
+        return before > 0 and start < self._end[flags[before - 1]]
+
+    def include(self, flag: str, flags: list[int]) -> None:
+        """Add a flag, which implies none of a set of flags, to the set; flags that imply it are removed."""
+        start = self._start[flag]
+        flags[bisect_left(flags, start) : bisect_left(flags, self._end[start])] = [start]
