@@ -339,7 +339,7 @@ def lint_lengths_of_commands(context: LintContext) -> None:
             continue
         joints: tuple[str, ...] | None = robot.facts.get("joints") if robot is not None else None
         selected = names or indices or (len(joints) if joints is not None else 0)
-        by = "jointNames" if names else "jointIndices" if indices else f"joints of {node.prim()}"
+        by = "jointNames" if names else "jointIndices" if indices else f"joints of {robot.path if robot else ''}"
         for kind in _KINDS if selected else ():
             reason = f"one number for each joint is needed ({by}); otherwise the node sets no target"
             warn_of_length(context, inputs, kind, selected, reason, may_be_empty=True)

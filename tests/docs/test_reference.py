@@ -88,6 +88,6 @@ def test_every_service_of_simulation_interfaces_is_on_the_page_of_ros_interfaces
 
 
 def test_the_share_of_speed_in_the_table_of_differences_is_the_one_that_check_prints() -> None:
-    assert "with 0.1 m for a wheel of 0.049 m, the robot drives at 49 %" in page("differences.md")
+    assert "with 0.1 m for wheels of 0.049 m, as in the tutorial, the robot drives at 49 %" in page("differences.md")
     findings = build.load(ROOT / "scenes/tutorial/navigation.yaml").findings
     assert any("the robot will drive at 0.49 times the commanded speed" in one.help for one in findings.warnings)

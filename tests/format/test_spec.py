@@ -106,7 +106,7 @@ def test_specs_are_frozen() -> None:
 
 
 GRAPH, SCENE, ROBOT = "graph: g\n", "scene: s\nworld: w\n", "robot: r\n"
-USD_DRIVE = "keys: damping, stiffness, target_velocity, max_force"
+USD_DRIVE = "keys: damping, stiffness, target_velocity, max_force, overtravel"
 FRICTIONS = "did you mean 'direction' or 'static_friction' or 'dynamic_friction'?"
 QUATERNION = "did you mean 'quaternion_xyzw'?"
 MODELS: dict[str, type[Spec]] = {GRAPH: GraphSpec, SCENE: SceneSpec, ROBOT: RobotSpec}

@@ -174,7 +174,7 @@ parameters: {robot: {type: target}}
 nodes:
   Tick: OnPlaybackTick
   Context: ROS2Context
-  TF: {type: PublishRawTransformTree, inputs: {parentFrameId: shelf, childFrameId: box}}
+  TF: {type: PublishRawTransformTree, inputs: {parentFrameId: shelf, childFrameId: box, timeStamp: 1.0}}
 connections: [Tick.tick -> TF.execIn, Context.context -> TF.context]
 """
     (tmp_path / "loose.yaml").write_text(graph, encoding="utf-8")

@@ -43,7 +43,7 @@ connections:
 """
 WORLD = """<mujoco><worldbody>
   <geom type="plane" size="0 0 1"/>
-  <body name="hall"><body name="crane"><geom size="0.1"/></body></body>
+  <body name="hall"><body name="crane"><geom size="0.1" contype="0" conaffinity="0"/></body></body>
 </worldbody></mujoco>"""
 
 

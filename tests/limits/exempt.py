@@ -103,6 +103,7 @@ BOUNDS_NO_INPUT = {
         "cli.action.send_goal.CANCEL_PATIENCE",
         "cli.live.SERVER_PATIENCE",
         "cli.nav2.goals.CLOCK_PATIENCE",
+        "cli.topic.hz.PATIENCE",
         "cli.topic.pub.PATIENCE",
         "control.runs.PATIENCE",
         "ros.parameter_client.PATIENCE",
@@ -118,6 +119,7 @@ BOUNDS_NO_INPUT = {
         "api.calibration.imu_noise.LARGEST_RATE",
         "api.calibration.odometry_errors.FARTHEST",
         "api.calibration.wheel_geometry.SLOWEST",
+        "compiler.codegen.MAX_MARKS",
         "messages.message_template.Encoder.PATIENCE",
         "messages.message_template.MAX_PATCHED",
         "nodes.wheeled_robots.stanley.FASTEST_TURN",
@@ -137,6 +139,6 @@ BOUNDS_NO_INPUT = {
         "view.scene.robot_trails.MOST_POINTS",
         "view.scene.viewer_controls.FARTHEST",
     ),
-    "examples in a finding; the others are counted": ("isaac.script.losses.MOST_ASKED",),
+    "examples in a finding": ("isaac.script.losses.MOST_ASKED", "physics.loading.MOST_TOLD"),
 }
 """Limits by the reason why nothing that users or strangers give is refused or cut by them."""
