@@ -6,7 +6,6 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
-from graphengine.compiler.graph import known_type
 from graphengine.node import Node
 
 if TYPE_CHECKING:
@@ -59,6 +58,8 @@ class KnownInputs:
 
     def same(self, _: str) -> int | None:
         """Return the length that the array inputs have in common, and the outputs too; None if it is unknown or they differ."""
+        from graphengine.compiler.graph import known_type  # which node types must not need
+
         ports = [port for port in self.instance.cls.fields.values() if port.side == "inputs"]
         arrays = [port.field for port in ports if (kind := known_type(self.instance, port)) and kind.array]
         lengths = {self.length(name) for name in arrays} - {None}

@@ -284,7 +284,9 @@ def _check_clocks(context: LintContext) -> None:
             other = publishers.setdefault((domain, claim.topic), claim)
             if other is not claim:
                 message = f"{claim.topic} is published by both {other.node} and {claim.node}"
-                context.disagree("W212", message, claim, other, "subscribers get each time twice; remove one of the two nodes")
+                context.disagree(
+                    "W212", message, claim, other, "subscribers get each time twice; remove one of the two nodes"
+                )
 
 
 def _check_transforms(context: LintContext) -> None:

@@ -39,7 +39,10 @@ def test_values_are_set_as_the_command_line_sets_them() -> None:
 @pytest.mark.parametrize(
     ("address", "complaint"),
     [
-        ("DiffController.linearVelocity", "dd100/cmd_vel/DiffController.linearVelocity is wired\n  only unwired inputs"),
+        (
+            "DiffController.linearVelocity",
+            "dd100/cmd_vel/DiffController.linearVelocity is wired\n  only unwired inputs",
+        ),
         ("*.execIn", "has no input 'execIn'|have no input 'execIn'"),
         ("substeps", "write NODE.PORT\nother values, such as those of physics and drives, are keys of"),
     ],

@@ -28,7 +28,8 @@ CROWD = "".join(
 def scene(project: Project) -> Project:
     project.write("world.xml", FLOOR.replace("</worldbody>", BODIES)).write("arm.urdf", CART)
     return project.write(
-        "arm.yaml", "robot: arm\nurdf: arm.urdf\njoints: {arm_joint: {drive: {stiffness: 20, damping: 0.5, overtravel: 2}}}\n"
+        "arm.yaml",
+        "robot: arm\nurdf: arm.urdf\njoints: {arm_joint: {drive: {stiffness: 20, damping: 0.5, overtravel: 2}}}\n",
     )
 
 

@@ -104,7 +104,9 @@ def types_by_family() -> dict[str, list[type[Node]]]:
                 if any(module.startswith(f"{part}.") for part in family.modules.split())
             ]
             if len(families) != 1:
-                raise SystemExit(f"{cls.type_name}: name its module nodes/{module.replace('.', '/')[:-1]}.py in one of FAMILIES")
+                raise SystemExit(
+                    f"{cls.type_name}: name its module nodes/{module.replace('.', '/')[:-1]}.py in one of FAMILIES"
+                )
             found[families[0]].append(cls)
     return found
 
