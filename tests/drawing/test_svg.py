@@ -100,7 +100,11 @@ def test_findings_are_painted_on_the_nodes_that_they_are_about(drawn: Draw) -> N
     assert "error G212: Clock.queueSize: expected" in told(made["Clock"])
     assert "error G204: ROS2PublishClock has no input 'nothing'" in told(made["Clock"])
     texts = made["Clock"].iter(f"{NAMESPACE}text")
-    assert [text.text for text in texts if "mark" in text.get("class", "")] == ["error G204", "error G212"]
+    assert [text.text for text in texts if "mark" in text.get("class", "")] == [
+        "error G204",
+        "error G212",
+        "warning W213",
+    ]
     assert "error" not in told(made["Tick"])
 
 
