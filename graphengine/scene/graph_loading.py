@@ -83,8 +83,8 @@ def find_use(
 ) -> list[GraphFile]:
     """Return a list with the graph file that a scene or robot file refers to.
 
-    `$(robot)` in the prim path of the entry is replaced by the robot's prim path in `bindings`. If the file does not exist, add an
-    error to `findings` and return an empty list.
+    `$(robot)` in the prim path of the entry is replaced by the robot's prim path in `bindings`. If the file does not exist, add
+    an error to `findings` and return an empty list.
     """
     path = files.look_up(use.use, folder, findings, place.span, f"graph {name!r}: ")
     at = use.at.replace("$(robot)", str(bindings.get("robot", "$(robot)")))
