@@ -21,6 +21,7 @@ from graphengine.isaac.script.static_evaluation import evaluate
 from graphengine.node import Node, PortType, UnionType
 from graphengine.node.node_class import grown
 from graphengine.node.port import Port
+from graphengine.node.types import coerce
 from tests.isaac.harness import ROOT, SCRIPTS, imported, meaning, resolved
 
 SHIPPED = sorted((ROOT / "graphs").rglob("*.yaml"))
@@ -297,7 +298,8 @@ def inputs(draw: st.DrawFn, cls: type[Node]) -> dict[str, Any]:
 def one_input(draw: st.DrawFn, name: str, port: Port) -> dict[str, Any]:
     if isinstance(port.type, UnionType):
         chosen = draw(st.sampled_from([a for a in port.type.alternatives if a.base not in ("any", "bundle")]))
-        return {name: {"type": str(chosen), "value": draw(values(chosen))}}
+        value = draw(values(chosen))
+        return {name: {"type": str(chosen), "value": value}} if not port.refusal(coerce(value, chosen)) else {}
     if port.type.base in ("any", "bundle") or port.type.role == "pointer":
         return {}
     value = draw(st.sampled_from(port.tokens) if port.tokens else values(port.type))
