@@ -41,7 +41,7 @@ def script(chance: random.Random, ticks: int, *, spawned: bool) -> list[list[Ste
         kinds: list[Step] = [
             *[drive] * 3,
             command("push", entity="dd100", force=force, duration=chance.uniform(0.01, 0.5)),
-            command("move", entity="dd100", position=place, linear=[chance.uniform(-1, 1), 0.0, 0.0]),
+            command("move", entity="dd100", position=place, linear=[chance.uniform(-1, 1), 0.0, 0.0], force=True),
             command("press", keys=["W"]),
             command("release", keys=["W"]),
             partial(fall, gravity),
@@ -51,7 +51,7 @@ def script(chance: random.Random, ticks: int, *, spawned: bool) -> list[list[Ste
             kinds += [command("delete", name="late")] * 3
         else:
             use = {"use": ROBOT, "position": [chance.uniform(2, 4), 3.0, 0.025], "namespace": "late"}
-            kinds += [command("spawn", name="late", use=use)] * 3
+            kinds += [command("spawn", name="late", use=use, force=True)] * 3
         chosen = chance.choice(kinds)
         here ^= chosen in kinds[9:]
         steps[tick].append(chosen)
