@@ -15,7 +15,7 @@ from graphengine.format.errors import BlockedPoseError
 EntityKind = Literal["robot", "object", "static"]
 """A `robot` has joints or sensors. Of the other entities, an `object` can move, and a `static` entity cannot."""
 MOST_TOLD = 3
-"""Maximum number of overlaps that a warning lists."""
+"""Maximum number of overlaps or entities that a finding or warning lists."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping
 from fractions import Fraction
 from pathlib import Path
 
-from graphengine.devices.entity import Overlap
+from graphengine.devices.entity import MOST_TOLD, Overlap
 from graphengine.devices.stage import PHYSICS_SCENE, Stage
 from graphengine.format.diagnostics import Findings
 from graphengine.format.errors import PhysicsError
@@ -32,8 +32,6 @@ from graphengine.physics.simulation import Simulation
 _FREE_PATH = "choose a path with no prim at or below it, and with only scopes above it"
 SLOWEST = 0.1
 """Lowest tick rate, ticks per second; at a lower rate, physics steps would be too long."""
-MOST_TOLD = 3
-"""Maximum number of entities that a note lists."""
 
 
 def load_robot_file(path: Path, files: Files, findings: Findings) -> RobotInstance | None:

@@ -139,6 +139,6 @@ BOUNDS_NO_INPUT = {
         "view.scene.robot_trails.MOST_POINTS",
         "view.scene.viewer_controls.FARTHEST",
     ),
-    "examples in a finding": ("isaac.script.losses.MOST_ASKED", "physics.loading.MOST_TOLD"),
+    "examples in a finding; the others are counted": ("isaac.script.losses.MOST_ASKED",),
 }
 """Limits by the reason why nothing that users or strangers give is refused or cut by them."""
