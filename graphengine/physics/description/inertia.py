@@ -38,7 +38,7 @@ def inertials(urdf: Urdf, *, free: bool, findings: Findings) -> dict[str, Elemen
         findings: receives notes on substituted values, and errors for inertias that are not numbers.
     """
     links = urdf.links.values()
-    found = {link.name: link.element.first("inertial") or _sphere(link.element, 0.0, 0.0) for link in links}
+    found = {link.name: _given(link) or _sphere(link.element, 0.0, 0.0) for link in links}
     groups = list(_weightless(urdf, free=free))
     solid = [link for group in groups for link in group if link.colliders]
     bare = [group[0] for group in groups if not any(link.colliders for link in group)]
@@ -49,9 +49,16 @@ def inertials(urdf: Urdf, *, free: bool, findings: Findings) -> dict[str, Elemen
     replaced = [urdf.links[name] for name in found if _mend(found, urdf.links[name], findings)]
     _tell("moving links without a mass get the mass of their colliders at 1000 kg/m3", solid, findings)
     _tell(f"moving links without mass and colliders get a mass of {LEAST_MASS * 1000:g} g", bare, findings)
-    text = "a moment of inertia that is zero, or exceeds the sum of the other two, is impossible; a possible value replaces it"
+    text = "a moment of inertia that is missing or zero, or exceeds the sum of the other two, is impossible; a possible value replaces it"
     _tell(text, replaced, findings)
     return found
+
+
+def _given(link: UrdfLink) -> Element | None:
+    """Return the `inertial` element of a link, if it has a mass above zero or states both mass and inertia."""
+    inertial = link.element.first("inertial")
+    stated = inertial is not None and bool(inertial.first("mass") and inertial.first("inertia"))
+    return inertial if link.mass or stated else None
 
 
 def _tell(text: str, links: list[UrdfLink], findings: Findings) -> None:
@@ -75,8 +82,9 @@ def _mend(found: dict[str, Element], link: UrdfLink, findings: Findings) -> bool
     """Replace the inertia of a link in `found` if it is physically impossible; return whether it was replaced."""
     inertial = found[link.name]
     inertia = inertial.first("inertia")
-    if inertia is None or link.mass == 0:
+    if link.mass == 0:
         return False
+    inertia = inertia or Element("inertia", {}, inertial.span)  # without one, all terms are 0
     terms = numbers(" ".join(inertia.get(term, "0") for term in _TERMS), len(_TERMS))
     if terms is None:
         findings.add("S103", f"link {link.name!r}: the inertia must have six numbers, in kg m2", inertia.span)
@@ -88,7 +96,7 @@ def _mend(found: dict[str, Element], link: UrdfLink, findings: Findings) -> bool
         return False
     terms = tuple(float(instead[row, column]) for row, column in ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)))
     attributes = dict(zip(_TERMS, map(repr, terms), strict=True))
-    others = [child for child in inertial.children if child is not inertia]
+    others = [child for child in inertial.children if child.tag != "inertia"]
     found[link.name] = Element("inertial", {}, inertial.span, [*others, Element("inertia", attributes, inertia.span)])
     return True
 

@@ -93,5 +93,22 @@ def test_a_link_without_mass_that_is_fastened_to_one_with_mass_has_none(project:
 def test_an_inertia_that_was_replaced_is_told(project: Project) -> None:
     _, told = load(project, 'ixx=".01" iyy=".01" izz=".01"', 'ixx=".01" iyy=".01" izz="1"')
     ((message, links),) = told
-    assert message.startswith("a moment of inertia that is zero, or exceeds the sum of the other two")
+    assert message.startswith("a moment of inertia that is missing or zero, or exceeds the sum of the other two")
     assert links == ("links: arm",)
+
+
+def test_a_mass_without_an_inertia_gets_that_of_a_ball(project: Project) -> None:
+    model, ((message, links),) = load(project, ARM, '<inertial><mass value="1"/></inertial>')
+    assert model.body("bot/arm").inertia == pytest.approx(mended(np.zeros((3, 3)), 1.0).diagonal())
+    assert message.startswith("a moment of inertia that is missing")
+    assert links == ("links: arm",)
+
+
+@pytest.mark.parametrize("inertial", [ARM.replace('<mass value="1"/>', ""), '<inertial><mass value="0"/></inertial>'])
+def test_an_inertia_without_a_mass_counts_as_no_mass(project: Project, inertial: str) -> None:
+    plate = '<link name="plate"/>'
+    _, told = load(project, plate, plate.replace("/>", f">{inertial}</link>"))
+    assert told == []
+    model, told = load(project, ARM, inertial)
+    assert model.body("bot/arm").mass[0] > 0
+    assert told == [("moving links without a mass get the mass of their colliders at 1000 kg/m3", ("links: arm",))]
