@@ -91,13 +91,13 @@ def unknown(what: str, name: str, legal: Iterable[str]) -> str:
     return f"no {what} {name!r}\n  {did_you_mean(name, names) or listing(names, f'{what}s')}"
 
 
-def listing(names: Iterable[str], what: str = "legal") -> str:
-    """Return names as a text such as `legal: a, b, c`. At most 20 names are listed, followed by the number of the others."""
+def listing(names: Iterable[str], what: str = "legal", most: int = 20) -> str:
+    """Return names as a text such as `legal: a, b, c`. At most `most` names are listed, followed by the number of the others."""
     all_names = list(names)
     if not all_names:
         return f"{what}: none"
-    more = f", … ({len(all_names) - 20} more)" if len(all_names) > 20 else ""
-    return f"{what}: {', '.join(all_names[:20])}{more}"
+    more = f", … ({len(all_names) - most} more)" if len(all_names) > most else ""
+    return f"{what}: {', '.join(all_names[:most])}{more}"
 
 
 def got_value(error: object, value: object) -> str:

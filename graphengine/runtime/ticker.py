@@ -10,6 +10,7 @@ from typing import Any, Literal
 from graphengine.compiler.graph import Graph
 from graphengine.devices.backend import World
 from graphengine.format.errors import GraphError, NodeError, PhysicsError, TransportError
+from graphengine.format.wording import listing
 from graphengine.messages.endpoints import Network
 from graphengine.node.clock import Clock
 from graphengine.node.context.session_services import Services
@@ -21,6 +22,12 @@ from graphengine.runtime.inbox import ExternalInputs
 
 ResetScope = Literal["time", "state", "spawned"]
 SCOPES: tuple[ResetScope, ...] = ("time", "state", "spawned")
+_CLAMPED = {
+    "position": "the range stands in the robot description; a gripper that presses at its limit needs overtravel in its drive",
+    "velocity": "if the joint can do more, raise max_velocity of its drive, or its limits in the robot description",
+    "effort": "if the joint can do more, raise its limit of effort in the robot description",
+}
+"""Advice for each kind of command that was clamped."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -230,17 +237,16 @@ class Ticker:
         )
 
     def _warn_of_clamped(self) -> None:
-        """Log a warning for each joint whose command exceeded its limits and was clamped, once per joint."""
+        """Log one warning for each kind of command with the joints that were clamped for the first time in this tick."""
         clamped = self.services.world.clamped_commands
-        if len(clamped) != len(self._clamped):
-            for command in [command for command in clamped if command not in self._clamped]:
-                self._clamped.add(command)
-                advice = (
-                    "if the joint can do more, raise max_velocity of its drive, or its limits in the robot description"
-                )
-                if command.startswith("position"):
-                    advice += "; a gripper that presses at its limit needs overtravel in its drive"
-                self.services.warn("", f"commands are clamped: {command}\n  {advice}")
+        if len(clamped) == len(self._clamped):
+            return
+        new = [command for command in clamped if command not in self._clamped]
+        self._clamped.update(new)
+        for kind, advice in _CLAMPED.items():
+            commands = [command for command in new if command.startswith(kind)]
+            if commands:
+                self.services.warn("", f"{listing(commands, 'commands are clamped', most=4)}\n  {advice}")
 
     def _freeze(self, inbox: ExternalInputs) -> None:
         """Fix the inputs that nodes read in this tick: wall clock, messages, keys, queues and variables.

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+import graphengine as ge
 from graphengine.scene import build
 from tests.nodes.harness import write
 from tests.physics.harness import FLOOR
@@ -50,3 +51,26 @@ def test_a_target_needs_a_drive_and_an_effort_needs_none(tmp_path: Path, inputs:
     findings = build.load(tmp_path / "scene.yaml").findings
     assert [finding.code for finding in findings.items if finding.code[0] in "GSW"] == codes
     assert bool(findings.errors) == ("G310" in codes)
+
+
+def test_joints_that_are_clamped_together_are_told_in_one_warning(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    names = [f"j{number}" for number in range(6)]
+    parts = "".join(
+        LINK.format(name=f"{n}_link") + JOINT.format(name=n, more='<limit lower="-1" upper="1"/>') for n in names
+    )
+    text = f'<robot name="bot">{LINK.format(name="base_link")}{parts}</robot>'.replace("continuous", "revolute")
+    drives = "".join(f"  {name}: {{drive: {{stiffness: 5, damping: 5, max_velocity: 3}}}}\n" for name in names)
+    graph = "graphs: {g: {use: graphs/joint_commands.yaml, parameters: {robot: /bot}}}"
+    scene = SCENE[: SCENE.index("graphs:")] + graph
+    robot = f"robot: bot\nurdf: bot.urdf\njoints:\n{drives}"
+    write(tmp_path, {"world.xml": FLOOR, "bot.urdf": text, "bot.yaml": robot, "scene.yaml": scene})
+    with ge.load(tmp_path / "scene.yaml").session() as sim:
+        for _ in range(3):
+            sim.publish("/joint_commands", {"name": names, "position": [2.0] * 6})
+            sim.step(2)
+    beyond = ", ".join(f"position of /bot/j{n} beyond -1 to 1" for n in range(4))
+    [message] = caplog.messages
+    assert message.startswith(f"commands are clamped: {beyond}, … (2 more)\n")
+    assert "overtravel" in message

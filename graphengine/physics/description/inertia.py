@@ -49,7 +49,10 @@ def inertials(urdf: Urdf, *, free: bool, findings: Findings) -> dict[str, Elemen
     replaced = [urdf.links[name] for name in found if _mend(found, urdf.links[name], findings)]
     _tell("moving links without a mass get the mass of their colliders at 1000 kg/m3", solid, findings)
     _tell(f"moving links without mass and colliders get a mass of {LEAST_MASS * 1000:g} g", bare, findings)
-    text = "a moment of inertia that is missing or zero, or exceeds the sum of the other two, is impossible; a possible value replaces it"
+    text = (
+        "a moment of inertia that is missing or zero, or exceeds the sum of the other two, is impossible; "
+        "a possible value replaces it"
+    )
     _tell(text, replaced, findings)
     return found
 
