@@ -14,6 +14,7 @@ from graphengine.devices.stage import at_or_below
 from graphengine.format.diagnostics import Finding, Findings
 from graphengine.format.errors import ContextError, GraphError, JointError, PrimError
 from graphengine.format.permissions import Permissions
+from graphengine.format.wording import listing
 from graphengine.messages.endpoints import EndpointClaim, Network
 from graphengine.messages.names import action_of
 from graphengine.node.clock import Clock
@@ -240,7 +241,7 @@ def _check_topic_types(context: LintContext) -> None:
     first: dict[tuple[int, str, bool], EndpointClaim] = {}
     users_last = sorted(context.claims, key=lambda claim: claim.direction in ("subscribe", "call"))
     for claim in users_last:
-        other = first.setdefault((claim.ros_context, claim.topic, claim.is_service), claim)
+        other = first.setdefault((_domain(claim), claim.topic, claim.is_service), claim)
         if other.message_type != claim.message_type and not _is_told_elsewhere(claim):
             _, name, here = _what(claim)
             message = f"{name} has the type {here} here and {_what(other)[2]} at {other.node}"
@@ -255,13 +256,18 @@ def _check_servers(context: LintContext) -> None:
     for claim in context.claims:
         if claim.direction != "serve" or _is_told_elsewhere(claim):
             continue
-        other = servers.setdefault((claim.ros_context, claim.topic), claim)
+        other = servers.setdefault((_domain(claim), claim.topic), claim)
         if other is not claim:
             what, name, _ = _what(claim)
             message = f"the {what} {name} has a server here and another in {other.node}"
             article = "an" if what == "action" else "a"
             remedy = f"{article} {what} has one server; rename one of the two, or set its nodeNamespace"
             context.disagree("G309", message, claim, other, remedy)
+
+
+def _domain(claim: EndpointClaim) -> int:
+    """Return the handle of the claim's ROS 2 domain; without a ROS2Context, that of domain 0, unless a run selects another one."""
+    return claim.ros_context or 1
 
 
 def _what(claim: EndpointClaim) -> tuple[str, str, str]:
@@ -280,8 +286,7 @@ def _check_clocks(context: LintContext) -> None:
     publishers: dict[tuple[int, str], EndpointClaim] = {}
     for claim in context.claims:
         if claim.direction == "publish" and claim.message_type == "rosgraph_msgs/msg/Clock":
-            domain = claim.ros_context or 1  # unless the run gets another one, a graph without a context is in domain 0
-            other = publishers.setdefault((domain, claim.topic), claim)
+            other = publishers.setdefault((_domain(claim), claim.topic), claim)
             if other is not claim:
                 message = f"{claim.topic} is published by both {other.node} and {claim.node}"
                 context.disagree(
@@ -295,7 +300,7 @@ def _check_transforms(context: LintContext) -> None:
         for parent, child in claim.transforms:
             if parent == child:  # tf2 ignores it
                 continue
-            groups.setdefault((claim.ros_context, claim.topic.rpartition("/")[0]), []).append((parent, child, claim))
+            groups.setdefault((_domain(claim), claim.topic.rpartition("/")[0]), []).append((parent, child, claim))
     for (_, namespace), edges in groups.items():
         _check_parents(context, edges)
         _check_pieces(context, namespace, edges)
@@ -303,16 +308,22 @@ def _check_transforms(context: LintContext) -> None:
 
 def _check_parents(context: LintContext, edges: Iterable[tuple[str, str, EndpointClaim]]) -> None:
     parents: dict[str, tuple[str, EndpointClaim]] = {}
+    repeated: dict[tuple[str, str, bool], list[tuple[str, str, EndpointClaim, EndpointClaim]]] = {}
     for parent, child, claim in edges:
         known, first = parents.setdefault(child, (parent, claim))
-        if first is claim and known == parent:
-            continue
+        if first is not claim or known != parent:
+            repeated.setdefault((first.node, claim.node, known == parent), []).append((parent, child, claim, first))
+    for frames in repeated.values():
+        parent, child, claim, first = frames[0]
+        known, _ = parents[child]
         twice = f"frame {child!r} below {parent!r} is published by both {first.node} and {claim.node}"
         parents_differ = f"frame {child!r} has two parents: {known!r} from {first.node}, {parent!r} from {claim.node}"
+        more = listing((f"{frame!r}" for _, frame, *_ in frames[1:]), "; also", most=4) if frames[1:] else ""
         remedy = "a frame has one parent and one publisher; rename a frame, or remove one of the two"
         if any(one.graph.endswith("/robot_state") for one in (claim, first)):
             remedy += "; `robot_state: true` of a robot in the scene publishes the transforms of all links"
-        context.disagree("G306", twice if known == parent else parents_differ, claim, first, remedy)
+        message = (twice if known == parent else parents_differ) + more
+        context.disagree("G306", message, claim, first, remedy)
 
 
 def _check_pieces(context: LintContext, namespace: str, edges: Sequence[tuple[str, str, EndpointClaim]]) -> None:

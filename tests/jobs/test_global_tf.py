@@ -191,7 +191,10 @@ def test_robots_without_namespaces_collide_in_the_shared_tree(tmp_path: Path) ->
         for name, x in (("a", 0), ("b", 3))
     )
     path.write_text(f"scene: two\nworld: worlds/flat_grid.xml\ntf: global\nrobots:\n{robots}", encoding="utf-8")
-    assert "G306" in {finding.code for finding in assemble(path).findings.items}
+    found = [item.message for item in assemble(path, robot_state=True).findings.items if item.code == "G306"]
+    nodes = [message.partition(" is published by both ")[2].partition(";")[0] for message in found]
+    assert len(nodes) == len(set(nodes)), found  # one finding for each pair of publishers
+    assert any("; also: 'rear_caster', " in message for message in found), found
 
 
 def test_a_late_joiner_gets_the_static_transforms_of_all_robots_and_publishers(tmp_path: Path) -> None:

@@ -292,6 +292,16 @@ def test_two_servers_of_one_service_are_an_error(play: Player) -> None:
         play.graph(extended(SERVER, second, "Tick.tick -> Second.execIn"))
 
 
+def test_a_server_with_a_context_and_one_without_are_in_the_same_domain(play: Player) -> None:
+    inputs = "{serviceName: /light, messagePackage: std_srvs, messageName: SetBool}"
+    second = f"  Context: ROS2Context\n  Second: {{type: ROS2ServiceServerRequest, inputs: {inputs}}}\n"
+    wires = ("Tick.tick -> Second.execIn", "Context.context -> Second.context")
+    with pytest.raises(CheckError, match="error G309: the service /light has a server here and another in"):
+        play.graph(extended(SERVER, second, *wires))
+    other = second.replace("Context: ROS2Context", "Context: {type: ROS2Context, inputs: {domain_id: 7}}")
+    play.graph(extended(SERVER, other, *wires))
+
+
 def test_a_topic_may_have_the_name_of_a_service(play: Player) -> None:
     clock = "  Clock: {type: ROS2PublishClock, inputs: {topicName: light}}\n"
     playing = play.graph(extended(SERVER, clock, "Tick.tick -> Clock.execIn"))
