@@ -266,7 +266,7 @@ def _check_servers(context: LintContext) -> None:
 
 
 def _domain(claim: EndpointClaim) -> int:
-    """Return the handle of the claim's ROS 2 domain; without a ROS2Context, that of domain 0, unless a run selects another one."""
+    """Return the handle of the claim's ROS 2 domain; without a ROS2Context, that of domain 0, which a run may change."""
     return claim.ros_context or 1
 
 

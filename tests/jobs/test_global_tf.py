@@ -34,18 +34,21 @@ at: $(at)/frames
 parameters: {at: {type: string}, target: {type: target}, namespace: {type: string, default: ''}}
 nodes:
   Tick: OnPlaybackTick
+  Context: {type: ROS2Context, inputs: {domain_id: 7}}    # apart from the robots' own transforms
   TF: {type: PublishTransformTree, inputs: {targetPrims: [$(target)], nodeNamespace: $(namespace)}}
-connections: [Tick.tick -> TF.execIn]
+connections: [Tick.tick -> TF.execIn, Context.context -> TF.context]
 """
 COMPUTED = """graph: frames
 at: $(at)/frames
 parameters: {at: {type: string}, target: {type: target}, namespace: {type: string, default: ''}}
 nodes:
   Tick: OnPlaybackTick
+  Context: {type: ROS2Context, inputs: {domain_id: 7}}    # apart from the robots' own transforms
   Tree: {type: ComputeTransformTree, inputs: {targetPrims: [$(target)]}}
   TF: {type: PublishTransformTree, inputs: {nodeNamespace: $(namespace)}}
 connections:
   - Tick.tick -> Tree.execIn
+  - Context.context -> TF.context
   - Tree.execOut -> TF.execIn
   - Tree.parentFrames -> TF.parentFrames
   - Tree.childFrames -> TF.childFrames
@@ -57,8 +60,9 @@ at: $(at)/frames
 parameters: {at: {type: string}, target: {type: target}, namespace: {type: string, default: ''}}
 nodes:
   Tick: OnPlaybackTick
+  Context: {type: ROS2Context, inputs: {domain_id: 7}}    # apart from the robots' own transforms
   State: {type: graphengine.ros2.RobotStatePublisher, inputs: {targetPrim: $(target), nodeNamespace: $(namespace)}}
-connections: [Tick.tick -> State.execIn]
+connections: [Tick.tick -> State.execIn, Context.context -> State.context]
 """
 WORLD = """<mujoco><worldbody>
   <geom type="plane" size="5 5 1"/>
