@@ -12,7 +12,8 @@ import itertools
 import linecache
 import re
 import weakref
-from collections.abc import Callable, Container, Iterable, Iterator, Mapping, Sequence
+from collections import Counter
+from collections.abc import Callable, Collection, Container, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from types import CodeType
@@ -25,9 +26,16 @@ from graphengine.node.node_class import Node
 
 MAX_MARKS = 8
 """Maximum number of flags that the code after a call sets one by one; to set more, it calls a function."""
+MAX_CALLS = 250
+"""Maximum number of calls in a generated function.
+
+A function with thousands of variables is slow: CPython allocates and frees the memory of its frame at each call.
+"""
 _serial = itertools.count()
-_FUNCTIONS = re.compile(r"(?<![.\w])(pass_|constants|at_stop|at_close|refresh|[dr]\d+)\b(?=[(,}])")
+_FUNCTIONS = re.compile(r"(?<![.\w])((?:pass_|constants|at_stop|at_close|refresh|[dr]\d+)(?:_part\d+)?)\b(?=[(,}])")
 """Pattern of the name of a generated function where it is defined, called, or named in a table."""
+_VARIABLE = re.compile(r"(?<![.\w])[a-z]\d+\w*")
+"""Pattern of the name of a flag or of another generated variable."""
 _programs: weakref.WeakKeyDictionary[Plan, GeneratedSource] = weakref.WeakKeyDictionary()
 
 
@@ -44,6 +52,15 @@ class GeneratedSource:
         for line in lines:
             self.lines.append("    " * indent + line)
             self.nodes.append(node)
+
+    def extend(self, other: GeneratedSource, indent: int = 0) -> None:
+        """Append the lines of other source code, with their nodes."""
+        self.lines += ["    " * indent + line for line in other.lines]
+        self.nodes += other.nodes
+
+    def variables(self) -> set[str]:
+        """Return the names of the generated variables in the lines, such as `n3` and `f3_exec_out`."""
+        return {name for line in self.lines for name in _VARIABLE.findall(line)}
 
     @property
     def text(self) -> str:
@@ -117,31 +134,85 @@ def _reads_shared(plan: Plan, refresh: Refresh) -> bool:
 
 
 def _write_region(plan: Plan, region: Region, source: GeneratedSource) -> None:
+    """Write the function of a region. A region with many calls has a function for each part, which its own calls in order."""
     name = "pass_" if region.index == 0 else region.ending or f"r{region.index}"
-    used = sorted({index for call in region.calls for index in _nodes_of(call)})
-    ended = {call.node for call in region.calls if region.ending and call.kind == "event"}  # have the method
-    bound = "".join(f", n{i}=n{i}, c{i}={f'n{i}.{region.ending}' if i in ended else f'c{i}'}" for i in used)
-    stale = sorted({s for call in region.calls for s in _stale_of(call)} | set(region.stale))
-    latent = [index for index, _ in region.pending]
-    source.add(["", f"def {name}({bound.removeprefix(', ')}):  # {region.title}"])
-    if stale or latent:
-        source.add([f"global {', '.join([*(f's{s}' for s in stale), *(f'l{i}' for i in latent)])}"], None, 1)
-    if region.flags:
-        source.add([f"{' = '.join(region.flags)} = 0"], None, 1)
-    source.add([f"s{data} = 1" for data in region.stale], None, 1)
+    parts = [region.calls[first : first + MAX_CALLS] for first in range(0, len(region.calls), MAX_CALLS)]
+    bodies = [_calls(plan, calls) for calls in parts]
+    start = _start(region)
+    if len(parts) < 2:
+        for body in bodies:
+            start.extend(body)
+        _write_function(region, name, region.calls, start, region.flags, set(), source)
+        return
+    uses = [body.variables() for body in (start, *bodies)]
+    times = Counter(name for used in uses for name in used)
+    shared = {flag for flag in region.flags if times[flag] > 1}
+    for number, (calls, body, used) in enumerate(zip(parts, bodies, uses[1:], strict=True)):
+        own = [flag for flag in region.flags if flag in used and flag not in shared]
+        _write_function(region, f"{name}_part{number}", calls, body, own, shared, source)
+        start.add([f"{name}_part{number}()"])
+    _write_function(region, name, (), start, sorted(shared), shared, source)
+
+
+def _start(region: Region) -> GeneratedSource:
+    """Return the lines of a region before its calls: the effects of latent nodes, and of the wires that start the region."""
+    start = GeneratedSource("")
+    start.add(f"s{data} = 1" for data in region.stale)
     for index, branches in region.pending:
         lines = [line for branch in branches for line in _branch(branch, many=True)]
-        source.add([f"if l{index}:", f"    p = l{index}", f"    l{index} = 0", *_indented(lines)], index, 1)
-    source.add([line for fire in region.entries for line in _fire(fire)], None, 1)
-    for guard, calls in itertools.groupby(region.calls, key=lambda call: call.guard):
+        start.add([f"if l{index}:", f"    p = l{index}", f"    l{index} = 0", *_indented(lines)], index)
+    start.add(line for fire in region.entries for line in _fire(fire))
+    return start
+
+
+def _calls(plan: Plan, calls: Iterable[Call]) -> GeneratedSource:
+    """Return the lines of some calls of a region."""
+    body = GeneratedSource("")
+    for guard, guarded in itertools.groupby(calls, key=lambda call: call.guard):
         if guard:
-            source.add([f"if {guard}:"], None, 1)
-        for call in calls:
-            indent = 2 if guard else 1
-            source.add([f"# {plan.ids[call.node]}"], None, indent)
-            _write_call(plan, call, source, indent)
-    if not region.calls:
-        source.add(["pass"], None, 1)
+            body.add([f"if {guard}:"])
+        for call in guarded:
+            indent = 1 if guard else 0
+            body.add([f"# {plan.ids[call.node]}"], None, indent)
+            _write_call(plan, call, body, indent)
+    return body
+
+
+def _write_function(
+    region: Region,
+    name: str,
+    calls: Iterable[Call],
+    body: GeneratedSource,
+    flags: Sequence[str],
+    shared: Collection[str],
+    source: GeneratedSource,
+) -> None:
+    """Add a function of a region to a source.
+
+    Args:
+        region: region of the function.
+        name: name of the function.
+        calls: calls in the body.
+        body: lines of the function.
+        flags: flags that the function sets to 0 when it starts.
+        shared: flags of the region that are global variables, because several of its functions use them.
+        source: source that receives the function.
+    """
+    used = sorted({index for call in calls for index in _nodes_of(call)})
+    ended = {call.node for call in calls if region.ending and call.kind == "event"}  # have the method
+    bound = "".join(f", n{i}=n{i}, c{i}={f'n{i}.{region.ending}' if i in ended else f'c{i}'}" for i in used)
+    source.add(["", f"def {name}({bound.removeprefix(', ')}):  # {region.title}"])
+    variables = sorted(name for name in {*body.variables(), *flags} if name[0] in "sl" or name in shared)
+    lines = [f"global {', '.join(variables)}"] if variables else []
+    lines += [f"{' = '.join(flags)} = 0"] if flags else []
+    lines += [] if body.lines else ["pass"]
+    function = GeneratedSource("")
+    function.add(lines)
+    function.extend(body)
+    if region.index:  # another region can have flags with the same names
+        renamed = {flag: f"{flag}_r{region.index}" for flag in shared}
+        function.lines = [_VARIABLE.sub(lambda m: renamed.get(m[0], m[0]), line) for line in function.lines]
+    source.extend(function, 1)
 
 
 def _write_call(plan: Plan, call: Call, source: GeneratedSource, indent: int) -> None:
@@ -168,11 +239,6 @@ def _nodes_of(call: Call) -> Iterator[int]:
             yield from (copy.source for copy in refresh.copies)
     yield from (copy.source for copy in call.copies)
     yield from (fire.target for branch in call.branches for fire in branch.fires if fire.pending_pin)
-
-
-def _stale_of(call: Call) -> Iterator[int]:
-    yield from call.marks if len(call.marks) <= MAX_MARKS else ()
-    yield from (refresh.node for refresh in call.refreshes if refresh.flagged and not refresh.shared)
 
 
 # One function a step kind

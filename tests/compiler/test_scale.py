@@ -239,3 +239,16 @@ def test_pushers_below_pushers_run_to_a_depth_and_beyond_it_are_refused(
     assert [found.code for found in findings.errors] == codes
     if not codes:
         assert Bench(path).setup().tick() == ["Do 0"]
+
+
+def test_no_generated_function_has_thousands_of_variables(tmp_path: Path) -> None:
+    n = 3000
+    run = make(
+        tmp_path,
+        ["Tick: Tick", *(f"B{i}: {{type: Branch, inputs: {{condition: true}}}}" for i in range(n)), "Show: Do"],
+        ["Tick.tick -> B0.execIn", f"B{n - 1}.execTrue -> Show.execIn"]
+        + [f"B{i}.execTrue -> B{i + 1}.execIn" for i in range(n - 1)],
+    )
+    assert run.tick() == ["Show 0"]
+    codes = [const for const in source_of(run.plan).code.co_consts if hasattr(const, "co_nlocals")]
+    assert max(code.co_nlocals for code in codes) < 1000

@@ -119,6 +119,7 @@ BOUNDS_NO_INPUT = {
         "api.calibration.imu_noise.LARGEST_RATE",
         "api.calibration.odometry_errors.FARTHEST",
         "api.calibration.wheel_geometry.SLOWEST",
+        "compiler.codegen.MAX_CALLS",
         "compiler.codegen.MAX_MARKS",
         "messages.message_template.Encoder.PATIENCE",
         "messages.message_template.MAX_PATCHED",
