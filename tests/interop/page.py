@@ -98,9 +98,10 @@ def _figures(cells: dict[tuple[str, str, str], Result]) -> Iterator[str]:
 gives the number of received messages and the number of sent messages, the rate of sending, the median latency between the two
 processes, and the discovery time. All processes ran on one machine.
 
-An entry of `late joiner` gives the time until the first message arrives, and how many of the messages from this one on arrive. In
-`kill -9 of the peer`, graphengine continues to write after the peer is killed: the entry gives the time until graphengine notices
-that the peer is gone, and the longest duration of a write until then.
+An entry of `late joiner` gives the time until the first message arrives. The fraction after `then`, such as `479/479`, gives how
+many messages arrive, of those that are sent from this first message on. In `kill -9 of the peer`, graphengine continues to write
+after the peer is killed: the entry gives the time until graphengine notices that the peer is gone, and the longest duration of a
+write until then.
 
 The tests make these exceptions:
 
