@@ -31,6 +31,8 @@ from graphengine.node.port import Port
 from graphengine.node.types import PortType, String, Token, Tokens, read_only
 
 Log = Callable[[Literal["info", "warning", "error"], str], None]
+_ALL = f"{types.ELEMENTS}|string|target|{types.ARRAYS}"
+"""All types of values as one union."""
 
 
 class Attributes(python.SimpleNamespace):
@@ -83,7 +85,8 @@ class ScriptNode(Node, type="omni.graph.scriptnode.ScriptNode", gated=True):
 
     The node calls the script's functions `setup(db)` before the first execution, `compute(db)` at each execution and
     `cleanup(db)` at stop. It fires `execOut` unless `compute` returns False. `attributes` declares inputs and outputs, which the
-    script finds in `db.inputs` and `db.outputs`.
+    script finds in `db.inputs` and `db.outputs`. An execution input is 1 if it led to this execution, otherwise 0; the node fires
+    each declared execution output that the script sets to True. Ports of the type `any` get their types from their wires.
     """
 
     exec_in = ExecIn()
@@ -118,8 +121,7 @@ class ScriptNode(Node, type="omni.graph.scriptnode.ScriptNode", gated=True):
             side, name, port_type = _declaration(text)
             if f"{side}:{name}" in cls.ports or f"{side}_{name}" in fields:
                 raise ValueError(f"{text!r}: the port {side}:{name} already exists")
-            make = In if side == "inputs" else Out
-            fields[f"{side}_{name}"] = make(type=str(port_type), name=name, doc="declared in `attributes`")
+            fields[f"{side}_{name}"] = _field(side, name, port_type)
         return fields
 
     def setup(self, context: Context) -> None:
@@ -156,31 +158,37 @@ class ScriptNode(Node, type="omni.graph.scriptnode.ScriptNode", gated=True):
         namespace, db = self.running = self.running or ({"__name__": "__script__"}, Database(self.log))
         for port in declared(self, "inputs"):
             value = getattr(self, port.field)
+            value = int(value > 0) if port.is_exec else value
             setattr(db.inputs, port.name, read_only(value.view()) if isinstance(value, np.ndarray) else value)
         for port in declared(self, "outputs"):
-            setattr(db.outputs, port.name, getattr(self, port.field))
+            setattr(db.outputs, port.name, 0 if port.is_exec else getattr(self, port.field))
+        db.inputs.execIn, db.outputs.execOut = int(self.exec_in > 0), 1
         if first:
             self._call(exec, self.code, namespace)
             self._call_own("setup")
         if self._call_own("compute") is False:
             return None
-        self._take(db)
-        return self.exec_out
+        return self._take(db)
 
-    def _take(self, db: Database) -> None:
-        ports = {port.name: port for port in declared(self, "outputs")}
+    def _take(self, db: Database) -> int:
+        """Copy the outputs of the script to the node; return the execution outputs that it set, joined by `|`."""
+        ports, fired = {port.name: port for port in type(self).fields.values() if port.side == "outputs"}, 0
         for name, value in vars(db.outputs).items():
             if name not in ports:
                 hint = did_you_mean(name, ports) or listing(ports, "outputs")
                 raise TypeError(
                     f'db.outputs.{name} is not a declared output; add "outputs:{name} double" to attributes; {hint}'
                 )
-            port_type = ports[name].type
-            assert isinstance(port_type, PortType)
+            field = ports[name].field
+            if ports[name].is_exec:
+                fired |= getattr(self, field) if value else 0
+                continue
+            port_type = self.settled.get(field, ports[name].type)
             try:
-                setattr(self, ports[name].field, types.coerce(value, port_type))
+                setattr(self, field, types.coerce(value, port_type) if isinstance(port_type, PortType) else value)
             except (TypeError, ValueError) as error:
                 raise type(error)(f"db.outputs.{name} has the type {port_type}: {error}, got {value!r}") from None
+        return fired
 
     def save(self) -> Any:
         """Return the port values of the node, copies of the script's variables and copies of the state in `db`.
@@ -263,11 +271,21 @@ def declared(node: ScriptNode, side: Literal["inputs", "outputs"]) -> list[Port]
     return [port for field, port in type(node).fields.items() if port.side == side and field not in own]
 
 
-def _declaration(text: object) -> tuple[str, str, PortType]:
+def _field(side: str, name: str, port_type: PortType | types.UnionType) -> Any:
+    """Return the field of a declared port. An output of type `any` is a union of all types, which its wires resolve."""
+    doc = "declared in `attributes`"
+    if port_type == types.EXECUTION:
+        return (ExecIn if side == "inputs" else ExecOut)(name=name, doc=doc)
+    if side == "inputs":
+        return In(type=str(port_type), name=name, doc=doc)
+    return Out(type=_ALL if port_type == types.ANY else str(port_type), name=name, doc=doc)
+
+
+def _declaration(text: object) -> tuple[str, str, PortType | types.UnionType]:
     """Return the side (`inputs` or `outputs`), the name and the type in a declaration such as `inputs:speed double`.
 
     Raises:
-        ValueError: the text is not such a declaration, or a script cannot have a port of the declared type.
+        ValueError: the text is not such a declaration, or the declared port is a bundle.
     """
     path, _, type_name = text.partition(" ") if isinstance(text, str) else ("", "", "")
     side, _, name = path.partition(":")
@@ -276,6 +294,6 @@ def _declaration(text: object) -> tuple[str, str, PortType]:
             f'{text!r} declares no attribute; write a declaration such as "inputs:speed double" or "outputs:command double[]"'
         )
     port_type = types.parse(type_name.strip())
-    if not isinstance(port_type, PortType) or port_type.base in ("any", "bundle", "execution"):
-        raise ValueError(f"{text!r}: an attribute of a script needs a single type, such as double, token or int[]")
+    if port_type == types.parse("bundle"):
+        raise ValueError(f"{text!r}: a script cannot have a bundle; declare one attribute for each value")
     return side, name, port_type

@@ -136,13 +136,24 @@ class _Composer:
             self.findings.add("N101", what, node.span, f"its current name is {found.cls.type_name!r}")
         named = [*self.wired.get(node.name, ()), *node.attributes]
         if found.cls.type_name == SCRIPT_NODE and node.attributes:
-            declared = [f"{key} {kind}" for key, kind in node.attributes.items()]
+            declared = [
+                text for text in map(" ".join, node.attributes.items()) if self._declares(node, found.cls, text)
+            ]
             node.values["inputs:attributes"] = RecordedValue(declared, span=node.span)
         values = {_port_name(key): value.data for key, value in node.values.items()}
         try:
             return grown(found.cls, values, self.registry.definitions, [_port_name(name) for name in named])
         except (ContextError, TypeError, ValueError):  # `graphrun check` reports the error in the file
             return None
+
+    def _declares(self, node: RecordedNode, script_node: type[Node], text: str) -> bool:
+        """Return whether a script node can have the attribute that `text` declares; if not, report that it is left out."""
+        try:
+            grown(script_node, {"attributes": [text]}, self.registry.definitions)
+        except ValueError as error:
+            self._leave_out(f"an attribute of {node.name}: {error}", node.span)
+            return False
+        return True
 
     def lines(self, name: str, origin: str, robot: str) -> Iterator[str]:
         """Yield the lines of the graph file; the default of its parameter `robot` is `robot`, unless that is empty."""

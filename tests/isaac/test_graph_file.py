@@ -163,3 +163,12 @@ def test_inputs_that_pass_events_on_to_each_other_in_many_ways_are_followed_in_b
     assert text.count("Tick.tick -> ") == 1 + 2 * 99
     lost = {f"the wire b0.inputs:execIn -> {side}1.inputs:execIn: no output fires b0.inputs:execIn" for side in "ab"}
     assert {finding.message.partition(": not converted: ")[2] for finding in findings.warnings} == lost
+
+
+def test_an_attribute_that_a_script_node_cannot_have_is_told_and_left_out() -> None:
+    attributes = {"inputs:all": "bundle", "inputs:a:b": "double", "inputs:go": "execution", "outputs:out": "any"}
+    text, findings = composed(graph(RecordedNode("S", "omni.graph.scriptnode.ScriptNode", attributes=attributes)))
+    assert 'attributes: ["inputs:go execution", "outputs:out any"]' in text
+    assert [finding.code for finding in findings.items] == ["W302", "W302"]
+    assert "'inputs:all bundle': a script cannot have a bundle" in findings.items[0].message
+    assert "'inputs:a:b double' declares no attribute" in findings.items[1].message

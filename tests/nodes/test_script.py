@@ -208,8 +208,8 @@ def test_what_is_no_python_is_told_before_the_run_with_its_line() -> None:
         ("inputs:speed dubble", "'dubble' is not a port type"),
         ("inputs:a b double", "is not a port type"),
         ("inputs:__class__ double", "declares no attribute"),
-        ("inputs:tick execution", "needs a single type"),
-        ("inputs:x double|float", "needs a single type"),
+        ("inputs:x bundle", "cannot have a bundle"),
+        ("inputs:execIn execution", "inputs:execIn already exists"),
         ("inputs:script string", "inputs:script already exists"),
         ("outputs:execOut double", "outputs:execOut already exists"),
     ],
@@ -237,6 +237,48 @@ connections:
   - Double.execOut -> Each.execIn
   - Double.command -> Each.arrayIn
 """
+
+
+BRANCHES = """
+def compute(db):
+    db.outputs.first = db.inputs.fromTick
+    db.outputs.last = db.inputs.execIn
+    db.outputs.execOut = False
+"""
+
+
+@pytest.mark.parametrize(("entry", "fired"), [("exec_in", "last"), ("inputs_fromTick", "first")])
+def test_a_script_sees_which_execution_input_led_to_it_and_fires_the_outputs_it_sets(entry: str, fired: str) -> None:
+    declared = ("inputs:fromTick execution", "outputs:first execution", "outputs:last execution")
+    node = scripted(BRANCHES, *declared)
+    node.exec_in = node.inputs_fromTick = 0
+    setattr(node, entry, 1)
+    assert node.compute() == getattr(node, f"outputs_{fired}")
+
+
+ANY = """
+nodes:
+  Tick: OnPlaybackTick
+  Script:
+    type: ScriptNode
+    inputs:
+      attributes: ["inputs:go execution", "outputs:done execution", "inputs:what any", "outputs:out any"]
+      script: |
+        def compute(db):
+            db.outputs.out = 2 * db.inputs.what
+            db.outputs.done = db.inputs.go
+  Clock: {type: ROS2PublishClock, inputs: {topicName: doubled}}
+connections:
+  - Tick.tick -> Script.go
+  - Tick.time -> Script.what
+  - Script.done -> Clock.execIn
+  - Script.out -> Clock.timeStamp
+"""
+
+
+def test_ports_of_any_type_take_their_types_from_their_wires(play: Player) -> None:
+    playing = play_allowed(play, ANY).tick(3)
+    assert playing.node("Clock").time_stamp == pytest.approx(2 * 3 / 60)
 
 
 def play_allowed(play: Player, text: str = GRAPH) -> Playing:
