@@ -57,6 +57,18 @@ class Budget:
         more = (uses, len(spec.nodes) - uses, len(spec.connections), len(spec.variables))
         for kind, count in zip(self.parts, more, strict=True):
             self.parts[kind] += count
+        self._check_parts()
+
+    def take_wire(self) -> None:
+        """Add a wire to a further inner port of a subgraph's input to the count.
+
+        Raises:
+            OverBudgetError: the graph has more than `MAX_PARTS` parts.
+        """
+        self.parts["wires"] += 1
+        self._check_parts()
+
+    def _check_parts(self) -> None:
         if sum(self.parts.values()) > MAX_PARTS:
             counted = ", ".join(f"{count} {kind}" for kind, count in self.parts.items() if count)
             self._refuse(f"more than {MAX_PARTS} parts in one graph: {counted} so far")

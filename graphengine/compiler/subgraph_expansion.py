@@ -162,10 +162,9 @@ def load_graph(
         flat = FlatGraph(loaded)
         expansion = _Expansion(flat, library, budget, findings)
         subgraphs = expansion.add(loaded, "", (), (path.resolve(),), {})
+        flat.declared = list(expansion.find_declared(loaded, subgraphs)) if use is None else []
     except OverBudgetError:
         return None
-    if use is None:
-        flat.declared = list(expansion.find_declared(loaded, subgraphs))
     return flat
 
 
@@ -226,13 +225,12 @@ class _Expansion:
                 subgraphs[name] = subgraph
         for number, text in enumerate(loaded.spec.connections):
             span = loaded.document.span("connections", number)
-            ends = self._parse_wire(loaded.document, number, text)
-            source = self._lead_through(ends[0], subgraphs, "outputs") if ends is not None else None
-            target = self._lead_through(ends[1], subgraphs, "inputs") if ends is not None else None
-            if source is None or target is None:
-                self.flat.unread += 1
-                continue
-            self.flat.wires.append(WireEntry(_prefixed(prefix, source), _prefixed(prefix, target), span, via))
+            ends = self._parse_wire(loaded.document, number, text) or []
+            sources = [source for end in ends[:1] for source in self._lead_through(end, subgraphs, "outputs")]
+            targets = [target for end in ends[1:] for target in self._lead_through(end, subgraphs, "inputs")]
+            self.flat.unread += not sources or not targets
+            wires = ((_prefixed(prefix, source), _prefixed(prefix, target)) for source in sources for target in targets)
+            self.flat.wires.extend(WireEntry(*wire, span, via) for wire in wires)
         return subgraphs
 
     def find_declared(
@@ -242,10 +240,8 @@ class _Expansion:
         sides: tuple[Side, ...] = ("inputs", "outputs")
         for side in sides:
             for port in _declared_ports(loaded, side):
-                end = self._declared(loaded, side, port, "", loaded.document.span(side, port))
-                inside = self._lead_through(end, subgraphs, side) if end is not None else None
-                if inside is not None:
-                    yield side, inside
+                for end in self._declared(loaded, side, port, "", loaded.document.span(side, port)):
+                    yield from ((side, inside) for inside in self._lead_through(end, subgraphs, side))
 
     def _add_subgraph(self, entry: NodeEntry, folder: Path, stack: tuple[Path, ...]) -> _Subgraph | None:
         """Expand the subgraph file that a node uses; return None after an error, which is added to the findings.
@@ -288,8 +284,7 @@ class _Expansion:
         handed_on: dict[str, dict[str, Given]] = {}
         for name, value in entry.spec.inputs.items():
             given = Given(value, entry.span("inputs", name), entry.key_span("inputs", name))
-            end = self._declared(inner, "inputs", name.removeprefix("inputs:"), entry.id, given.key_span)
-            if end is not None:
+            for end in self._declared(inner, "inputs", name.removeprefix("inputs:"), entry.id, given.key_span):
                 handed_on.setdefault(end.node, {})[end.port] = given
         return handed_on
 
@@ -319,8 +314,8 @@ class _Expansion:
             ends.append(end)
         return ends
 
-    def _declared(self, inner: Loaded[GraphSpec], side: Side, port: str, subgraph: str, span: Span) -> WireEnd | None:
-        """Return the inner port that a declared port of a subgraph exposes; None after an error, which is added to the findings.
+    def _declared(self, inner: Loaded[GraphSpec], side: Side, port: str, subgraph: str, span: Span) -> list[WireEnd]:
+        """Return the inner ports that a declared port of a subgraph exposes; after an error, add a finding and return no ports.
 
         Args:
             inner: file of the subgraph.
@@ -333,30 +328,38 @@ class _Expansion:
         if port not in declared:
             near = self.findings.guess(port, declared) or listing(declared, side)
             self.findings.add("G204", f"subgraph {subgraph!r} has no {side[:-1]} {port!r}", span, near)
-            return None
-        place = inner.document.span(side, port)
-        end = _read_end(declared[port], place)
-        if end is None:
-            self.findings.add("G202", f"{declared[port]!r} does not have the form `Node.port`", place)
-        return end
+            return []
+        ends = list[WireEnd]()
+        for number, text in enumerate(declared[port] or ("",)):
+            place = inner.document.span(side, port, number)
+            end = _read_end(text, place)
+            if end is None:
+                self.findings.add("G202", f"{text!r} does not have the form `Node.port`", place)
+                return []
+            ends.append(end)
+        return ends
 
-    def _lead_through(self, end: WireEnd, subgraphs: Mapping[str, _Subgraph], side: Side) -> WireEnd | None:
-        """Follow one end of a wire into nested subgraphs; return the port of a node that is no subgraph, or None after an error.
+    def _lead_through(self, end: WireEnd, subgraphs: Mapping[str, _Subgraph], side: Side) -> Iterator[WireEnd]:
+        """Follow one end of a wire into nested subgraphs; yield the ports of nodes that are no subgraphs, none after an error.
 
         Args:
             end: end of the wire, in a graph.
             subgraphs: expanded subgraphs of this graph, by node name.
             side: `outputs` if the wire begins at this end, `inputs` if it ends here.
+
+        Raises:
+            OverBudgetError: the graph exceeds a size limit.
         """
         subgraph = subgraphs.get(end.node)
         if subgraph is None:
-            return end
-        declared = self._declared(subgraph.loaded, side, end.port, end.node, end.span)
-        inside = self._lead_through(declared, subgraph.inner, side) if declared is not None else None
-        if inside is None:
-            return None
-        via = ((end.span, f"in subgraph {end.node}"), *inside.via)
-        return replace(inside, node=f"{end.node}/{inside.node}", via=via)
+            yield end
+            return
+        for number, declared in enumerate(self._declared(subgraph.loaded, side, end.port, end.node, end.span)):
+            if number:
+                self.budget.take_wire()
+            for inside in self._lead_through(declared, subgraph.inner, side):
+                via = ((end.span, f"in subgraph {end.node}"), *inside.via)
+                yield replace(inside, node=f"{end.node}/{inside.node}", via=via)
 
 
 def _with_values(spec: NodeSpec, given: Mapping[str, Given]) -> NodeSpec:
@@ -365,9 +368,9 @@ def _with_values(spec: NodeSpec, given: Mapping[str, Given]) -> NodeSpec:
     return spec.model_copy(update={"inputs": own | {port: one.value for port, one in given.items()}})
 
 
-def _declared_ports(loaded: Loaded[GraphSpec], side: Side) -> Mapping[str, str]:
-    """Return the ports that a file declares on one side for its use as a subgraph: inner port such as `Node.port`, by name."""
-    return loaded.spec.outputs if side == "outputs" else loaded.spec.inputs
+def _declared_ports(loaded: Loaded[GraphSpec], side: Side) -> Mapping[str, tuple[str, ...]]:
+    """Return the ports that a file declares on one side for its use as a subgraph: inner ports such as `Node.port`, by name."""
+    return loaded.spec.inputs if side == "inputs" else {name: (port,) for name, port in loaded.spec.outputs.items()}
 
 
 def _read_end(text: str, span: Span) -> WireEnd | None:

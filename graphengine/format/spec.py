@@ -82,6 +82,18 @@ def _describe_keys(schema: dict[str, Any], model: type[BaseModel]) -> None:
     _name_keys(schema)
 
 
+def _as_list(value: Any) -> Any:
+    return [value] if isinstance(value, str) else value
+
+
+InnerPorts = Annotated[
+    tuple[str, ...],
+    Field(strict=False),
+    BeforeValidator(_as_list, json_schema_input_type=str | tuple[str, ...]),
+]
+"""One `Node.port`, or a list of them."""
+
+
 class FileSpec(Spec, json_schema_extra=_describe_keys):
     """Base class of the specs of files; messages and the JSON Schema show the docstring of a key as its description."""
 
@@ -190,8 +202,8 @@ class GraphSpec(FileSpec):
     """Nodes of the graph, as name: type, or name: {type: …, inputs: {…}}."""
     connections: tuple[Connection, ...] = Field(default=(), strict=False)
     """Wires of the graph, as a list of entries Node.port -> Node.port"""
-    inputs: dict[str, str] = {}
-    """Inputs of the graph when another graph uses it as a subgraph, as name: Node.port."""
+    inputs: dict[str, InnerPorts] = {}
+    """Inputs of the graph when another graph uses it as a subgraph, as name: Node.port, or name: [Node.port, Other.port]."""
     outputs: dict[str, str] = {}
     """Outputs of the graph when another graph uses it as a subgraph, as name: Node.port."""
     layout: dict[Name, Pair] = {}

@@ -287,6 +287,43 @@ def test_a_value_and_a_wire_into_one_input_of_a_subgraph_are_told(file: MakeFile
     assert [(finding.code, place(finding)) for finding in found] == [("W103", ("outer.yaml", 5))]
 
 
+SHARED = """
+    graph: shared
+    inputs: {go: [First.execIn, Second.execIn], speed: [First.a, Second.a, Second.b]}
+    nodes: {First: Do, Second: Do}
+"""
+
+
+def test_an_input_of_a_subgraph_leads_to_all_ports_that_it_names(file: MakeFile) -> None:
+    file(SHARED, "shared.yaml")
+    file(
+        "{graph: middle, inputs: {go: [A.go, B.go], speed: [A.speed, B.speed]}, "
+        "nodes: {A: {subgraph: shared.yaml}, B: {subgraph: shared.yaml}}}",
+        "middle.yaml",
+    )
+    wired = "connections: [Tick.tick -> M.go, Tick.number -> M.speed]"
+    outer = "graph: outer\nnodes: {{Tick: Tick, M: {{subgraph: middle.yaml{}}}}}\n{}\n"
+    run = Bench(file(outer.format("", wired), "outer.yaml")).setup()
+    assert run.tick() == ["First 1", "Second 2", "First 1", "Second 2"]
+    given = outer.format(", inputs: {speed: 5}", "connections: [Tick.tick -> M.go]")
+    assert Bench(file(given, "set.yaml")).setup().tick() == ["First 5", "Second 10"] * 2
+
+
+@pytest.mark.parametrize("declared", ["[]", "[First.execIn, nonsense]", "[First.execIn, 'A.b.c']"])
+def test_an_input_that_names_no_port_is_told_where_it_was_declared(declared: str, file: MakeFile) -> None:
+    path = file(SHARED.replace("[First.execIn, Second.execIn]", declared), "shared.yaml")
+    assert [finding.code for finding in resolve(path)[1]] == ["G202"]
+
+
+def test_inputs_that_double_at_each_level_are_refused_before_they_fill_the_memory(file: MakeFile) -> None:
+    file(SHARED, "level0.yaml")
+    for level in range(1, 16):
+        inner = f"{{subgraph: level{level - 1}.yaml}}"
+        text = f"graph: l\ninputs: {{go: [A.go, A.go, A.go, A.go]}}\nnodes: {{A: {inner}}}\n"
+        path = file(text, f"level{level}.yaml")
+    assert [finding.code for finding in resolve(path)[1]] == ["G105"]
+
+
 MIDDLE = """
     graph: middle
     inputs: {run: Inner.go, speed: Inner.speed}
