@@ -22,7 +22,7 @@ import functools
 import math
 import re
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Annotated, Any
 
 import numpy as np
@@ -272,13 +272,14 @@ def conversion(source: PortType, target: PortType) -> str | None:
     """Return the name of the function in `CONVERTERS` that a wire from a source to a target type needs.
 
     The name is empty if no conversion is needed. Return None if the types cannot be wired. Wires convert bool and integers to
-    int64 and double, and half and float to double; for other types, users insert a converter node. A target of type `any`
-    accepts every type. Roles are ignored.
+    int64 and double, and half and float to double; for other types, users insert a converter node. A timecode is a double. A
+    target of type `any` accepts every type. Roles are ignored.
     """
     if target.base == "any" and not target.array:
         return ""
     if (source.count, source.array) != (target.count, target.array):
         return None
+    source, target = (replace(end, base="double") if end.base == "timecode" else end for end in (source, target))
     if source.base == target.base:
         return ""
     if source.role == _POINTER:

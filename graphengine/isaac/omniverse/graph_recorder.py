@@ -79,6 +79,8 @@ class GraphRecorder(ScriptNotes):
         self.removed: dict[str, RecordedGraph] = {}
         """Graphs that the script removed after it had simulated with them, by prim path; they are imported too."""
         self.compounds: dict[str, Compounds] = {}
+        self.shared: dict[tuple[str, str, str], dict[tuple[str, str], None]] = {}
+        """Further inner attributes of promoted inputs, by graph and first inner attribute; wires and values go to all of them."""
         self.parts = 0
         self.stages: dict[str, list[RecordedGraph]] = {}
         """Graphs of the USD files that could be read, by the path that the script passes when it opens the file."""
@@ -254,10 +256,19 @@ class GraphRecorder(ScriptNotes):
         return Place(place.graph, node, name)
 
     def promote(self, place: Place, compound: str, name: str) -> None:
-        """Make an attribute of an inner node available as the attribute `name` of the compound."""
+        """Make an attribute of an inner node available as the attribute `name` of the compound; several may share a name."""
         side = place.name.partition(":")[0]
         full = name if name.startswith(SIDES) else f"{side}:{name}"
-        self.compounds[place.graph.path][compound][full] = (place.node, place.name)
+        first = self.compounds[place.graph.path][compound].setdefault(full, (place.node, place.name))
+        if first != (place.node, place.name):
+            self.shared.setdefault((place.graph.path, *first), {})[place.node, place.name] = None
+
+    def _fan_out(self, place: Place) -> list[Place]:
+        """Return an attribute, and the attributes that a compound promotes under the same name."""
+        ends = [(place.node, place.name)]
+        for node, name in ends:
+            ends += [end for end in self.shared.get((place.graph.path, node, name), ()) if end not in ends]
+        return [Place(place.graph, *end) for end in ends]
 
     def create_attribute(self, place: Place, type: Any, port_type: Any = None) -> Place:
         """Add an attribute to a node and return it; a missing prefix such as `inputs:` follows from the type or port type."""
@@ -282,6 +293,10 @@ class GraphRecorder(ScriptNotes):
 
     def set_value(self, place: Place, value: Any, type: Any = "") -> None:
         """Record the value of an attribute. A value that only Omniverse knows, or that is set between frames, is left out."""
+        for inner in self._fan_out(place):
+            self._set_value(inner, value, type)
+
+    def _set_value(self, place: Place, value: Any, type: Any) -> None:
         hint = f"{place.node.rpartition('/')[2]}.{place.name}"
         node = self.node(place)
         if self.frames.drive((place.graph.path, place.node), node.values, place.name, hint):
@@ -311,16 +326,16 @@ class GraphRecorder(ScriptNotes):
         if source.graph is not target.graph:
             self.leave_out(f"the wire {source.path} -> {target.path} connects different graphs", source.name)
             return
-        self.count()
-        self.node(source), self.node(target)
         name = f"{source.node.rpartition('/')[2]}.{source.name}"
-        wire = RecordedWire(source.node, source.name, target.node, target.name, self.where(name))
-        source.graph.wires.append(wire)
+        for end in self._fan_out(target):
+            self.count()
+            self.node(source), self.node(end)
+            source.graph.wires.append(RecordedWire(source.node, source.name, end.node, end.name, self.where(name)))
 
     def disconnect(self, source: Place, target: Place) -> None:
         """Remove the wire between two attributes, if there is one."""
-        wire = RecordedWire(source.node, source.name, target.node, target.name)
-        source.graph.wires = [known for known in source.graph.wires if known != wire]
+        wires = {RecordedWire(source.node, source.name, end.node, end.name) for end in self._fan_out(target)}
+        source.graph.wires = [known for known in source.graph.wires if known not in wires]
 
     def disconnect_all(self, place: Place) -> None:
         """Remove all wires of an attribute."""

@@ -86,6 +86,12 @@ def stage_of(value: Any) -> PipelineStage:
 
 
 def items(commands: Any) -> Iterable[Any]:
-    """Return the items of one key of the edit commands as a list; scripts may write a single item without a list."""
-    several = isinstance(commands, tuple) and commands and isinstance(commands[0], tuple | list)
-    return list(commands) if several or isinstance(commands, list) else [commands]
+    """Return the items of one key of the edit commands as a list; scripts may write a single item without a list.
+
+    An attribute such as `("inputs:x", node)` at the beginning of a tuple belongs to a single item.
+    """
+    if isinstance(commands, list):
+        return list(commands)
+    first = commands[0] if isinstance(commands, tuple) and commands else ""
+    several = isinstance(first, tuple | list) and first and not str(first[0]).startswith(SIDES)
+    return list(commands) if several else [commands]

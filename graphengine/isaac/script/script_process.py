@@ -15,6 +15,7 @@ import linecache
 import math
 import os
 import random
+import re
 import resource
 import signal
 import sys
@@ -41,6 +42,9 @@ HARMLESS = frozenset(
 )
 """Additional audit events that are allowed: they affect only this process, or list files whose access is checked later."""
 
+NUMPY = ("char", "fft", "ma", "matlib", "polynomial", "rec", "testing", "typing")
+"""Submodules that numpy loads when they are used; they are loaded before the script runs if its text contains their names."""
+
 ENVIRONMENT = {"ISAAC_PATH": "/isaac-sim", "EXP_PATH": "/isaac-sim/apps", "CARB_APP_PATH": "/isaac-sim/kit"}
 ENVIRONMENT |= {"ROS_DISTRO": "jazzy", "ROS_DOMAIN_ID": "0", "HOME": "/root"}
 """Environment variables that a script sees, with values as in Isaac Sim and ROS; the user's variables are not passed on."""
@@ -58,7 +62,8 @@ ENDING_SECONDS = 3.0
 def main() -> None:
     """Read a request from stdin, confine this process, run the script, and write a `ScriptAnswer` to stdout."""
     request = json.load(sys.stdin)
-    for name in OFFERED.split():
+    used = (f"numpy.{name}" for name in NUMPY if re.search(rf"\b{name}\b", request["text"]))
+    for name in (*OFFERED.split(), *used):
         with contextlib.suppress(ImportError):
             importlib.import_module(name)
     run = ScriptRun(request)

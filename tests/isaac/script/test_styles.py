@@ -43,8 +43,11 @@ BUILDS: dict[str, dict[str, tuple[int, int]]] = {
     "robot_package/build": {"/World/relative": (3, 2)},
     "run_coroutine": {"/World/awaited": (2, 1), "/World/awaited_too": (2, 1)},
     "script_node": {"/World/script": (3, 3)},
+    "script_ports": {"/World/ports": (3, 4)},
     "set_afterwards": {"/ActionGraph": (2, 1)},
     "several_edits": {"/World/graph": (3, 5)},
+    "shared_inputs": {"/World/shared": (3, 4)},
+    "single_items": {"/World/single": (2, 2)},
     "standalone_app": {"/ActionGraph": (5, 8)},
     "string_keys": {"/World/keys": (2, 1)},
     "try_except": {"/World/good": (1, 0)},
@@ -201,6 +204,15 @@ def test_a_compound_is_taken_apart(tmp_path: Path) -> None:
         "Tick.deltaSeconds -> Doubled_Multiply.a",
         "Doubled_Multiply.product -> Diff.dt",
     ]
+
+
+def test_an_input_that_a_compound_shares_goes_to_all_its_nodes(tmp_path: Path) -> None:
+    graph, _ = one("shared_inputs", tmp_path)
+    assert [node.literals for node in graph.instances[1:]] == [{"topic_name": "time"}] * 2
+
+
+def test_a_single_pair_may_begin_with_an_attribute_and_its_node(tmp_path: Path) -> None:
+    assert one("single_items", tmp_path)[0].by_id("Clock").literals == {"topic_name": "time"}
 
 
 def test_names_that_a_file_cannot_hold_are_changed_and_told(tmp_path: Path) -> None:
