@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from types import ModuleType
 from typing import Any
@@ -18,6 +18,8 @@ MAX_FRAMES = 5_000
 """Maximum number of frames that a script renders before it is regarded as an endless loop."""
 MAX_PASSED_OVER = 1000
 """Maximum number of reported actions that do not build graphs."""
+
+Callback = Callable[..., Any]
 
 
 class EndlessError(BaseException):
@@ -49,6 +51,8 @@ class ScriptNotes:
         """Names of the stub modules from which the script imports `*`."""
         self.said: deque[str] = deque(maxlen=3)
         """The last three lines that the script printed or logged."""
+        self.callbacks: list[Callback] = []
+        """Functions of the script that it registers as callbacks, such as physics callbacks."""
         self.idle_calls = 0
         """Number of calls that built nothing."""
         self._told: set[str] = set()

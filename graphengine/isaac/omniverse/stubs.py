@@ -11,7 +11,7 @@ import functools
 import re
 import sys
 from collections.abc import Iterator, Mapping
-from types import FrameType, ModuleType
+from types import FrameType, FunctionType, MethodType, ModuleType
 from typing import Any
 
 from graphengine.isaac.omniverse.plain_data import MAX_DEPTH, UnknownError, unknown
@@ -39,6 +39,10 @@ _OF_GRAPHS = re.compile(r"(^|\.)(omni\.graph\.core\.cmds|og|Controller)\.|(^|\.)
 
 _QUESTION = re.compile(r"(is|has|enable|set|add|load|open|create)(_|[A-Z])|exists")
 """Matches the names of functions whose result is true if the objects that a script uses are assumed to exist."""
+
+_REGISTERS = re.compile(r"callback|subscri|observe|listener|handler|timer", re.IGNORECASE)
+"""Matches the names of functions that register callbacks, such as `add_physics_callback` or `create_subscription_to_pop`."""
+_FUNCTIONS = (FunctionType, MethodType, functools.partial)
 
 _CALLS = re.compile(r"\(\)|\(#\d+\)|#\d+")
 """Matches the marks for calls and arguments, such as `()`, `(#2)` or `#2`, in the name of a stub."""
@@ -80,7 +84,10 @@ class StubObject:
             return runs == _RUNS[last]
         if self._name.startswith("carb.log_"):
             self._recorder.said.extend(text[:MAX_SAID] for text in arguments if isinstance(text, str))
-        if len(arguments) == 1 and not named and callable(arguments[0]) and not isinstance(arguments[0], StubObject):
+        if _REGISTERS.search(last):
+            every = (*arguments, *named.values())
+            self._recorder.callbacks.extend(one for one in every if isinstance(one, _FUNCTIONS))
+        elif len(arguments) == 1 and not named and callable(arguments[0]) and not isinstance(arguments[0], StubObject):
             return arguments[0]  # a decorator
         given = tuple(map(_comparable, (*arguments, *named, *named.values())))
         name = self._name if self._name.endswith(")") else f"{self._name}()"

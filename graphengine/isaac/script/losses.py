@@ -15,6 +15,7 @@ from graphengine.isaac.omniverse.og_edit import OPENED
 from graphengine.isaac.omniverse.og_names import NotThereError, OmniGraphError
 from graphengine.isaac.omniverse.script_notes import EndlessError
 from graphengine.isaac.script.builders import BUILDING, builders, called, entries, handed_over
+from graphengine.isaac.script.callbacks import lines_of
 from graphengine.isaac.script.coverage import Failure, Unreached, Why, asking, holds
 from graphengine.isaac.script.script_source import Script, Scripts
 from graphengine.sandbox.confinement import MAX_MEMORY_BYTES, AccessDeniedError
@@ -134,7 +135,9 @@ class Losses:
         names = BUILDING | {one.name for one in builders(*(script.tree for script in scripts), foreign=foreign)}
         failures = {failure: None for caught in self._caught for failure in self._failures(*caught)}
         for script in scripts:
-            for call, why in Unreached(script, self.ran, names, failures, foreign).calls():
+            for call, why in Unreached(script, self.ran, {*names, "set"}, failures, foreign).calls():
+                if called(call) == "set" and not (call.args and self._in_callback(script, call)):
+                    continue
                 what = f"{called(call)}() is never reached, because of {why.text}"
                 place = script.span(call.lineno, call.end_lineno, call.col_offset)
                 remedies = *self._remedies(script, why.condition), *why.advice
@@ -150,6 +153,10 @@ class Losses:
             self.recorder.findings.add(
                 "W302" if lost else "N302", what, None, "to import what one of them builds, add --call"
             )
+
+    def _in_callback(self, script: Script, call: ast.Call) -> bool:
+        lines = lines_of(self.recorder.callbacks)
+        return any(path == script.source.path and first <= call.lineno <= last for path, first, last in lines)
 
     def report_conditions(self) -> None:
         """Report the conditions that were assumed to be false because only Omniverse knows their values."""

@@ -20,6 +20,7 @@ from graphengine.isaac.omniverse.graph_recorder import GraphRecorder
 from graphengine.isaac.omniverse.modules import make_modules
 from graphengine.isaac.omniverse.stubs import Builtins, StubObject, of_unknown
 from graphengine.isaac.recorded_graph import IMPULSE, RecordedGraph, RecordedValue
+from graphengine.isaac.script.callbacks import run_callbacks
 from graphengine.isaac.script.coverage import FAILED, MARK, NUMBER, marked
 from graphengine.isaac.script.import_finder import PACKAGE
 from graphengine.isaac.script.losses import UNFORGIVEN, Losses, TimeIsUpError
@@ -129,6 +130,10 @@ class ScriptRun:
             if isinstance(error, MemoryError):
                 namespace.clear()  # frees the script's memory for the report
             self.losses.report_end(error)
+        if self.recorder.callbacks and not self.time_is_up and not self.recorder.findings.errors:
+            self.running = True
+            run_callbacks(self.recorder, lambda error: self.losses.note(error, -1))
+            self.running = False
 
     def _call(self, namespace: dict[str, Any]) -> None:
         """Make the calls of `--call` options; without such options, if no graph was built, call `on_startup` of extensions."""
