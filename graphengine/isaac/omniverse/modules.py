@@ -9,6 +9,7 @@ from graphengine.isaac.omniverse import og, usd, usd_values
 from graphengine.isaac.omniverse.asyncio_stub import Task, finish
 from graphengine.isaac.omniverse.graph_recorder import GraphRecorder, Place
 from graphengine.isaac.omniverse.og_edit import OPENED
+from graphengine.isaac.omniverse.ros_writers import render_variable
 from graphengine.isaac.omniverse.stubs import StubModule, StubObject
 
 ROOTS = frozenset(("omni", "pxr", "usdrt", "isaacsim", "carb", "isaaclab", "replicator", "warp"))
@@ -29,6 +30,11 @@ class Application(StubObject):
 
     def __call__(self, *_: Any, **__: Any) -> Any:  # noqa: D102
         return self
+
+
+def _sensor_type(sensor: Any) -> str:
+    """Return the name of a sensor type, such as `Rgb` for the stub of `SensorType.Rgb.name`."""
+    return str(sensor).removesuffix(">").removesuffix(".name").rpartition(".")[2]
 
 
 def make_modules(recorder: GraphRecorder) -> dict[str, ModuleType]:
@@ -113,6 +119,8 @@ def make_modules(recorder: GraphRecorder) -> dict[str, ModuleType]:
         "Matrix3d": usd_values.Matrix3,
         "Matrix2d": usd_values.Matrix2,
     }
+    synthetic = StubObject("omni.syntheticdata.SyntheticData", recorder)
+    vars(synthetic)["convert_sensor_type_to_rendervar"] = lambda sensor: render_variable(_sensor_type(sensor))
     known: dict[str, dict[str, Any]] = {
         "omni.graph.core": og.members(recorder),
         "omni.usd": {
@@ -120,6 +128,7 @@ def make_modules(recorder: GraphRecorder) -> dict[str, ModuleType]:
             "get_prim_at_path": prim_at,
             "get_stage_next_free_path": lambda _, path, *__: str(path),
         },
+        "omni.syntheticdata": {"SyntheticData": synthetic},
         "omni.kit.commands": {"execute": execute},
         "omni.kit.async_engine": {"run_coroutine": lambda coroutine: Task(finish(coroutine, recorder), recorder)},
         "pxr.Sdf": sdf,

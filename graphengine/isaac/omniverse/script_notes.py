@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from types import ModuleType
 from typing import Any
@@ -11,6 +11,7 @@ from typing import Any
 from graphengine.format.diagnostics import Findings, Span
 from graphengine.isaac.omniverse.frames import Frames, Stack, Where
 from graphengine.isaac.omniverse.plain_data import UnknownError
+from graphengine.isaac.omniverse.ros_writers import helper_node
 
 MAX_CALLS = 20_000
 """Maximum number of calls that build nothing before the script is regarded as an endless simulation loop."""
@@ -89,6 +90,15 @@ class ScriptNotes:
         if what not in self._told and len(self._told) < MAX_PASSED_OVER:
             self._told.add(what)
             self.findings.add("N302", f"{what} does not belong to a graph and is left out", self.where(""), *help)
+
+    def lose_topic(self, writer: str, named: Mapping[str, Any]) -> None:
+        """Warn that the topic of a ROS 2 writer is left out; `named` are the arguments that set its topic and namespace."""
+        topic = "/".join(filter(None, (str(named.get(key, "")) for key in ("nodeNamespace", "topicName"))))
+        topic = f"the topic {topic!r}" if topic else "the topic"
+        advice = f"instead: {helper_node(writer)}, and its renderProductPath wired from IsaacCreateRenderProduct"
+        self.leave_out(
+            f"{topic} that the writer {writer} publishes is left out", str(named.get("topicName", "")), advice
+        )
 
     def search(self, what: str) -> None:
         """Record that the script iterates over a collection that only Omniverse knows; `report_searches` may warn of it later."""

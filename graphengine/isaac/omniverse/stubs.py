@@ -15,6 +15,7 @@ from types import FrameType, FunctionType, MethodType, ModuleType
 from typing import Any
 
 from graphengine.isaac.omniverse.plain_data import MAX_DEPTH, UnknownError, unknown
+from graphengine.isaac.omniverse.ros_writers import is_ros_writer
 from graphengine.isaac.omniverse.script_notes import ScriptNotes
 
 MAX_SAID = 200
@@ -27,6 +28,8 @@ _ASKS = re.compile(
 
 ELSEWHERE, OWN = "an object of a USD file", "an attribute of an unknown node"
 """Names of stubs for objects that another finding already reports as left out; calls of these stubs are not reported."""
+_WRITER = "a ROS 2 writer"
+"""Name of the stubs of ROS 2 writers, which report the topics that are left out."""
 
 _DRAWS = frozenset(("update", "step", "render", "next_update_async"))
 """Names of functions that render a frame."""
@@ -76,6 +79,8 @@ class StubObject:
         pass
 
     def __call__(self, *arguments: Any, **named: Any) -> Any:  # noqa: D102
+        if writer := next(filter(is_ros_writer, arguments), ""):
+            return RosWriter(_WRITER, self._recorder).publish(writer, named)
         told(self._recorder, self._name)
         last = self._name.rpartition(".")[2]
         if last in _RUNS and (last != "is_playing" or self._recorder.frames.loops):
@@ -172,6 +177,21 @@ class StubObject:
         raise UnknownError(f"it comes from {self._name}, which only Omniverse knows")
 
 
+class RosWriter(StubObject):
+    """Stub of a writer of Replicator that publishes a ROS 2 topic."""
+
+    def publish(self, writer: str, named: Mapping[str, Any]) -> RosWriter:
+        """Set the name of the writer, and report the topic if it is among the arguments; return this stub."""
+        vars(self)["_writer"] = writer
+        if "topicName" in named:
+            self._recorder.lose_topic(writer, named)
+        return self
+
+    def initialize(self, **named: Any) -> None:
+        """Report the topic, which is left out."""
+        self._recorder.lose_topic(self._writer, named)
+
+
 def of_unknown(function: Any) -> Any:
     """Return a wrapper of a numeric function that returns a stub if an argument is or contains one.
 
@@ -258,7 +278,7 @@ def told(recorder: ScriptNotes, name: str) -> None:
     last = name.rpartition(".")[2]
     if last in _DRAWS:
         recorder.frames.draw()
-    if _ASKS.match(last) or name.startswith((ELSEWHERE, OWN)):
+    if _ASKS.match(last) or name.startswith((ELSEWHERE, OWN, _WRITER)):
         return
     if _OF_GRAPHS.search(name):
         recorder.leave_out(f"the effect of {name}() on graphs is left out")
