@@ -23,14 +23,18 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "-o", "--output", metavar="FILE", type=Path, help="script to write (default: print it to standard output)"
     )
     parser.add_argument("--force", action="store_true", help="overwrite an existing file")
+    strict = (
+        "write no script if the graph has nodes or ports that Isaac Sim does not have (default: they become comments)"
+    )
+    parser.add_argument("--strict", action="store_true", help=strict)
 
 
 def execute(arguments: argparse.Namespace) -> int:
     """Write the script.
 
     Returns:
-        0 on success, 1 if the file has errors or several graphs, or if the graph uses nodes that Isaac Sim does not have; each
-        reason is reported.
+        0 on success, 1 if the file has errors or several graphs, or, with `--strict`, if the graph uses parts that Isaac Sim does
+        not have; each reason is reported.
     """
     from graphengine.api.scene import loaded_of
     from graphengine.isaac.export import write_script
@@ -43,7 +47,7 @@ def execute(arguments: argparse.Namespace) -> int:
     findings = Findings()
     graphs = loaded_of(scene).planned
     _check_one(arguments.file, len(graphs), findings)
-    script = write_script(graphs[0], findings) if graphs else ""
+    script = write_script(graphs[0], findings, strict=arguments.strict) if graphs else ""
     print_findings(findings, notes=False)
     if findings.errors:
         return 1

@@ -87,6 +87,7 @@ CODES: dict[str, str] = {
     "W216": "value that is probably a mistake",
     "W301": "imported node of an unavailable type",
     "W302": "omitted part of an imported file",
+    "W303": "omitted part of an exported graph",
     "N101": "old name of a node type",
     "N102": "prims were not checked",
     "N103": "part of a model that was changed or ignored",

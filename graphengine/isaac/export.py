@@ -1,17 +1,18 @@
 """Exports a graph as a script that builds it in Isaac Sim with one `og.Controller.edit`.
 
-Subgraphs are expanded and parameters are replaced by their values, because scripts have neither. Each feature without a
-counterpart in Isaac Sim is reported.
+Subgraphs are expanded and parameters are replaced by their values, because scripts have neither. A part without a counterpart in
+Isaac Sim becomes a comment at its place in the script.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from typing import Any
 
-from graphengine.compiler.every_gates import EveryOnce, EveryTicks
-from graphengine.compiler.graph import Graph, Instance
+from graphengine.compiler.every_gates import EveryHz, EveryOnce, EveryTicks
+from graphengine.compiler.graph import Graph, Instance, Wire
 from graphengine.format.diagnostics import Findings
 from graphengine.isaac.graph_file import SCRIPT_NODE, unique
 from graphengine.node import PortType, UnionType, types
@@ -21,6 +22,7 @@ OWN = "graphengine."
 """Prefix of the names of graphengine's own node types, which Isaac Sim does not have."""
 GATES = {
     EveryTicks.type_name: ("isaacsim.core.nodes.IsaacSimulationGate", "execOut"),
+    EveryHz.type_name: ("isaacsim.core.nodes.IsaacSimulationGate", "execOut"),
     EveryOnce.type_name: ("isaacsim.core.nodes.OgnIsaacRunOneSimulationFrame", "step"),
 }
 """Isaac Sim's node type, and the name of its execution output, by the type name of graphengine's `every:` gate."""
@@ -30,51 +32,104 @@ TICK_RATE = 60
 """Default tick rate of scenes and of Isaac Sim, Hz."""
 
 
-def write_script(graph: Graph, findings: Findings) -> str:
-    """Return the script as text, or an empty string, with errors in `findings`, if a part of the graph cannot be exported.
+def write_script(graph: Graph, findings: Findings, *, strict: bool = False) -> str:
+    """Return the script as text; parts without a counterpart in Isaac Sim are comments in it.
 
     Args:
         graph: resolved graph without errors.
-        findings: receives an error for each part without a counterpart in Isaac Sim.
+        findings: receives a warning for each part without a counterpart in Isaac Sim.
+        strict: whether each of these parts is an error; the script is then an empty string.
     """
     before = len(findings.errors)
-    exporter = _Exporter(graph, findings)
+    exporter = _Exporter(graph, findings, "G402" if strict else "W303")
     return "" if len(findings.errors) > before else "\n".join([*exporter.lines(), ""])
 
 
 class _Exporter:
-    def __init__(self, graph: Graph, findings: Findings) -> None:
-        self.graph, self.findings = graph, findings
+    def __init__(self, graph: Graph, findings: Findings, code: str) -> None:
+        self.graph, self.findings, self.code = graph, findings, code
         self.names = _names([instance.id for instance in graph.instances])
+        self.lost: dict[tuple[int, str], str] = {}
+        """Why a node or port is left out, by index of the node and field of the port; the field is empty for the whole node."""
         for instance in graph.instances:
             if not instance.part_of:
-                self._refuse(instance)
+                self._check(instance)
+        lost = {graph.instances[index].id for index, field in self.lost if not field}
+        self.lost |= {(gate.index, ""): "" for gate in graph.instances if gate.part_of in lost}
+        self.starved = self._find_starved()
+        self.into: dict[int, list[Wire]] = {}
+        """Execution wires by the index of their target."""
+        for wire in graph.exec_wires:
+            self.into.setdefault(wire.target, []).append(wire)
 
-    def _refuse(self, instance: Instance) -> None:
+    def _check(self, instance: Instance) -> None:
         """Report what Isaac Sim lacks for a node: its type, a gate with a rate in Hz, and ports that are wired or set."""
         if instance.cls.type_name.startswith(OWN):
-            self._tell(instance, f"Isaac Sim has no node type {instance.cls.type_name}")
+            self._tell(instance, "", f"Isaac Sim has no node type {instance.cls.type_name}")
         every = instance.entry.spec.every
         if every is not None and every.hz is not None:
-            ticks = max(1, round(TICK_RATE / every.hz))
+            ticks = _ticks(every.hz)
             counted = f"which at {TICK_RATE} ticks a second is {TICK_RATE / ticks:g} Hz"
             advice = f"write `every: {{ticks: {ticks}}}`, {counted}"
-            self._tell(instance, "`every` has a rate in Hz, but the gates of Isaac Sim count ticks", advice)
+            what = f"{instance.id}: `every` has a rate in Hz, but the gates of Isaac Sim count ticks"
+            does = "" if self.code == "G402" else f"; the script counts {ticks} ticks"
+            self.findings.add(self.code, what + does, instance.span, advice, related=instance.entry.via)
         wires = [*self.graph.data_wires, *self.graph.exec_wires]
         used = instance.literals.keys() | {wire.target_field for wire in wires if wire.target == instance.index}
         used |= {wire.source_field for wire in wires if wire.source == instance.index}
         for field in sorted(used):
             port = instance.cls.fields[field]
             if port.extension and not (instance.cls.type_name == SCRIPT_NODE and port.name == "attributes"):
-                self._tell(instance, f"{instance.cls.type_name} has no {port.side}:{port.name} in Isaac Sim")
+                self._tell(instance, field, f"{instance.cls.type_name} has no {port.side}:{port.name} in Isaac Sim")
 
-    def _tell(self, instance: Instance, what: str, *help: str) -> None:
-        self.findings.add("G402", f"{instance.id}: {what}", instance.span, *help, related=instance.entry.via)
+    def _tell(self, instance: Instance, field: str, what: str) -> None:
+        self.lost[instance.index, field] = what
+        does = "" if self.code == "G402" else "; it is left out of the script"
+        self.findings.add(self.code, f"{instance.id}: {what}{does}", instance.span, related=instance.entry.via)
+
+    def _item(self, code: str, index: int, field: str = "", *more: tuple[int, str]) -> str:
+        """Return a line of the script with an item of an edit, or a comment if its node or one of its ports is left out."""
+        ends = ((index, field), *more)
+        why = next((self.lost[end] for end in ends if end in self.lost), "")
+        left = why or any((end[0], "") in self.lost for end in ends)
+        return f"# left out: {code}{f': {why}' if why else ''}" if left else f"{code},"
+
+    def _find_starved(self) -> set[int]:
+        """Return the nodes that are left out, and the nodes that read data of such nodes."""
+        readers: dict[int, list[int]] = {}
+        for wire in self.graph.data_wires:
+            readers.setdefault(wire.source, []).append(wire.target)
+        lost = pending = [index for index, field in self.lost if not field]
+        found = set(lost)
+        while pending:
+            more = {reader for index in pending for reader in readers.get(index, ())} - found
+            found |= more
+            pending = [index for index in more if self.graph.instances[index].cls.kind() == "data"]
+        return found
+
+    def _bridged(self, wire: Wire) -> Iterator[Wire]:
+        """Yield the wires that replace a wire from a node that is left out, so that its target is still executed.
+
+        They begin at the outputs that execute this node. There are none if the target needs data of nodes that are left out, or
+        if the node does not fire at each execution.
+        """
+        pending, seen = [wire.source] if wire.target not in self.starved else [], set[int]()
+        while pending:
+            source = self.graph.instances[pending.pop(0)]
+            if source.index in seen or source.cls.gated or source.cls.kind() != "action":
+                continue
+            seen.add(source.index)
+            for before in self.into.get(source.index, ()):
+                if (before.source, "") in self.lost:
+                    pending.append(before.source)
+                elif not source.cls.fields[before.target_field].control:
+                    yield replace(wire, source=before.source, source_field=before.source_field)
 
     def lines(self) -> Iterator[str]:
         """Yield the lines of the script."""
         graph, spec = self.graph, self.graph.flat.spec
-        layout = {self.names[name]: place for name, place in spec.layout.items() if name in self.names}
+        kept = {instance.id for instance in graph.instances if (instance.index, "") not in self.lost}
+        layout = {self.names[name]: place for name, place in spec.layout.items() if name in kept}
         if spec.doc:
             yield from ('"""' + _docstring(spec.doc) + '"""', "")
         yield "import omni.graph.core as og"
@@ -109,12 +164,12 @@ class _Exporter:
     def _variables(self) -> Iterator[str]:
         for name, value in self.graph.variables.items():
             port_type = self.graph.variable_types[name]
-            yield f"({text(name)}, {text(str(port_type))}, {literal(value, port_type)})"
+            yield f"({text(name)}, {text(str(port_type))}, {literal(value, port_type)}),"
 
     def _nodes(self) -> Iterator[str]:
         for instance in self.graph.instances:
             type_name = GATES[instance.cls.type_name][0] if instance.part_of else instance.cls.type_name
-            yield f"({text(self.names[instance.id])}, {text(type_name)})"
+            yield self._item(f"({text(self.names[instance.id])}, {text(type_name)})", instance.index)
 
     def _attributes(self) -> Iterator[str]:
         """Yield the Python code of a tuple `(attribute, type)` for each port that the script must add to a node."""
@@ -124,15 +179,21 @@ class _Exporter:
                 if key not in fixed:
                     settled = instance.settled.get(port.field, port.type)
                     name = "any" if isinstance(settled, UnionType) else str(settled)
-                    yield f"({text(self._end(instance, port))}, {text(name)})"
+                    yield self._item(f"({text(self._end(instance, port))}, {text(name)})", instance.index, port.field)
             for hole in _holes(instance):
-                yield f"({text(f'{self.names[instance.id]}.outputs:{hole}')}, {text('execution')})"
+                end = text(f"{self.names[instance.id]}.outputs:{hole}")
+                yield self._item(f"({end}, {text('execution')})", instance.index)
 
     def _wires(self) -> Iterator[str]:
-        wires = sorted([*self.graph.data_wires, *self.graph.exec_wires], key=lambda wire: wire.order)
-        for wire in wires:
-            start, end = self._end(*self.graph.source(wire)), self._end(*self.graph.target(wire))
-            yield f"({text(start)}, {text(end)})"
+        for wire in sorted([*self.graph.data_wires, *self.graph.exec_wires], key=lambda wire: wire.order):
+            yield self._wire(wire)
+            if (wire.source, "") in self.lost and self.graph.source(wire)[1].is_exec:
+                yield from map(self._wire, self._bridged(wire))
+
+    def _wire(self, wire: Wire) -> str:
+        start, end = self._end(*self.graph.source(wire)), self._end(*self.graph.target(wire))
+        source, target = (wire.source, wire.source_field), (wire.target, wire.target_field)
+        return self._item(f"({text(start)}, {text(end)})", *source, target)
 
     def _end(self, instance: Instance, port: Port) -> str:
         """Return the name that a script uses for a port, such as `Node.inputs:x`, or `Node.outputs_x` for a bundle output."""
@@ -144,8 +205,11 @@ class _Exporter:
     def _values(self, *, of_messages: bool) -> Iterator[str]:
         """Yield the Python code of tuples `(attribute, value)` for inputs that select message types, or for all other inputs."""
         for instance in self.graph.instances:
-            if issubclass(instance.cls, EveryTicks) and not of_messages:
-                yield f"({text(f'{self.names[instance.id]}.inputs:step')}, {instance.value('ticks')})"
+            if issubclass(instance.cls, EveryTicks | EveryHz) and not of_messages:
+                hz = instance.value("hz") if issubclass(instance.cls, EveryHz) else None
+                ticks = _ticks(hz) if hz is not None else instance.value("ticks")
+                item = self._item(f"({text(f'{self.names[instance.id]}.inputs:step')}, {ticks})", instance.index)
+                yield item + (f"  # every: {{hz: {hz:g}}}" if hz is not None else "")
         for instance, port in self._literals():
             if (port.name in _MESSAGE) != of_messages:
                 continue
@@ -154,18 +218,23 @@ class _Exporter:
             shown = literal(value, settled) if isinstance(settled, PortType) else plain(value)
             several = isinstance(port.type, UnionType) or port.type == types.ANY
             typed = f", {text(str(settled))}" if several and isinstance(settled, PortType) else ""
-            yield f"({text(self._end(instance, port))}, {shown}{typed})"
+            yield self._item(f"({text(self._end(instance, port))}, {shown}{typed})", instance.index, port.field)
 
     def _literals(self) -> Iterator[tuple[Instance, Port]]:
         for instance in self.graph.instances:
             for port in instance.cls.fields.values():
                 declares = instance.cls.type_name == SCRIPT_NODE and port.name == "attributes"
-                if port.field in instance.literals and not declares:
+                if port.field in instance.literals and not declares and not instance.part_of:
                     yield instance, port
 
     def _targets(self) -> bool:
         variables = self.graph.variable_types.values()
         return any(port.type == types.TARGET for _, port in self._literals()) or types.TARGET in variables
+
+
+def _ticks(hz: float) -> int:
+    """Return the number of ticks, at `TICK_RATE`, between two executions at a rate in Hz."""
+    return max(1, round(TICK_RATE / hz))
 
 
 def _names(ids: Sequence[str]) -> dict[str, str]:
@@ -200,7 +269,7 @@ def _holes(instance: Instance) -> Iterator[str]:
 def _block(key: str, items: Sequence[str]) -> Iterator[str]:
     if items:
         yield f"        keys.{key}: ["
-        yield from (f"            {item}," for item in items)
+        yield from (f"            {item}" for item in items)
         yield "        ],"
 
 

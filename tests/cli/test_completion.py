@@ -102,7 +102,7 @@ def test_bash_completes_node_types_by_their_registered_and_short_names(bash: Com
 
 @needs("bash")
 def test_bash_completes_every_code_to_explain(bash: Complete) -> None:
-    assert bash("explain", "W30") == ["W301", "W302"]
+    assert bash("explain", "W30") == ["W301", "W302", "W303"]
     assert bash("explain", "W301", "G40") == ["G401", "G402"]
 
 

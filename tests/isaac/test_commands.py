@@ -292,7 +292,7 @@ def test_export_writes_a_script_that_import_reads(imports: Graphrun, graphrun: G
     ],
 )
 def test_export_takes_one_graph_and_no_node_of_our_own(name: str, complaint: str, graphrun: Graphrun) -> None:
-    done = graphrun("export", name, "--to", "isaac-script")
+    done = graphrun("export", name, "--to", "isaac-script", "--strict")
     assert (done.code, complaint in done.err) == (1, True)
 
 
