@@ -204,16 +204,21 @@ class ROS2FollowJointTrajectory(RobotActionNode, type="graphengine.ros2.ROS2Foll
 
         End the trajectory and its goal if the goal is canceled, if a tolerance is violated, or when the motion is complete.
         """
-        now, indices = self.clock.time, list(self.joints.indices)
-        desired = spline.sample(now)
-        actual = self.articulation.positions()[indices], self.articulation.velocities()[indices]
-        errors = desired[0] - actual[0], desired[1] - actual[1]
         if self.goal is not None and self.goal.cancel_requested:
             return self.hold(codes.SUCCESSFUL, "canceled: joints hold their positions", "canceled")
-        if self.goal is not None and self.feedback_rate and now - self.reported >= 1.0 / self.feedback_rate - _ROUNDING:
+        now = self.clock.time
+        overdue = now - spline.end
+        due = (
+            self.goal is not None and self.feedback_rate and now - self.reported >= 1.0 / self.feedback_rate - _ROUNDING
+        )
+        if overdue < -_ROUNDING and not due and not tolerances.limits_path:  # nothing depends on the errors
+            return self.command(*spline.sample(now + self.clock.delta))
+        desired, indices = spline.sample(now), list(self.joints.indices)
+        actual = self.articulation.positions()[indices], self.articulation.velocities()[indices]
+        errors = desired[0] - actual[0], desired[1] - actual[1]
+        if self.goal is not None and due:
             self.reported = now
             self.report(self.goal, desired, actual, errors)
-        overdue = now - spline.end
         if overdue < -_ROUNDING:
             if violation := tolerances.path.violation(self.joints, *errors):
                 return self.hold(codes.PATH_TOLERANCE_VIOLATED, violation, "abort")

@@ -58,8 +58,8 @@ class RobotActionNode(RobotNode):
     def command(self, positions: Floats, velocities: Floats) -> int:
         """Output set points (rad or m, rad/s or m/s) of the joints `commanded`, and return the port to fire."""
         self.joint_names_out = self.commanded
-        self.position_command = np.clip(positions, -_LARGEST, _LARGEST)
-        self.velocity_command = np.clip(velocities, -_LARGEST, _LARGEST)
+        self.position_command = np.minimum(np.maximum(positions, -_LARGEST), _LARGEST)  # a third of the time of `clip`
+        self.velocity_command = np.minimum(np.maximum(velocities, -_LARGEST), _LARGEST)
         return self.exec_out
 
 

@@ -25,6 +25,10 @@ class StateTolerances(Shared):
     positions: Floats
     velocities: Floats
 
+    def has_limits(self) -> bool:
+        """Return whether a joint has a limit."""
+        return bool(np.isfinite(self.positions).any() or np.isfinite(self.velocities).any())
+
     def violation(self, joints: ControlledJoints, positions: Floats, velocities: Floats) -> str:
         """Return a message about the first joint whose error exceeds its tolerance; empty if no error does.
 
@@ -52,6 +56,8 @@ class Tolerances(Shared):
     goal: StateTolerances
     goal_time: float
     """Time after the end of the trajectory during which the joints may still reach the goal, s; infinite if there is no limit."""
+    limits_path: bool
+    """Whether a joint has a limit in `path`; without limits, errors during the trajectory have no effect."""
 
     @classmethod
     def by_default(
@@ -68,12 +74,9 @@ class Tolerances(Shared):
 
         In all arguments but `joints`, 0 means no limit.
         """
-        none = np.full(joints, np.inf)
-        return cls(
-            StateTolerances(_limits(path, joints), none),
-            StateTolerances(_limits(goal, joints), _limits(np.array([stopped_velocity]), joints)),
-            goal_time or np.inf,
-        )
+        during = StateTolerances(_limits(path, joints), np.full(joints, np.inf))
+        end = StateTolerances(_limits(goal, joints), _limits(np.array([stopped_velocity]), joints))
+        return cls(during, end, goal_time or np.inf, during.has_limits())
 
     def of_goal(self, goal: Any, joints: ControlledJoints) -> Tolerances:
         """Return the tolerances of a goal. Tolerances that the goal does not set are taken from this object.
@@ -85,11 +88,9 @@ class Tolerances(Shared):
             TrajectoryError: a tolerance is NaN or negative but not -1, or is for a joint that the controller does not have.
         """
         time = messages.seconds(goal.goal_time_tolerance)
-        return Tolerances(
-            _with(self.path, goal.path_tolerance, "path_tolerance", joints),
-            _with(self.goal, goal.goal_tolerance, "goal_tolerance", joints),
-            _limit(time, self.goal_time, "goal_time_tolerance"),
-        )
+        path = _with(self.path, goal.path_tolerance, "path_tolerance", joints)
+        end = _with(self.goal, goal.goal_tolerance, "goal_tolerance", joints)
+        return Tolerances(path, end, _limit(time, self.goal_time, "goal_time_tolerance"), path.has_limits())
 
 
 def _limits(numbers: Floats, joints: int) -> Floats:

@@ -8,7 +8,6 @@ yaw (rad, not wrapped).
 from __future__ import annotations
 
 import math
-import operator
 from collections.abc import Sequence
 
 import numpy as np
@@ -20,8 +19,6 @@ Planar = tuple[float, float, float]
 NOT_MEASURED = 1e6
 """Variance of z (m2), roll and pitch (rad2), and of their velocities; it is large, as wheel encoders do not measure them."""
 _NOT_MEASURED = np.diag([0.0, 0.0, NOT_MEASURED, NOT_MEASURED, NOT_MEASURED, 0.0]).ravel()
-_MEASURED = np.array([0, 1, 5, 6, 7, 11, 30, 31, 35])
-"""Indices of x, y and yaw in the 36 numbers of a covariance of x, y, z, roll, pitch and yaw."""
 
 
 def moved(pose: Planar, motion: Planar) -> Planar:
@@ -47,36 +44,43 @@ def to_origin(point: tuple[float, float]) -> Floats:
     return np.array([[1.0, 0.0, y], [0.0, 1.0, -x], [0.0, 0.0, 1.0]])
 
 
-def uncertainty(covariance: Sequence[float], pose: Planar, motion: Planar, noise: Planar) -> Sequence[float]:
-    """Return the covariance of the pose after a motion, by linear error propagation.
+class Propagation:
+    """Propagates the covariance of a pose; it keeps its matrices from one motion to the next."""
 
-    Covariances of x, y and yaw are 9 numbers, row by row.
+    def __init__(self) -> None:
+        self._numbers = np.zeros(36)
+        by_pose, self._before, by_motion, self._scaled = self._numbers.reshape(4, 3, 3)
+        self._by_pose, self._by_pose_transposed, self._by_motion_transposed = by_pose, by_pose.T, by_motion.T
 
-    Args:
-        covariance: covariance of the pose before the motion.
-        pose: pose before the motion.
-        motion: the motion.
-        noise: variances of the motion, which are independent: forward (m2), left (m2), turn (rad2).
-    """
-    (x, y, yaw), (after_x, after_y, _), (ahead, left, turn) = pose, moved(pose, motion), noise
-    east, north, halfway = after_x - x, after_y - y, yaw + motion[2] / 2.0
-    cosine, sine = math.cos(halfway), math.sin(halfway)
-    of_pose = _rotated((1.0, 0.0, -north, 0.0, 1.0, east, 0.0, 0.0, 1.0), covariance)
-    by_motion = (cosine, -sine, -north / 2.0, sine, cosine, east / 2.0, 0.0, 0.0, 1.0)
-    of_motion = _rotated(by_motion, (ahead, 0.0, 0.0, 0.0, left, 0.0, 0.0, 0.0, turn))
-    a, b, c, d, e, f, g, h, i = map(operator.add, of_pose, of_motion)
-    u, v, w = (b + d) / 2.0, (c + g) / 2.0, (f + h) / 2.0  # symmetric in spite of rounding
-    return a, u, v, u, e, w, v, w, i
+    def propagate(
+        self, covariance: Sequence[float], pose: Planar, after: Planar, turn: float, noise: Planar
+    ) -> Sequence[float]:
+        """Return the covariance of the pose after a motion, by linear error propagation.
 
+        Covariances of x, y and yaw are 9 numbers, row by row.
 
-def _rotated(by: Sequence[float], covariance: Sequence[float]) -> list[float]:
-    """Return A C A^T for two matrices (3, 3), each as 9 numbers row by row.
-
-    `dot` has half the overhead of `@`, and does not warn of numbers that are not finite.
-    """
-    matrix = np.array(by).reshape(3, 3)
-    product: list[float] = matrix.dot(np.array(covariance).reshape(3, 3)).dot(matrix.T).ravel().tolist()
-    return product
+        Args:
+            covariance: covariance of the pose before the motion.
+            pose: pose before the motion.
+            after: pose after the motion, as `moved` returns it.
+            turn: turn of the motion, rad.
+            noise: variances of the motion, which are independent: forward (m2), left (m2), turn (rad2).
+        """
+        (x, y, yaw), (after_x, after_y, _), (ahead, left, about) = pose, after, noise
+        north, east, halfway = after_y - y, after_x - x, yaw + turn / 2.0
+        cosine, sine, half_north, half_east = math.cos(halfway), math.sin(halfway), north / 2.0, east / 2.0
+        self._numbers[:] = (
+            *(1.0, 0.0, -north, 0.0, 1.0, east, 0.0, 0.0, 1.0),
+            *covariance,
+            *(cosine, -sine, -half_north, sine, cosine, half_east, 0.0, 0.0, 1.0),
+            *(cosine * ahead, -sine * left, -half_north * about, sine * ahead, cosine * left, half_east * about),
+            *(0.0, 0.0, about),
+        )
+        # `dot` has half the overhead of `@`, and does not warn of numbers that are not finite
+        of_pose = self._by_pose.dot(self._before).dot(self._by_pose_transposed)
+        (a, b, c), (d, e, f), (g, h, i) = (of_pose + self._scaled.dot(self._by_motion_transposed)).tolist()
+        u, v, w = (b + d) / 2.0, (c + g) / 2.0, (f + h) / 2.0  # symmetric in spite of rounding
+        return a, u, v, u, e, w, v, w, i
 
 
 def in_space(covariance: Sequence[float]) -> Floats:
@@ -86,5 +90,5 @@ def in_space(covariance: Sequence[float]) -> Floats:
         covariance: covariance of x, y and yaw as 9 numbers, row by row.
     """
     full = _NOT_MEASURED.copy()
-    full[_MEASURED] = covariance
+    full[0], full[1], full[5], full[6], full[7], full[11], full[30], full[31], full[35] = covariance
     return full

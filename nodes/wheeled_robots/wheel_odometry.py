@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import functools
 import math
 import operator
 from collections.abc import Sequence
@@ -19,7 +18,7 @@ from graphengine.node.types import Double2, Doubles, Int, Quaterniond, Token, To
 from graphengine.nodes.checked import check_finite, check_outcome
 from graphengine.nodes.core.articulation import RobotNode, robot_of
 from graphengine.nodes.wheeled_robots import wheel_motion
-from graphengine.nodes.wheeled_robots.dead_reckoning import Floats, Planar, in_space, moved, to_origin, uncertainty
+from graphengine.nodes.wheeled_robots.dead_reckoning import Floats, Planar, Propagation, in_space, moved, to_origin
 from graphengine.nodes.wheeled_robots.geometry_check import Effects, compare_geometry
 
 if TYPE_CHECKING:
@@ -160,6 +159,7 @@ class ComputeWheelOdometry(RobotNode, type="graphengine.wheeled_robots.ComputeWh
     steering: list[int] = Bound()
     random: np.random.Generator = Bound()
     known: WheelGeometry | None = Bound()
+    propagation: Propagation = Bound()
     last: tuple[float, Sequence[float], int] | None = State(default=None)
     pose: Planar = State(default=(0.0, 0.0, 0.0))
     covariance: Sequence[float] = State(default=(0.0,) * 9)
@@ -181,6 +181,7 @@ class ComputeWheelOdometry(RobotNode, type="graphengine.wheeled_robots.ComputeWh
         self.wheels = self.joints(self.left_joints + self.right_joints)
         self.steering = self.joints(self.steering_joints) if steering else []
         self.last = self.known = None
+        self.propagation = Propagation()
 
     def joints(self, names: Tokens) -> list[int]:
         """Return the indices of the named joints among the joints of the robot."""
@@ -279,10 +280,10 @@ class ComputeWheelOdometry(RobotNode, type="graphengine.wheeled_robots.ComputeWh
         if not self.slip:
             return travel
         spread = [self.slip * math.sqrt(abs(distance)) for distance in travel]
-        if not all(map(math.isfinite, spread)):
+        if not math.isfinite(sum(spread)):
             check_outcome(self, *spread)
-        error = self.random.standard_normal
-        return [distance + most * error() for distance, most in zip(travel, spread, strict=True)]
+        errors = self.random.standard_normal(len(spread)).tolist()
+        return [distance + most * error for distance, most, error in zip(travel, spread, errors, strict=True)]
 
     def advance(self, motion: Sequence[float], elapsed: float, quantization: Sequence[float]) -> None:
         """Add a motion to the pose, and set the outputs.
@@ -294,18 +295,17 @@ class ComputeWheelOdometry(RobotNode, type="graphengine.wheeled_robots.ComputeWh
         """
         ahead, left, turn = motion
         window = (*self.window, (ahead, left, turn, elapsed))[-self.velocity_window :]
-        *recent, duration = functools.reduce(_add, window)
+        *recent, duration = _total(window)
         pose, step = self.pose, (ahead, left, turn)
         x, y, yaw = after = moved(pose, step)
         v_x, v_y, turn_rate = velocity = [part / duration for part in recent]
         outcome, covariance, of_pose, of_twist = [*after, *velocity], self.covariance, _UNKNOWN, _UNKNOWN
         if self.distance_variance or self.heading_variance_by_distance or self.heading_variance_by_turn:
-            covariance = uncertainty(covariance, pose, step, self.noise(step))
+            covariance = self.propagation.propagate(covariance, pose, after, turn, self.noise(step))
             a, b, c = self.noise(recent)
-            twist = [
-                (variance + more) / duration**2
-                for variance, more in zip((a, 0.0, 0.0, 0.0, b, 0.0, 0.0, 0.0, c), quantization, strict=True)
-            ]
+            twist, square = [*quantization], duration**2
+            twist[0], twist[4], twist[8] = a + twist[0], b + twist[4], c + twist[8]
+            twist = [variance / square for variance in twist]
             of_pose, of_twist = in_space(covariance), in_space(twist)
             outcome += (*covariance, *twist)
         if not math.isfinite(sum(outcome)):
@@ -335,8 +335,15 @@ class ComputeWheelOdometry(RobotNode, type="graphengine.wheeled_robots.ComputeWh
         return covariance
 
 
-def _add(one: _Moved, other: _Moved) -> _Moved:
-    return one[0] + other[0], one[1] + other[1], one[2] + other[2], one[3] + other[3]
+def _total(window: Sequence[_Moved]) -> _Moved:
+    """Return the sum of motions and of their durations; `sum` would round differently from Python 3.12 on."""
+    ahead, left, turn, duration = window[0]
+    for more in window[1:]:
+        ahead += more[0]
+        left += more[1]
+        turn += more[2]
+        duration += more[3]
+    return ahead, left, turn, duration
 
 
 _LEAST = {

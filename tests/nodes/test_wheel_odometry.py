@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from graphengine.devices.dry_world import ArticulationStub
 from graphengine.format.errors import ContextError, JointError
 from graphengine.node import BadValueError
-from graphengine.nodes.wheeled_robots.dead_reckoning import Planar, moved, uncertainty
+from graphengine.nodes.wheeled_robots.dead_reckoning import Planar, Propagation, moved
 from graphengine.nodes.wheeled_robots.holonomic import HolonomicController
 from graphengine.nodes.wheeled_robots.wheel_odometry import ComputeWheelOdometry
 from graphengine.testing import RecordingContext
@@ -331,7 +331,7 @@ def test_the_propagated_covariance_is_that_of_matrix_products_to_the_last_bit(
     by_pose = np.array([[1.0, 0.0, -north], [0.0, 1.0, east], [0.0, 0.0, 1.0]])
     by_motion = np.array([[cosine, -sine, -north / 2.0], [sine, cosine, east / 2.0], [0.0, 0.0, 1.0]])
     after = by_pose @ before @ by_pose.T + by_motion @ np.diag(noise) @ by_motion.T
-    found = uncertainty(before.ravel().tolist(), pose, motion, noise)
+    found = Propagation().propagate(before.ravel().tolist(), pose, moved(pose, motion), motion[2], noise)
     assert list(found) == ((after + after.T) / 2.0).ravel().tolist()
 
 
