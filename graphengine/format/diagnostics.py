@@ -54,7 +54,7 @@ CODES: dict[str, str] = {
     "G310": "target for a joint that moves freely",
     "G401": "file that cannot be imported",
     "G402": "graph that cannot be exported",
-    "S101": "file of a scene not found",
+    "S101": "file of a scene not found, or of a kind that is not read",
     "S102": "world that MuJoCo cannot load",
     "S103": "robot description that cannot be loaded",
     "S104": "no such link, joint or prim in the robot",

@@ -46,9 +46,13 @@ PACKAGE = "package://"
 YAML = (".yaml", ".yml")
 INCLUDED = ("scenes", "graphs")
 """Folders with included files, in the order in which a name is looked up."""
+USD = (".usd", ".usda", ".usdc", ".usdz")
+STAGE = "USD stage, of which only ActionGraphs can be read, no worlds and no robots"
+"""Name of USD files in messages."""
 OTHERS = (
     ((".urdf", ".xacro", ".sdf", ".mjcf", ".xml", ".world"), "a description", "import-robot", " -o robots/NAME.yaml"),
-    ((".py", ".usd", ".usda", ".usdc", ".usdz"), "a script or stage of Isaac Sim", "import", ""),
+    ((".py",), "a script of Isaac Sim", "import", ""),
+    (USD, f"a {STAGE}", "import", ""),
     ((".mcap",), "a recording", "replay", ""),
 )
 """Kinds of files that are not scenes or graphs: suffixes, name of the kind, and the verb that reads it, with its arguments."""
@@ -185,10 +189,18 @@ class Files:
             owner: text that precedes the error message and says what the file is for, such as `graph 'clock': `.
         """
         try:
-            return self.find(reference, folder)
+            path = self.find(reference, folder)
         except NotFoundError as error:
             findings.add("S101", f"{owner}{error.message}", span, *error.help)
             return None
+        if path.suffix.lower() not in USD:
+            return path
+        command = f"read its ActionGraphs: graphrun import {quoted(self.shown(path))}"
+        advice = (
+            "give the MJCF or SDF file of the world, or the URDF file of the robot; Isaac Sim exports robots as URDF"
+        )
+        findings.add("S101", f"{owner}{str(reference)!r} is a {STAGE}", span, advice, command)
+        return None
 
     def shown(self, path: Path) -> Path:
         """Return the path that messages show: relative to the working directory for a file in it, otherwise unchanged."""

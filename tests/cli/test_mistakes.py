@@ -11,6 +11,7 @@ from pathlib import Path
 import pytest
 
 from graphengine.cli import main
+from graphengine.format.files import STAGE
 from tests.cli.harness import ROOT, Graphrun, command, environment, live, process
 
 STEERING = "\x1b[31mred\x07\x9b2J\x7f"  # colours, rings, clears the screen
@@ -213,19 +214,47 @@ def test_an_illegal_value_is_answered_with_a_guess_or_a_short_list(
     ("arguments", "said"),
     [
         (["run", "my robot.urdf"], "a description\n  graphrun import-robot 'my robot.urdf' -o robots/NAME.yaml"),
-        (["check", "fine.py"], "a script or stage of Isaac Sim\n  graphrun import fine.py"),
+        (["check", "fine.py"], "a script of Isaac Sim\n  graphrun import fine.py"),
         (["show", "out.mcap"], "a recording\n  graphrun replay out.mcap"),
         (["import", "my robot.urdf"], "a description\n  graphrun import-robot 'my robot.urdf' -o robots/NAME.yaml"),
-        (["import-robot", "fine.py", "-o", "x.yaml"], "a script or stage of Isaac Sim\n  graphrun import fine.py"),
+        (["import-robot", "fine.py", "-o", "x.yaml"], "a script of Isaac Sim\n  graphrun import fine.py"),
+        (["import-robot", "arm.usd", "-o", "x.yaml"], f"a {STAGE}\n  graphrun import arm.usd"),
+        (["run", "hall.usda"], f"a {STAGE}\n  graphrun import hall.usda"),
     ],
 )
 def test_a_file_of_another_kind_is_answered_with_the_verb_for_it(
     graphrun: Graphrun, folder: Path, arguments: list[str], said: str
 ) -> None:
     (folder / "my robot.urdf").write_text("<robot name='r'/>", encoding="utf-8")
-    (folder / "out.mcap").touch()
+    for other in ("out.mcap", "arm.usd", "hall.usda"):
+        (folder / other).touch()
     verb, name, *_ = arguments
     graphrun(*arguments, code=2, out="", err=f"graphrun {verb}: {name}: {said}\n")
+
+
+@pytest.mark.parametrize(
+    ("scene", "at"),
+    [
+        ("world: hall.usda", "s.yaml:2:8"),
+        ("world: flat.xml\nrobots: {r: {use: hall.usda}}", "s.yaml:3:19"),
+        ("world: flat.xml\nrobots: {r: {use: r.yaml}}", "r.yaml:2:7"),
+        ("world: flat.xml\ngraphs: {g: {use: hall.usda, at: /World/g}}", "s.yaml:3:19"),
+    ],
+)
+def test_a_usd_stage_as_a_world_or_robot_is_told_with_what_is_read_of_it(
+    graphrun: Graphrun, folder: Path, scene: str, at: str
+) -> None:
+    for name, text in (
+        ("hall.usda", "#usda 1.0\n"),
+        ("flat.xml", "<mujoco/>"),
+        ("r.yaml", "robot: r\nurdf: hall.usda\n"),
+    ):
+        (folder / name).write_text(text, encoding="utf-8")
+    (folder / "s.yaml").write_text(f"scene: s\n{scene}\n", encoding="utf-8")
+    told = graphrun("check", "s.yaml").out
+    assert f"{at}: error S101: " in told
+    assert f"'hall.usda' is a {STAGE}" in told
+    assert "graphrun import hall.usda" in told
 
 
 @pytest.mark.parametrize(
