@@ -63,6 +63,8 @@ class Finder:
         """Faults that `look` has already returned, by topic."""
         self._nameless: dict[bytes, float] = {}
         """Time at which each peer whose node is unknown was first seen, s, by GID."""
+        self._unread: dict[str, float] = {}
+        """Time since which each topic has foreign publishers and no subscriber, s; infinite after `_strays` has reported it."""
         self._mistyped: set[str] = set()
         """Subscribed topics on which a peer's definition of the message type differs from the session's."""
         self.published: Mapping[str, Set[str]] = {}
@@ -78,7 +80,8 @@ class Finder:
         ends = list(ends)
         asked = {(end.claim.topic, _OTHER[end.claim.direction]) for end in ends}
         asked |= {(end.claim.topic, "publish") for end in ends if _is_clock(end) or self._is_large(end)}
-        graph = self._transport.graph(asked)
+        reads = [end.claim for end in ends if end.claim.direction == "subscribe"]
+        graph = self._transport.graph(asked | set(_shorter_names(reads)))
         choosing = {end.claim.topic for end in ends if end.claim.alternatives}
         self.published = published_types(graph, choosing)
         nameless = {peer.gid for where in asked for peer in graph.ends(*where) if not peer.node}
@@ -87,6 +90,7 @@ class Finder:
         comparison = _Comparison(ends, known, self._transport.node, self._definitions)
         found = [text for end in ends for text in self._new(end.claim.topic, self._faults(end, comparison), MOST)]
         self._mistyped |= comparison.mistyped
+        found += self._strays(ends, reads, graph, now)
         return [*found, *self._new("", self._dropped(), math.inf)]
 
     def _new(self, topic: str, faults: Iterable[Fault], most: float) -> Iterator[str]:
@@ -108,6 +112,31 @@ class Finder:
             yield from comparison.losses(end, self._buffer)
         if _is_clock(end):
             yield from comparison.rivals(end.claim.topic)
+
+    def _strays(
+        self, ends: Iterable[End], reads: Iterable[EndpointClaim], graph: NetworkGraph, now: float
+    ) -> Iterator[str]:
+        """Yield a text for each topic that another node publishes and no node reads, if the session reads a similar one.
+
+        The session's topic has the same last part and message type, such as /robot/cmd_vel for /cmd_vel, and no publisher. A
+        subscriber of the published topic gets `PATIENCE` s to appear. Each topic is reported once.
+        """
+        node, own = self._transport.node, {end.claim.topic for end in ends}
+        wanting: defaultdict[tuple[str, str], list[EndpointClaim]] = defaultdict(list)
+        for claim in reads:
+            if not graph.publishers(claim.topic):
+                for kind in (claim.message_type, *claim.alternatives):
+                    wanting[_last_part(claim.topic), kind].append(claim)
+        unread = {topic: since for topic, since in self._unread.items() if since == math.inf}
+        for peer in graph.endpoints if node and wanting else ():
+            near = wanting.get((_last_part(peer.topic), peer.message_type))
+            strange = peer.direction == "publish" and peer.full_node not in ("", node) and peer.topic not in own
+            if near and strange and not graph.subscribers(peer.topic):
+                unread.setdefault(peer.topic, self._unread.get(peer.topic, now))
+                if now - unread[peer.topic] >= PATIENCE:
+                    unread[peer.topic] = math.inf
+                    yield _stray(peer, near)
+        self._unread = unread
 
     def _dropped(self) -> Iterator[Fault]:
         """Yield faults of services, then topics whose malformed messages no earlier fault explains."""
@@ -212,6 +241,26 @@ class _Comparison:
                 if not short_of(claim.qos, peer.qos) and not short_of(peer.qos, claim.qos):
                     return claim.node
         return peer.full_node or "a program that is not a ROS node"
+
+
+def _last_part(topic: str) -> str:
+    return topic.rpartition("/")[2]
+
+
+def _shorter_names(claims: Iterable[EndpointClaim]) -> Iterator[tuple[str, Direction]]:
+    """Yield the topics of other namespaces that a publisher may mean: /robot/cmd_vel without its first parts is /cmd_vel."""
+    topics = {claim.topic for claim in claims}
+    shorter = {topic[number:] for topic in topics for number, sign in enumerate(topic) if number and sign == "/"}
+    for topic in shorter - topics:
+        yield from ((topic, direction) for direction in _OTHER.values())
+
+
+def _stray(peer: Endpoint, near: Sequence[EndpointClaim]) -> str:
+    """Return the message about a topic that no node reads; `near` are the session's subscriptions on topics of the same name."""
+    others = len({claim.topic for claim in near}) - 1
+    more = f", and {others} more topics of this name have subscribers" if others else ""
+    what = f"{peer.full_node} publishes {peer.message_type}, but no node reads this topic"
+    return f"{peer.topic}: {what}; {near[0].node} reads {near[0].topic}{more}"
 
 
 def _offer(claim: EndpointClaim, ours: Any, theirs: Any) -> tuple[Any, Any]:

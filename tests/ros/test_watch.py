@@ -347,3 +347,58 @@ def test_a_session_is_told_when_it_has_another_topic_and_when_a_peer_comes() -> 
     subscription.close()
     assert len(network.subscriptions) == 0
     network.close()
+
+
+READS = ours("subscribe", "/dd100/cmd_vel", TWIST)
+STRAY = f"/cmd_vel: /rviz publishes {TWIST}, but no node reads this topic; /World/subscribe reads /dd100/cmd_vel"  # one line
+
+
+def after_patience(watched: Watched, *present: Endpoint) -> list[str]:
+    """What is said at once and when the peers have been there for a while."""
+    said = list(watched.look(*present))
+    watched.now += PATIENCE
+    return said + list(watched.look(*present))
+
+
+def test_a_topic_that_no_node_reads_is_told_once_with_the_subscriber_that_may_be_meant() -> None:
+    watched = Watched(READS)
+    stray = peer("publish", "/cmd_vel", TWIST)
+    assert watched.look(stray) == []
+    watched.now += PATIENCE
+    assert watched.look(stray) == [STRAY]
+    watched.now += PATIENCE
+    assert watched.look(stray, peer("publish", "/cmd_vel", TWIST, node="teleop")) == []
+
+
+def test_a_name_with_another_namespace_is_near_too_and_of_many_subscribers_one_is_named() -> None:
+    watched = Watched(*(ours("subscribe", f"/robot_{number}/cmd_vel", TWIST) for number in range(5)))
+    (said,) = after_patience(watched, peer("publish", "/robot_9/cmd_vel", TWIST))
+    assert said == (
+        f"/robot_9/cmd_vel: /rviz publishes {TWIST}, but no node reads this topic; /World/subscribe reads /robot_0/cmd_vel, "
+        "and 4 more topics of this name have subscribers"
+    )
+
+
+@pytest.mark.parametrize(
+    "present",
+    [
+        [peer("publish", "/cmd_vel", TWIST), peer("subscribe", "/cmd_vel", TWIST, node="real_robot")],
+        [peer("publish", "/cmd_vel", STAMPED)],
+        [peer("publish", "/speed", TWIST)],
+        [peer("publish", "/cmd_vel", TWIST, node="session")],
+        [peer("publish", "/cmd_vel", TWIST, node="")],
+        [peer("publish", "/cmd_vel", TWIST), peer("publish", "/dd100/cmd_vel", TWIST, node="teleop")],
+    ],
+    ids=["read elsewhere", "another type", "another name", "own", "no node", "the robot is driven"],
+)
+def test_a_publisher_whose_messages_are_read_or_meant_for_others_is_not_told(present: list[Endpoint]) -> None:
+    assert after_patience(Watched(READS), *present) == []
+
+
+def test_a_subscriber_that_comes_later_ends_the_suspicion() -> None:
+    watched = Watched(READS)
+    stray, reader = peer("publish", "/cmd_vel", TWIST), peer("subscribe", "/cmd_vel", TWIST, node="late")
+    watched.look(stray)
+    watched.now += PATIENCE
+    assert watched.look(stray, reader) == []
+    assert watched.look(stray) == []
