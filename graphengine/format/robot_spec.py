@@ -145,6 +145,9 @@ class MaterialSpec(FileSpec):
     """Direction along which `dynamic_friction` acts at the point of contact, as a vector in the frame of `expressed_in`."""
     expressed_in: str = ""
     """Link in whose frame `direction` is given; default: the parent link of the wheel's joint."""
+    steady_sliding: bool = False
+    """Whether the colliders keep their load while they slide, as skid-steered wheels must: MuJoCo's contacts lift a collider that
+    slides with much friction off the floor again and again, which changes turn rates by up to a tenth. Needs `across`."""
     bind: tuple[str, ...] = Field(default=(), strict=False)
     """Links whose colliders have this material."""
 
@@ -154,6 +157,10 @@ class MaterialSpec(FileSpec):
             raise ValueError("friction in two directions needs both `across` and `direction`")
         if self.expressed_in and self.direction is None:
             raise ValueError("`expressed_in` is the frame of `direction`; give a `direction` too")
+        if self.steady_sliding and self.direction is None:
+            raise ValueError(
+                "`steady_sliding` needs `across` and `direction`; for equal friction, repeat `dynamic_friction`"
+            )
         return self
 
 

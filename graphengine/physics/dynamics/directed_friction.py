@@ -4,6 +4,11 @@ MuJoCo has two friction coefficients per contact, along two tangents that it cho
 contacts, this module turns the tangents of a wheel's contacts to the direction that the wheel's material gives, and computes the
 contact constraints again. Simulating each roller as a body would be less exact (errors of 1 % instead of 0.1 %) and take ten
 times as long.
+
+For materials with `steady_sliding`, it also corrects the load of sliding contacts. MuJoCo's contacts obey an associated law: a
+contact with the friction coefficient f that slides at v is pushed apart as if it penetrated at f v. Skid-steered wheels therefore
+hop, and touch the floor a tenth of the time. Subtracting f v from the normal velocity gives Coulomb's law (De Saxcé).
+This is done by a shift of the penetration that the solver reads, because it recomputes the velocities.
 """
 
 from __future__ import annotations
@@ -38,19 +43,22 @@ class DirectedFriction:
         geoms: number of geoms in the model whose friction depends on the direction.
     """
 
-    __slots__ = ("_bodies", "_data", "_directions", "_model", "_ratios", "_rotations", "_row_of", "_turn", "geoms")
+    __slots__ = (
+        "_bodies", "_data", "_directions", "_load", "_model", "_ratios", "_roots", "_rotations", "_row_of", "_turn", "geoms",
+    )  # fmt: skip
 
     def __init__(self, stage: Stage, model: mujoco.MjModel, data: mujoco.MjData) -> None:
         found = list(_directed_geoms(stage, model))
         self.geoms = len(found)
         if not found:
             return
-        geoms, bodies, directions, ratios = zip(*found, strict=True)
+        geoms, bodies, directions, ratios, steady = zip(*found, strict=True)
         self._model, self._data, self._rotations = model, data, data.xmat
         self._row_of = np.full(model.ngeom, -1)
         self._row_of[list(geoms)] = range(len(found))
         self._bodies, self._directions, self._ratios = np.array(bodies), np.array(directions), np.array(ratios)
-        self._turn = _compiled()
+        self._turn, self._load = _compiled()
+        self._roots = np.where(steady, model.body_rootid[model.geom_bodyid[list(geoms)]], -1)
 
     def apply(self) -> None:
         """Turn the tangents of the contacts that `mj_step1` found, and compute the contact constraints again."""
@@ -62,18 +70,38 @@ class DirectedFriction:
             mujoco.mj_makeConstraint(model, data)
             mujoco.mj_projectConstraint(model, data)
             mujoco.mj_fwdVelocity(model, data)
+            if self._roots.max() >= 0 and model.opt.cone == mujoco.mjtCone.mjCONE_ELLIPTIC:
+                self._keep_loads()
+
+    def _keep_loads(self) -> None:
+        """Shift the penetrations of sliding contacts so that sliding does not change their normal forces."""
+        model, data, contact = self._model, self._data, self._data.contact
+        velocities = np.empty(data.nefc)
+        mujoco.mj_mulJacVec(model, data, velocities, data.qvel)
+        values = (
+            contact.frame,
+            contact.dist,
+            contact.friction,
+            contact.solref,
+            contact.solimp,
+            data.cvel,
+            velocities,
+            data.efc_pos,
+        )
+        self._load(contact.geom, contact.efc_address, *values, self._row_of, self._roots, model.opt.timestep)
 
 
-def _directed_geoms(stage: Stage, model: mujoco.MjModel) -> Iterator[tuple[int, int, Vector3, float]]:
-    """Yield (geom id, body id, direction, ratio) for each geom whose friction depends on the direction.
+def _directed_geoms(stage: Stage, model: mujoco.MjModel) -> Iterator[tuple[int, int, Vector3, float, bool]]:
+    """Yield (geom id, body id, direction, ratio, steady) for each geom with friction in two directions or steady sliding.
 
     The direction is a unit vector in the frame of the body. The ratio is the friction across the direction, divided by the
-    friction along it.
+    friction along it; `steady` is `steady_sliding` of the material.
     """
     solid = collides(model)
     for prim in stage.prims("material"):
         along, across = prim.facts["dynamic_friction"], prim.facts["across"]
-        if across is None or across == along:
+        steady = prim.facts["steady_sliding"]
+        if across is None or (across == along and not steady):
             continue
         ratio = across / along if along else math.inf
         for name, frame in prim.facts["frames"].items():
@@ -81,7 +109,7 @@ def _directed_geoms(stage: Stage, model: mujoco.MjModel) -> Iterator[tuple[int, 
             body = int(model.body(carrier).id) if carrier is not None else 0
             direction = rotate(turn, _unit(prim.facts["direction"]))
             for geom in np.flatnonzero((model.geom_bodyid == model.body(name).id) & solid).tolist():
-                yield geom, body, direction, ratio
+                yield geom, body, direction, ratio, steady
 
 
 def _unit(vector: Vector3) -> Vector3:
@@ -139,21 +167,96 @@ def turn_contacts(
     return turned
 
 
-@functools.cache
-def _compiled() -> Callable[..., bool]:
-    """Return `turn_contacts` compiled by numba, or the Python function if numba does not work.
+def keep_loads(
+    geoms: Any,
+    addresses: Any,
+    frames: Any,
+    depths: Any,
+    frictions: Any,
+    solref: Any,
+    solimp: Any,
+    bodies: Any,
+    velocities: Any,
+    positions: Any,
+    row_of: Any,
+    roots: Any,
+    step: float,
+) -> bool:
+    """Shift the positions of contacts by the distances at which MuJoCo would push the sliding colliders apart; return True.
 
-    Both give the same results to the last bit; the Python function takes 5 us longer per contact.
+    MuJoCo's discrete integrator computes a reference acceleration k x + b v of the spring and damper of each contact at the end
+    of the step, and limits k to 1 / step^2. The solver resists the difference of this and the acceleration of the colliders, for
+    which that of the robot in a steady turn is taken. The shift multiplied by k equals this difference along the tangents,
+    multiplied by the friction coefficients.
+
+    Args:
+        geoms: ids of the two geoms of each contact.
+        addresses: row of each contact's normal in the constraints; its tangents follow. Negative: no constraint.
+        frames: normal and both tangents of each contact, in the world frame.
+        depths: distance of the colliders at each contact, m; negative where they penetrate.
+        frictions: friction coefficients of each contact; the first two act along the tangents.
+        solref: time constant (s) and damping ratio of each contact.
+        solimp: impedance of each contact.
+        bodies: angular (rad/s) and linear velocity (m/s) of each body's tree, in the world frame.
+        velocities: velocity along each constraint, m/s.
+        positions: position of each constraint, m; changed in place.
+        row_of: row of each geom in `roots`; -1 for geoms without a direction.
+        roots: id of the root body of the geom's robot; -1 if contacts of the geom do not keep their load.
+        step: length of a step, s.
     """
-    return load_kernel(_load, "turning contacts") or turn_contacts
+    for contact in range(len(geoms)):
+        one, other, first = row_of[geoms[contact, 0]], row_of[geoms[contact, 1]], addresses[contact]
+        constant, ratio = solref[contact, 0], solref[contact, 1]
+        if (one < 0) == (other < 0) or roots[max(one, other)] < 0 or first < 0 or constant <= 0.0 or ratio <= 0.0:
+            continue
+        least, most, width = solimp[contact, 0], solimp[contact, 1], solimp[contact, 2]
+        damping = 2.0 / (most * constant)
+        body, frame, sign = bodies[roots[max(one, other)]], frames[contact], 1.0 if other >= 0 else -1.0
+        x = body[1] * body[5] - body[2] * body[4]
+        y = body[2] * body[3] - body[0] * body[5]
+        z = body[0] * body[4] - body[1] * body[3]
+        b = damping / (1.0 + damping * step)
+        along = sign * (frame[3] * x + frame[4] * y + frame[5] * z) + b * velocities[first + 1]
+        across = sign * (frame[6] * x + frame[7] * y + frame[8] * z) + b * velocities[first + 2]
+        along, across = frictions[contact, 0] * along, frictions[contact, 1] * across
+        pushed, shift = math.sqrt(along * along + across * across), 0.0
+        for _ in range(3):  # the impedance, on which the stiffness depends, is that at the shifted position
+            share = min(abs(depths[contact] + shift) / width, 1.0) if shift else 1.0
+            share = 2.0 * share * share if share < 0.5 else 1.0 - 2.0 * (1.0 - share) * (1.0 - share)
+            stiffness = (least + share * (most - least)) / (most * constant * ratio) ** 2
+            limited = min(stiffness, 1.0 / (step * step))
+            normal = damping * math.sqrt(limited / stiffness)
+            shift = pushed * (1.0 + normal * step + limited * step * step) / limited
+        positions[first] += shift
+    return True
 
 
-def _load() -> Callable[..., bool]:
+@functools.cache
+def _compiled() -> tuple[Callable[..., bool], Callable[..., bool]]:
+    """Return `turn_contacts` and `keep_loads` compiled by numba, or the Python functions if numba does not work.
+
+    Both give the same results to the last bit; the Python functions take 5 us longer per contact.
+    """
+    return load_kernel(_load, "turning contacts") or (turn_contacts, keep_loads)
+
+
+def _load() -> tuple[Callable[..., bool], Callable[..., bool]]:
     from graphengine.physics.sensors.fast.compiled import kernel
 
-    compiled = kernel(turn_contacts)
-    table = np.full(1, -1), np.zeros(1, np.intp), np.zeros((1, 3)), np.zeros(1)
+    turn, keep = kernel(turn_contacts), kernel(keep_loads)
+    rows = np.full(1, -1)
     for count in (1, 2):  # MuJoCo's arrays of one contact are contiguous, those of more are not
         geoms, floats = np.zeros((count, 3), np.int32), np.zeros((count, 10))
-        compiled(geoms[:, :2], floats[:, :9], floats[:, :5], np.zeros((1, 9)), *table)
-    return compiled
+        turn(
+            geoms[:, :2],
+            floats[:, :9],
+            floats[:, :5],
+            np.zeros((1, 9)),
+            rows,
+            np.zeros(1, np.intp),
+            np.zeros((1, 3)),
+            np.zeros(1),
+        )
+        of_contacts = floats[:, :9], floats[:, 0], floats[:, :5], floats[:, :2], floats[:, :5]
+        keep(geoms[:, :2], geoms[:, 2], *of_contacts, np.zeros((1, 6)), np.zeros(1), np.zeros(1), rows, rows, 0.1)
+    return turn, keep

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Callable
-from typing import Any, TypeVar
+from typing import TypeVar
 
 from graphengine.format.process_limits import has_address_space
 
-F = TypeVar("F", bound=Callable[..., Any])
+F = TypeVar("F")
 
 _ADDRESS_SPACE = 400_000_000
 """Size of the address space that must be available before numba is used, bytes."""

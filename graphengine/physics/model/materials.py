@@ -42,6 +42,11 @@ STIFF_SOLREF = (0.004, 1.0)
 A wheel rolls on its radius minus half the penetration: 0.9998 of the radius with these values, 0.9982 with the default. Colliders
 that slide with friction would chatter (a caster with friction 0.4 costs a random 6 % of yaw rate), so they keep the default."""
 DEFAULT_SOLREF = (0.02, 1.0)
+STEADY_IMPEDANCE = 0.8
+"""First two values of MuJoCo's `solimp` for wheels with `steady_sliding`; the default is 0.9 to 0.95.
+
+Tyres give way by 0.2 mm. Four wheels on stiffer contacts are a table with four legs: errors of micrometres decide which two of
+them carry the robot, and so how it turns."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,6 +57,7 @@ class Contact:
     condim: int
     priority: int
     solref: tuple[float, float]
+    impedance: float | None = None
 
     def tell(self, geom: Any) -> None:
         """Apply the parameters to a geom of a compiled or editable model."""
@@ -59,6 +65,8 @@ class Contact:
         geom.condim = self.condim
         geom.priority = self.priority
         geom.solref = self.solref
+        if self.impedance is not None:
+            geom.solimp[:2] = self.impedance
 
 
 def stronger(first: str, second: str) -> str:
@@ -84,7 +92,8 @@ def against_floor(material: MaterialSpec, floor: float, *, wheel: bool) -> Conta
     friction = combine(greatest_friction(material), floor, stronger(material.combine, FLOOR_RULE))
     if friction == 0:
         return Contact(0.0, 1, 2, STIFF_SOLREF)
-    return Contact(friction, 3, 1, STIFF_SOLREF if wheel else DEFAULT_SOLREF)
+    impedance = STEADY_IMPEDANCE if wheel and material.steady_sliding else None
+    return Contact(friction, 3, 1, STIFF_SOLREF if wheel else DEFAULT_SOLREF, impedance)
 
 
 def sentences(name: str, material: MaterialSpec, floor: float) -> tuple[str, ...]:
