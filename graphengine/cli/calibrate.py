@@ -49,7 +49,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     drive.add_argument("--turn-speed", metavar="W", type=number, default=0.6, help=turn)
     result = parser.add_argument_group("result")
     check = "exit with code 1 if a reached speed differs from the command by more than this share (default 0.02; 1.5 times as"
-    check += " much for turns and sideways drives)"
+    check += (
+        " much for turns, arcs and sideways drives), if a stop is longer than 1.2 v^2/2a, or if it creeps on a slope"
+    )
     result.add_argument("--check", metavar="BOUND", type=number, nargs="?", const=BOUND, help=check)
     write = (
         "write the measured wheel radius, track, wheel base and covariances to the files of the robot and its graphs"
@@ -143,15 +145,27 @@ def _write(scene: Scene, result: Calibration) -> None:
 
 
 def _check(result: Calibration, bound: float) -> int:
-    """Print the motions whose speed is out of bounds; return the exit code: 1 if there are any, else 0."""
-    from graphengine.api.calibration.figures import TURN_MARGIN
+    """Print the motions whose speed is out of bounds, a long stop and creep; return the exit code: 1 if there are any, else 0."""
+    from graphengine.api.calibration.figures import CREEP, STOP_MARGIN
 
     outside = result.outside(bound)
     for motion in outside:
-        limit = bound if motion.kind == "straight" else TURN_MARGIN * bound
-        allowed = f"the difference may be at most {_percent(limit)}"
-        print(f"{motion.name}: {_percent(motion.share)} of the commanded speed; {allowed}", file=sys.stderr)
-    return 1 if outside else 0
+        allowed = f"the difference may be at most {_percent(motion.margin * bound)}"
+        speed = "" if motion.speed_share is None else f" turn rate, {_percent(motion.speed_share)} of the commanded"
+        print(f"{motion.name}: {_percent(motion.share)} of the commanded{speed} speed; {allowed}", file=sys.stderr)
+    flaws = []
+    if result.stop is not None and not result.stop.is_within():
+        flaws.append(
+            f"stop: {result.stop.distance:.3f} m, more than {STOP_MARGIN:g} of v^2 / 2a with the limit of the deceleration"
+        )
+    if result.slope is not None and not result.slope.is_within():
+        creep = max(result.slope.along, result.slope.across)
+        flaws.append(
+            f"parked on a slope of 5 degrees: creeps at {_millimetres(creep)}/s, more than {_millimetres(CREEP)}/s"
+        )
+    for flaw in flaws:
+        print(flaw, file=sys.stderr)
+    return 1 if outside or flaws else 0
 
 
 # Text
@@ -165,6 +179,7 @@ def _report(result: Calibration) -> str:
     parts = [f"{result.robot}: {result.command_topic} ({result.command_type}){kind}"]
     parts.append(fitted_table([_MOTION_HEAD, *map(_motion_row, result.motions)], 4))
     parts.append(table(list(_geometry(result))))
+    parts += [table(list(_at_limits(result)))] if result.stop is not None or result.slope is not None else []
     if result.squares:
         head = f"SQUARE OF {result.squares[0].side:g} m", "TRUE END MINUS COMMANDED END"
         parts.append(table([head, *_squares(result)]))
@@ -213,6 +228,24 @@ def _geometry(result: Calibration) -> Iterator[Sequence[str]]:
     if result.turning_centre is not None:
         x, y = (_rounded(value, 4) for value in result.turning_centre)
         yield "turning centre", f"x {x} m, y {y} m from the base link"
+
+
+def _at_limits(result: Calibration) -> Iterator[Sequence[str]]:
+    yield "LIMITS", "arcs, and a stop from full speed; a slope of 5 degrees"
+    for motion in result.motions:
+        if motion.speed_share is not None and motion.sideslip is not None:
+            shares = f"speed {_percent(motion.speed_share)}, turn rate {_percent(motion.share)}"
+            yield motion.name.replace("_", " "), f"{shares}, sideslip {_degrees(motion.sideslip)}"
+    if (stop := result.stop) is not None:
+        ideal = "its controllers have no limit of the deceleration"
+        if stop.ratio is not None:
+            ideal = f"{stop.ratio:.2f} of v^2 / 2a with its limit of {stop.deceleration:g} m/s2"
+        yield "stop", f"{stop.distance:.3f} m from {stop.speed:.3g} m/s: {ideal}"
+    if (slope := result.slope) is not None:
+        yield (
+            "parked",
+            f"creeps at {_millimetres(slope.along)}/s up the slope, {_millimetres(slope.across)}/s across it",
+        )
 
 
 def _squares(result: Calibration) -> Iterator[Sequence[str]]:

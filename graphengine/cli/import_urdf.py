@@ -26,12 +26,12 @@ from graphengine.cli.progress import progress
 from graphengine.cli.quantities import duration
 from graphengine.format.atomic_write import write_together
 from graphengine.format.diagnostics import Findings
-from graphengine.format.errors import UsageError
+from graphengine.format.errors import GraphError, UsageError
 from graphengine.format.files import Files, installed_packages, near, require_file, require_suffix
 from graphengine.ros.domain import Domain
 
 if TYPE_CHECKING:
-    from graphengine.physics.importing.import_robot import Origin
+    from graphengine.physics.importing.import_robot import Imported, Origin
 
 WAIT = 10.0
 """Default time to wait for a description from the network, s."""
@@ -122,8 +122,23 @@ def execute(arguments: argparse.Namespace) -> int:
         return 1
     refuse_to_overwrite(imported.files, force=arguments.force)
     write_together({path: text.encode() for path, text in imported.files.items()})
-    print(clean("\n".join([*report(imported, findings), example(imported)])))
+    lines = [*report(imported, findings), *corrections(imported, arguments.output), example(imported)]
+    print(clean("\n".join(lines)))
     return 0
+
+
+def corrections(imported: Imported, robot_file: Path) -> list[str]:
+    """Measure the track of a skid-steered robot in test drives, write it into its file, and return lines that say so."""
+    from graphengine.api.calibration.arc_track import correct_track
+
+    told = imported.draft.controller_track
+    if told is None or not imported.free:
+        return []
+    with progress("measuring the track"):
+        try:
+            return [correct_track(robot_file, imported.robot.name, imported.lift, imported.outside, told=told)]
+        except GraphError as error:
+            return [f"track: not measured: {str(error).splitlines()[0]}"]
 
 
 def _check_output(arguments: argparse.Namespace) -> None:

@@ -63,7 +63,7 @@ def _from_description(arguments: argparse.Namespace, project: Project) -> int:
         return 1
     project.add_robot(imported)
     project.write()
-    print(clean("\n".join(report(imported, findings))))
+    print(clean("\n".join([*report(imported, findings), *import_urdf.corrections(imported, project.robot_file)])))
     print(project.told())
     return 0
 

@@ -6,9 +6,9 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 
-from graphengine.api.calibration import diagnosis, imu_noise
+from graphengine.api.calibration import diagnosis, full_speed, imu_noise
 from graphengine.api.calibration.drive_recorder import STILL, DriveRecorder, FallenError
-from graphengine.api.calibration.figures import Calibration, Kind, Kinematics, Motion, Square, Twist
+from graphengine.api.calibration.figures import Calibration, Kind, Kinematics, Motion, Slope, Square, Twist
 from graphengine.api.calibration.flat_scene import on_flat_floor
 from graphengine.api.calibration.measuring import (
     LEAST,
@@ -35,6 +35,7 @@ from graphengine.api.calibration.wheel_geometry import WheelMeter
 from graphengine.api.run_options import Log, RunOptions, log_to_logging
 from graphengine.api.runner import Runner
 from graphengine.api.session import Checkpoint, Session
+from graphengine.devices.rotation import Vector3
 from graphengine.format.errors import UsageError
 from graphengine.format.wording import listing, unknown
 from graphengine.physics.model.robot import RobotInstance
@@ -156,6 +157,7 @@ class _Calibrator:
             if not topics
         ]
         self._arc_rate = 0.0
+        self._scene = scene
         self._at_rest = STILL
         self._mark: Checkpoint
 
@@ -198,13 +200,15 @@ class _Calibrator:
         ):  # what moved was only the response to the first command
             self._notes = list(dict.fromkeys([*reasons, *self._notes]))
             return self._finished(moves=False)
+        if on_the_spot or steered:
+            self._measure_at_limits(steered=steered)
         squares: list[Square] = []
         for sign in (1.0, -1.0) if on_the_spot or steered else ():
             self._begin()
             command = Twist(x=speed, yaw=sign * (self._arc_rate if steered else self._result.turn_speed))
             centre = turning_centre(self._motions) or (0.0, 0.0)
             squares.append(drive_square(self._drives, self._meters.values(), command, centre, steered=steered))
-            self._progress(0.8)
+            self._progress(0.9)
         kinematics: Kinematics = (
             "mecanum" if sideways else "differential" if on_the_spot else "ackermann" if steered else ""
         )
@@ -213,6 +217,7 @@ class _Calibrator:
     def _finished(self, kinematics: Kinematics = "", *, moves: bool = True) -> Calibration:
         """Return the result with the measurements of all test drives so far."""
         omni, wheels = kinematics == "mecanum", self._wheels
+        skids = kinematics == "differential" and wheels.has_several_axles
         notes = self._notes + (wheels.notes() if moves else []) + diagnosis.clamped(self._sim)
         odometry = []
         for topic, meter in self._meters.items():
@@ -222,7 +227,7 @@ class _Calibrator:
             self._result,
             moves=moves,
             kinematics=kinematics,
-            motions=tuple(replace(one, slip=wheels.slip(one, omni=omni)) for one in self._motions),
+            motions=tuple(replace(one, slip=wheels.slip(one, omni=omni), skids=skids) for one in self._motions),
             wheels=wheels.wheels,
             wheel_radius=wheels.radius,
             track=wheels.track,
@@ -251,8 +256,10 @@ class _Calibrator:
         """Return whether a command changes the velocity of the robot by at least `LEAST` times the commanded velocity."""
         return abs(share(twist, reached) - share(twist, self._at_rest)) >= LEAST
 
-    def _begin(self) -> None:
+    def _begin(self, gravity: Vector3 | None = None) -> None:
         self._sim.restore(self._mark)
+        if gravity is not None:
+            self._sim._runner.session.services.world.set_gravity(gravity)
         self._drives.begin()
 
     def _measure_arcs(self) -> bool:
@@ -265,11 +272,40 @@ class _Calibrator:
             self._notes.append("turn: the robot turns neither on the spot nor in an arc")
         return turned
 
-    def _measure(self, name: str, kind: Kind, twist: Twist) -> Motion:
-        """Drive with a constant command, wait for a steady velocity, then measure and return the motion."""
+    def _measure_at_limits(self, *, steered: bool) -> None:
+        """Measure arcs at 0.3 and 1.0 of the limits, a stop from full speed, and drives and creep on a slope."""
+        drives = list(full_speed.arcs(self._scene, self._result.command_type, self._arc_radius, steered=steered))
+        if not drives:
+            self._notes.append(
+                "arcs at full speed, stop: not driven, because the robot's graphs do not limit both speed and turn rate"
+            )
+        try:
+            for name, twist in drives:
+                self._measure(name, "turn", twist)
+            self._begin()
+            self._result = replace(self._result, stop=full_speed.stop(self._drives, self._scene, self._result.speed))
+            for name, sign in (("uphill", -1.0), ("downhill", 1.0)):
+                self._measure(name, "straight", Twist(x=self._result.speed), full_speed.tilted((sign, 0.0, 0.0)))
+            creeps = []
+            for direction in ((-1.0, 0.0, 0.0), (0.0, 1.0, 0.0)):
+                self._begin(full_speed.tilted(direction))
+                creeps.append(full_speed.creep(self._drives))
+            self._result = replace(self._result, slope=Slope(*creeps))
+        except FallenError as error:
+            self._notes.append(f"drives at the limits ended: {error}")
+
+    def _measure(self, name: str, kind: Kind, twist: Twist, gravity: Vector3 | None = None) -> Motion:
+        """Drive with a constant command, wait for a steady velocity, then measure and return the motion.
+
+        Args:
+            name: name of the motion.
+            kind: component of the velocity that is evaluated.
+            twist: velocity to command.
+            gravity: gravity of a slope, m/s2; then the motion counts for no geometry and no odometry.
+        """
         component = {"straight": 0, "sideways": 1, "turn": 2}[kind]
         command = (twist.x, twist.y, twist.yaw)[component]
-        self._begin()
+        self._begin(gravity)
         steady = self._drives.drive_until(twist, lambda trace: is_steady(trace, component, command), LONGEST_RAMP)
         begin = self._drives.rows - 1
         if kind == "turn":
@@ -285,10 +321,15 @@ class _Calibrator:
                 motion, settle_time=settle_time(trace, component, (reached.x, reached.y, reached.yaw)[component])
             )
         motion = with_drift(motion, window)
+        if kind == "turn" and twist.x:
+            x, y = turning_centre(self._motions) or (0.0, 0.0)
+            ahead, aside = reached.x - reached.yaw * y, reached.y + reached.yaw * x
+            motion = replace(motion, speed_share=ahead / twist.x, sideslip=math.atan2(aside, ahead))
         self._motions.append(motion)
-        self._progress(0.1 * len(self._motions))
-        self._wheels.take(motion, window)
-        for meter in self._meters.values():
+        self._progress(min(0.05 * len(self._motions), 0.8))
+        if gravity is None:
+            self._wheels.take(motion, window)
+        for meter in self._meters.values() if gravity is None else ():
             meter.take(motion, window)
         if not steady:
             self._notes.append(f"{name}: the velocity is not steady after {LONGEST_RAMP:g} s")

@@ -11,6 +11,12 @@ from numpy.typing import NDArray
 Floats = NDArray[np.float64]
 Kind = Literal["straight", "turn", "sideways"]
 Kinematics = Literal["differential", "mecanum", "ackermann", ""]
+CREEP = 1e-3
+"""Largest speed of a robot that counts as parked, m/s."""
+STOP_MARGIN = 1.2
+"""Largest ratio of a stopping distance to that of an ideal stop."""
+SKID_MARGIN = 5.0
+"""Ratio of the bound for turns and arcs of skid-steered bases to the bound for straight motions in `Motion.is_within`."""
 TURN_MARGIN = 1.5
 """Ratio of the bound for turns and sideways motions to the bound for straight motions in `Motion.is_within`."""
 
@@ -29,7 +35,9 @@ class Motion:
     """A test drive with a constant command, measured once the velocity is steady.
 
     Attributes:
-        name: `forward`, `backward`, `turn_left`, `turn_right`, `arc_left`, `arc_right`, `sideways_left` or `sideways_right`.
+        name: `forward`, `backward`, `turn_left`, `turn_right`, `arc_left`, `arc_right`, `sideways_left` or `sideways_right`;
+            `slow_arc_left` and so on at 0.3, and `full_arc_left` and so on at 1.0 of the limits of the controller; `uphill` and
+            `downhill` on a slope of 5 degrees.
         kind: component of the velocity that is evaluated: `straight` (forward), `sideways`, or `turn` (turn rate, also for arcs).
         commanded: velocity that was commanded.
         reached: mean velocity of the base link.
@@ -40,6 +48,10 @@ class Motion:
         position_drift: distance by which one full turn on the spot displaces the base link, m; None for other motions.
         slip: share of the wheels' rolling that does not move the base: 1 - true motion / motion computed from the wheel angles
             with the wheel radii and track in the robot description.
+        speed_share: ratio of reached to commanded forward velocity in an arc; None for other motions.
+        sideslip: angle from the heading of the base link to the motion of the turning centre in an arc, rad; None for other
+            motions.
+        skids: whether the base is skid-steered.
     """
 
     name: str
@@ -52,13 +64,66 @@ class Motion:
     heading_drift: float | None = None
     position_drift: float | None = None
     slip: float | None = None
+    speed_share: float | None = None
+    sideslip: float | None = None
+    skids: bool = False
 
     def is_within(self, bound: float) -> bool:
         """Return whether the reached velocity is close to the commanded one: `share` differs from 1 by at most `bound`.
 
-        For a turn or a sideways motion, the largest difference is `TURN_MARGIN * bound`.
+        For a turn or a sideways motion, the largest difference is `TURN_MARGIN * bound`; in an arc, also that of the speed.
+        For turns and arcs of a skid-steered base, it is `SKID_MARGIN * bound`, because no track suits all arcs.
         """
-        return abs(self.share - 1.0) <= (bound if self.kind == "straight" else TURN_MARGIN * bound)
+        worst = max(abs(share - 1.0) for share in (self.share, self.speed_share) if share is not None)
+        return worst <= self.margin * bound
+
+    @property
+    def margin(self) -> float:
+        """Ratio of the bound for this motion to the bound for straight motions."""
+        if self.kind == "straight":
+            return 1.0
+        return SKID_MARGIN if self.skids and self.kind == "turn" else TURN_MARGIN
+
+
+@dataclass(frozen=True, slots=True)
+class Stop:
+    """A stop from full speed on a flat floor.
+
+    Attributes:
+        speed: speed before the stop, m/s.
+        distance: distance from the command to stop until the robot stands, m.
+        deceleration: limit of the deceleration in the robot's controllers, m/s2; None if they have none.
+    """
+
+    speed: float
+    distance: float
+    deceleration: float | None
+
+    @property
+    def ratio(self) -> float | None:
+        """The distance divided by v^2 / 2a, the distance of an ideal stop with the deceleration limit; None without a limit."""
+        return self.distance / (self.speed**2 / (2.0 * self.deceleration)) if self.deceleration else None
+
+    def is_within(self) -> bool:
+        """Return whether the distance is at most `STOP_MARGIN` times that of an ideal stop, or there is no limit."""
+        return self.ratio is None or self.ratio <= STOP_MARGIN
+
+
+@dataclass(frozen=True, slots=True)
+class Slope:
+    """A robot that is parked on a slope of 5 degrees, with a command to stand.
+
+    Attributes:
+        along: speed at which it creeps while it faces up the slope, m/s.
+        across: speed at which it creeps while it stands across the slope, m/s.
+    """
+
+    along: float
+    across: float
+
+    def is_within(self) -> bool:
+        """Return whether the robot creeps by at most `CREEP` in both directions."""
+        return max(self.along, self.across) <= CREEP
 
 
 @dataclass(frozen=True, slots=True)
@@ -220,6 +285,8 @@ class Calibration:
         wheel_base: effective distance between the axles, m; with this wheel base, the steering angles give the true turn rate.
             Only for `ackermann`.
         turning_centre: point about which the robot turns on the spot, x and y in the base link's frame, m.
+        stop: stop from full speed; None if the robot does not turn, or fell over.
+        slope: creep of the parked robot on a slope; None if the robot fell over.
         squares: squares driven counter-clockwise and clockwise.
         odometry: errors of each odometry topic.
         imus: noise of each IMU.
@@ -239,6 +306,8 @@ class Calibration:
     track: float | None = None
     wheel_base: float | None = None
     turning_centre: tuple[float, float] | None = None
+    stop: Stop | None = None
+    slope: Slope | None = None
     squares: tuple[Square, ...] = ()
     odometry: tuple[Odometry, ...] = ()
     imus: tuple[ImuNoise, ...] = ()

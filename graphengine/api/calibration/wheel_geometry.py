@@ -81,10 +81,12 @@ class WheelMeter:
         if motion.kind == "straight":
             self._take_straight(window, forward, moved)
         elif motion.kind == "turn" and abs(turn) > 0.1 and self._wheels:
-            for index in self._wheels:
+            if motion.name == "slow_arc_left":  # a skid-steered base has another track on the spot
+                self._offsets = {}
+            for index in self._wheels if not motion.name.startswith("full") else ():
                 if index in self._radii and not self._is_steered(index):
                     self._offsets.setdefault(index, []).append((forward - self._radius(index) * moved[index]) / turn)
-            if motion.commanded.x:
+            if motion.commanded.x and not motion.name.startswith("full"):
                 self._take_arc(window, forward, turn)
 
     def _take_straight(self, window: Trace, forward: float, moved: Floats) -> None:
@@ -158,7 +160,7 @@ class WheelMeter:
 
     @property
     def track(self) -> float | None:
-        """Effective distance between left and right wheels while the base turns, m; None without wheels on both sides."""
+        """Effective distance between left and right wheels in slow arcs, or else in turns, m; None if all are on one side."""
         offsets = [self._offset(index) for index in self._offsets]
         left, right = [y for y in offsets if y > 0.0], [y for y in offsets if y <= 0.0]
         return float(np.mean(left) - np.mean(right)) if left and right else None
@@ -167,6 +169,12 @@ class WheelMeter:
     def wheel_base(self) -> float | None:
         """Distance between the axles, m, computed from the steering angles in test drives along arcs; None without arcs."""
         return mean(self._bases)
+
+    @property
+    def has_several_axles(self) -> bool:
+        """Whether the driven wheels, which are not steered, stand on several axles: a base with such wheels is skid-steered."""
+        places = [_place(self._robot, self._names[index])[0] for index in self._offsets]
+        return bool(places) and max(places) - min(places) > 1e-3
 
     def slip(self, motion: Motion, *, omni: bool) -> float | None:
         """Return the slip in a test drive: 1 - true motion / motion computed from the wheel angles; None if it is unknown.

@@ -73,6 +73,23 @@ def given(**parameters: float | str | None) -> dict[str, float | str]:
 
 
 @dataclass(frozen=True, slots=True)
+class Grip:
+    """The friction of skid-steered wheels.
+
+    Attributes:
+        along: friction coefficient along the rolling direction.
+        across: friction coefficient across it.
+        reason: where the values come from, as a comment for the robot file.
+        described: whether they are those of the description.
+    """
+
+    along: float
+    across: float
+    reason: str
+    described: bool = False
+
+
+@dataclass(frozen=True, slots=True)
 class Drivetrain:
     """A mobile base with dimensions measured on the description, for its graph.
 
@@ -84,6 +101,7 @@ class Drivetrain:
         grip: for wheels that can slide in one direction: the direction along which the wheel grips, in the root link's frame,
             by the name of the wheel's link.
         across: friction coefficient across that direction.
+        skid: friction of the wheels of a skid-steered base; None for other bases.
     """
 
     base: Base
@@ -92,3 +110,4 @@ class Drivetrain:
     parameters: dict[str, Any]
     grip: Mapping[str, Vector3] = field(default_factory=dict)
     across: float = 0.0
+    skid: Grip | None = None

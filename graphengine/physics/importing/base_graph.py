@@ -13,6 +13,7 @@ from graphengine.format.files import shipped
 from graphengine.physics.dynamics.command_limits import FASTEST_WHEEL
 from graphengine.physics.importing.base import Drivetrain
 from graphengine.physics.importing.draft import Draft, Entry, Remark, rounded
+from graphengine.physics.importing.skid_steering import NAME, guess_limits
 
 GRAPH = "base"
 """Name of the base's graph in the robot file."""
@@ -38,8 +39,6 @@ _DEFAULTS = {
 _LIMITS = (("speed", "m/s"), ("turn", "rad/s"), ("acceleration", "m/s2"), ("turn_acceleration", "rad/s2"))
 _SLIP = 0.01
 """Standard deviation of the distance that a wheel rolls in 1 m, as a fraction of the track."""
-_SKID_ALONG = 0.8
-"""Friction of a skid-steered wheel along its rolling direction."""
 _ROLLER_ALONG = 1.0
 """Friction of a roller along its axis."""
 
@@ -50,7 +49,10 @@ def fill(draft: Draft, drivetrain: Drivetrain) -> None:
     use = f"graphs/base/{base.kinematics}.yaml"
     root = draft.urdf.root
     parameters = {"base": root} | drivetrain.parameters | _odometry(drivetrain)
-    parameters |= _limits_of_wheels(draft, drivetrain, _defaults_of(use))
+    guessed: dict[str, float] = {}
+    if drivetrain.skid is not None:
+        guessed = guess_limits(draft, drivetrain.skid, drivetrain.parameters, _rim_speed(draft, drivetrain))
+    parameters |= guessed | _limits_of_wheels(draft, drivetrain, _defaults_of(use) | guessed)
     parameters = {name: value for name, value in parameters.items() if _DEFAULTS.get(name) != value}
     comment = f"{base.kinematics}, from {base.source}"
     draft.sections["graphs"][GRAPH] = Entry({"use": use, "parameters": parameters}, [comment])
@@ -99,6 +101,13 @@ def _limits_of_wheels(draft: Draft, drivetrain: Drivetrain, defaults: Mapping[st
     return {name: rounded(value) for name, value in found.items() if name not in known}
 
 
+def _rim_speed(draft: Draft, drivetrain: Drivetrain) -> float:
+    """Return the speed at which the rim of the slowest wheel moves at the velocity limit of its joint, m/s."""
+    joints = draft.urdf.joints
+    speeds = ((joints[each.joint].velocity or FASTEST_WHEEL, each.radius) for each in drivetrain.wheels)
+    return min(min(speed, FASTEST_WHEEL) * radius for speed, radius in speeds)
+
+
 def _lever(drivetrain: Drivetrain) -> float:
     """Return the speed of a wheel's rim divided by the turn rate of a base that turns on the spot, m."""
     known = drivetrain.parameters
@@ -131,7 +140,7 @@ def _summary(drivetrain: Drivetrain) -> str:
     names = ("radius", "track", "wheelbase")
     measures = [f"{name} {known[name]:g} m" for name in names if isinstance(known.get(name), float)]
     kind = drivetrain.base.kinematics
-    told = "skid-steered" if kind == "differential" and drivetrain.grip else kind
+    told = "skid-steered" if drivetrain.skid is not None else kind
     return ", ".join([f"{told} with {len(drivetrain.wheels)} driven wheels", *measures])
 
 
@@ -143,27 +152,29 @@ def _grip(draft: Draft, drivetrain: Drivetrain) -> None:
     links = drivetrain.grip.keys()
     materials = draft.sections["materials"]
     for name, entry in [*materials.items()]:
-        if "direction" not in entry.value and links & set(entry.value.get("bind", ())):
+        replaced = drivetrain.skid is not None or "direction" not in entry.value
+        if replaced and links & set(entry.value.get("bind", ())):
             entry.value["bind"] = [link for link in entry.value["bind"] if link not in links]
             if not entry.value["bind"]:
                 del materials[name]
-    bound = draft.bound()
-    skids = drivetrain.base.kinematics == "differential"
+    bound, skid = draft.bound(), drivetrain.skid
+    differential = drivetrain.base.kinematics == "differential"
     for number, (direction, group) in enumerate(groups.items()):
         if not bound.isdisjoint(group):
             continue
-        name = "wheels" if skids else f"rollers_{number + 1}"
-        about = (
-            "slide sideways in a turn, as skid-steered wheels do" if skids else "grip along the axes of their rollers"
-        )
-        along = _SKID_ALONG if skids else _ROLLER_ALONG
+        name = "casters" if differential else f"rollers_{number + 1}"
+        comment = "they slide sideways, as casters do" if differential else "they grip along the axes of their rollers"
+        along = _ROLLER_ALONG
+        if skid is not None:
+            name, comment, along = NAME, f"they slide sideways in a turn; friction {skid.reason}", skid.along
         value = {
             "static_friction": along,
             "dynamic_friction": along,
             "across": drivetrain.across,
             "direction": [rounded(part, 6) for part in direction],
             "expressed_in": draft.urdf.root,
-            "combine": "min",
-            "bind": group,
         }
-        materials[name] = Entry(value, [f"they {about}"])
+        if skid is not None:
+            value["steady_sliding"] = True
+        rule = "max" if skid is not None and not skid.described else "min"
+        materials[name] = Entry(value | {"combine": rule, "bind": group}, [comment])

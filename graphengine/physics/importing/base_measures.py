@@ -13,11 +13,10 @@ from graphengine.physics.importing.base import Base, Drivetrain
 from graphengine.physics.importing.base_guess import friction_direction
 from graphengine.physics.importing.base_wheels import BaseWheel
 from graphengine.physics.importing.draft import Draft, Remark, rounded
+from graphengine.physics.importing.skid_steering import casters, choose_grip, controller_track, effective_track
 
 _SAME = 0.005
 """Maximum relative difference of two lengths that count as equal."""
-_SKID_ACROSS = 0.05
-"""Friction of a skid-steered wheel across its rolling direction: so low that turns are exact with the measured track."""
 _BESIDE = 1e-3
 """Minimum lateral distance of a left or right wheel from the centre of all wheels, m."""
 _LEAST_STEERING = 0.1
@@ -94,20 +93,47 @@ def _differential(
     track = _mean(wheel.centre[1] for wheel in left) - _mean(wheel.centre[1] for wheel in right)
     _compare(draft, base, "track", base.track, track)
     parallel = [wheel for wheel in wheels if wheel.sideways and not wheel.swivel and not wheel.caster]
-    skidding = {wheel.link: (1.0, 0.0, 0.0) for wheel in (*driven, *parallel)}
-    skids = len(skidding) > 2  # also if only two of them are driven
-    if base.multiplier != 1.0:
-        why = "wheels slide sideways here, and the plain track" if skids else "the plain track"
-        text = f"{base.source}: the multiplier {base.multiplier:g} of the track is not used: {why} makes turns exact"
-        draft.guessed.append(Remark(text, base.span))
+    loose = casters(driven, parallel)
+    standing = [*driven, *(wheel for wheel in parallel if wheel not in loose)]
+    skids = len({wheel.link for wheel in standing}) > 2  # also if only two of them are driven
     parameters = _sides(left, right, radius) | {
         "wheels_per_side": len(left),
         "radius": rounded(radius),
         "track": rounded(track),
         "center": _centre(driven),
     }
-    grip = skidding if skids else {}
-    return Drivetrain(base, (*left, *right), (), parameters | base.parameters, grip, _SKID_ACROSS)
+    found = Drivetrain(base, (*left, *right), (), parameters | base.parameters)
+    if skids:
+        return _skidding(draft, found, standing)
+    if base.multiplier != 1.0:
+        text = f"{base.source}: the multiplier {base.multiplier:g} of the track is not used: the plain track makes turns exact"
+        draft.guessed.append(Remark(text, base.span))
+    return replace(found, grip={wheel.link: (1.0, 0.0, 0.0) for wheel in loose}, across=0.0) if loose else found
+
+
+def _skidding(draft: Draft, found: Drivetrain, wheels: Sequence[BaseWheel]) -> Drivetrain:
+    """Return the drivetrain of a skid-steered base: with friction of its wheels, and the track that its controller needs.
+
+    Args:
+        draft: receives a remark on the friction.
+        found: drivetrain with the distance between left and right wheels as its track.
+        wheels: all wheels on the floor that do not swivel.
+    """
+    base, track, ends = found.base, found.parameters["track"], [wheel.centre[0] for wheel in wheels]
+    length = max(max(ends) - min(ends), _BESIDE)
+    links = list(dict.fromkeys(wheel.link for wheel in wheels))
+    skid = choose_grip(draft, base, links, track, length)
+    told = controller_track(base, track)
+    draft.controller_track = told is not None
+    if told is not None:
+        product = f"{base.track or track:g} m x {base.multiplier:g}"
+        draft.carried.append(Remark(f"track for turns: {told:.4g} m, {product} of {base.source}", base.span))
+    turning = effective_track(track, length, skid.across / skid.along) if told is None else told
+    text = f"friction of the skid-steered wheels: {skid.along:g} along and {skid.across:g} across them, {skid.reason}"
+    (draft.carried if skid.described else draft.guessed).append(Remark(text, base.span))
+    grip: dict[str, Vector3] = dict.fromkeys(links, (1.0, 0.0, 0.0))
+    parameters = found.parameters | {"track": rounded(turning, 4)}
+    return replace(found, parameters=parameters, grip=grip, across=skid.across, skid=skid)
 
 
 def _by_side(wheels: Sequence[BaseWheel]) -> tuple[list[BaseWheel], list[BaseWheel]]:

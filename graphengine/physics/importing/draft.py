@@ -97,6 +97,8 @@ class Draft:
         carried: remarks on values that were taken from the description.
         guessed: remarks on values that the description lacks and that the import chose.
         lost: remarks on parts of the description that a robot file cannot express, with the reason.
+        second_frictions: Gazebo's friction `mu2` of links for which it has no direction, by link.
+        controller_track: whether the track of a skid-steered base is that of its controller; None for other bases.
         noticed: remarks on the robot itself, e.g. that part of its weight rests on the chassis.
         commanded: names of joints that a topic commands, except those of a mobile base.
         mujoco_warnings: MuJoCo's warnings about models compiled from the draft, as keys; the values are None.
@@ -119,6 +121,8 @@ class Draft:
     lost: list[Remark] = field(default_factory=list)
     noticed: list[Remark] = field(default_factory=list)
     commanded: list[str] = field(default_factory=list)
+    controller_track: bool | None = None
+    second_frictions: dict[str, float] = field(default_factory=dict)
     mujoco_warnings: dict[str, None] = field(default_factory=dict)
     _used: dict[int, Element] = field(default_factory=dict)
 

@@ -96,8 +96,11 @@ def _friction(
         subject.carried(f"friction {along:g}")
     elif direction is None:
         surfaces.setdefault(link, (along,))
+        draft.second_frictions[link] = across
         reason = "without fdir1, Gazebo takes it along an axis of the world"
-        subject.lost(f"mu2 {across:g}: {reason}; mu1 {along:g} holds in all directions")
+        subject.lost(
+            f"mu2 {across:g}: {reason}; mu1 {along:g} holds in all directions, but mu2 across skid-steered wheels"
+        )
     else:
         vector, frame = _direction(draft.urdf, link, direction, subject)
         surfaces.setdefault(link, (along, across, vector, frame))

@@ -10,13 +10,17 @@ from pathlib import Path
 import pytest
 
 import graphengine as ge
-from graphengine.api.calibration.figures import Calibration, Motion, Twist
+from graphengine.api.calibration.figures import Calibration, Motion, Slope, Stop, Twist
 from tests.api.calibration import bases
 from tests.other_process import in_another_process
 
 
 def calibrate(base: bases.Base, **arguments: object) -> Calibration:
     return ge.load(base.write().scene).calibrate(**arguments)  # type: ignore[arg-type]
+
+
+ARCS = ["slow_arc_left", "slow_arc_right", "full_arc_left", "full_arc_right"]
+AT_LIMITS = [*ARCS, "uphill", "downhill"]
 
 
 @pytest.fixture(scope="module")
@@ -27,11 +31,30 @@ def dingo() -> Calibration:
 def test_the_dingo_does_as_told(dingo: Calibration) -> None:
     assert dingo.moves
     assert dingo.kinematics == "differential"
-    assert [motion.name for motion in dingo.motions] == ["forward", "backward", "turn_left", "turn_right"]
+    assert [motion.name for motion in dingo.motions] == ["forward", "backward", "turn_left", "turn_right", *AT_LIMITS]
     assert dingo.outside(0.02) == ()
     assert dingo.wheel_radius == pytest.approx(0.049, rel=1e-3)  # of the description
     assert dingo.track == pytest.approx(0.4523232, rel=1e-3)
     assert dingo.turning_centre == pytest.approx((0.0989838, 0.0), abs=1e-3)  # of the axle in the description
+
+
+def test_the_dingo_stops_within_its_limit_and_parks_on_a_slope(dingo: Calibration) -> None:
+    """Its controller allows 1.3 m/s and 1 m/s2: v^2 / 2a is 0.845 m."""
+    assert dingo.stop is not None
+    assert dingo.slope is not None
+    assert dingo.stop.speed == pytest.approx(1.3, rel=0.01)
+    assert dingo.stop.deceleration == 1.0
+    assert 0.84 <= dingo.stop.distance <= 1.2 * 0.845
+    assert dingo.stop.is_within()
+    assert dingo.slope.is_within()
+    assert [one.commanded.x for one in dingo.motions if one.name in ARCS] == pytest.approx([0.39, 0.39, 1.3, 1.3])
+    assert all(abs(one.speed_share - 1.0) < 0.01 for one in dingo.motions if one.speed_share is not None)
+
+
+def test_a_controller_without_a_deceleration_limit_says_so() -> None:
+    result = ge.load("dd100_flat", set={"DiffController.maxDeceleration": 0.0}).calibrate()
+    assert result.stop is not None
+    assert (result.stop.deceleration, result.stop.ratio) == (None, None)
 
 
 def test_a_ramp_settles_when_its_limit_lets_it(dingo: Calibration) -> None:
@@ -79,7 +102,7 @@ def test_a_wrong_radius_shows_in_the_speed_and_the_wheels_have_the_true_one(tmp_
     assert result.motions[0].share == pytest.approx(1.0 / 1.1, rel=0.01)
     assert result.wheel_radius == pytest.approx(bases.RADIUS, rel=0.01)
     assert [wheel.side for wheel in result.wheels] == ["left", "right"]
-    assert {motion.name for motion in result.outside(0.02)} == {"forward", "backward", "turn_left", "turn_right"}
+    assert {motion.name for motion in result.outside(0.02)} == {motion.name for motion in result.motions}
     (odometry,) = result.odometry
     assert odometry.distance_error == pytest.approx(0.02, rel=0.01)
     assert odometry.alphas.alpha3 == pytest.approx(0.0004, rel=0.02)
@@ -99,7 +122,7 @@ def test_odometry_at_a_lower_rate_is_compared_with_the_truth_of_its_ticks(tmp_pa
 
 def test_a_wrong_track_shows_in_turns_only(tmp_path: Path) -> None:
     result = calibrate(bases.differential(tmp_path, track=0.9 * bases.TRACK))
-    assert {motion.name for motion in result.outside(0.02)} == {"turn_left", "turn_right"}
+    assert {motion.name for motion in result.outside(0.02)} == {"turn_left", "turn_right", *ARCS}
     assert result.track == pytest.approx(bases.TRACK, rel=0.01)
 
 
@@ -115,7 +138,7 @@ def test_a_skid_steered_base_turns_by_its_effective_track(tmp_path: Path) -> Non
 def test_steered_wheels_turn_in_arcs_by_a_steering_angle(tmp_path: Path) -> None:
     result = calibrate(bases.ackermann(tmp_path))
     assert result.kinematics == "ackermann"
-    assert [motion.name for motion in result.motions[2:]] == ["arc_left", "arc_right"]
+    assert [motion.name for motion in result.motions[2:4]] == ["arc_left", "arc_right"]
     assert result.outside(0.02) == ()
     assert result.wheel_base == pytest.approx(0.3, rel=0.01)
     assert result.track == pytest.approx(0.3, rel=0.01)
@@ -124,7 +147,7 @@ def test_steered_wheels_turn_in_arcs_by_a_steering_angle(tmp_path: Path) -> None
 def test_a_mecanum_base_also_goes_sideways(tmp_path: Path) -> None:
     result = calibrate(bases.mecanum(tmp_path))
     assert result.kinematics == "mecanum"
-    assert [motion.name for motion in result.motions[4:]] == ["sideways_left", "sideways_right"]
+    assert [motion.name for motion in result.motions[4:]] == ["sideways_left", "sideways_right", *AT_LIMITS]
     assert result.outside(0.02) == ()
     assert result.track == pytest.approx(0.6, rel=0.03)  # track and wheel base together
     assert all(one.sideways_error == pytest.approx(0.0, abs=1e-3) for one in result.odometry)
@@ -180,6 +203,11 @@ def test_bounds_of_turns_and_sideways_are_wider() -> None:
 
     assert [off("straight", 0.975), off("turn", 0.975), off("sideways", 1.025)] == [True, False, False]
     assert [off("straight", 1.015), off("turn", 0.965), off("sideways", 1.035)] == [False, True, True]
+    arc = Motion("", "turn", Twist(1.0), Twist(), 1.06, speed_share=0.97)
+    assert [arc.is_within(0.02), dataclasses.replace(arc, skids=True).is_within(0.02)] == [False, True]
+    assert not dataclasses.replace(arc, share=1.0, speed_share=0.96).is_within(0.02)
+    assert [Stop(1.0, distance, 1.0).is_within() for distance in (0.59, 0.61)] == [True, False]
+    assert [Slope(0.0, creep).is_within() for creep in (0.9e-3, 1.1e-3)] == [True, False]
 
 
 # Robots that do not move

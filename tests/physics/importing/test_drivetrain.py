@@ -187,7 +187,7 @@ def test_skid_steered_wheels_slide_sideways_and_their_drives_are_as_stiff_as_the
     """55.2 kg by 9.81 m/s2 on four wheels of 0.1651 m are 22.3 N m a wheel, which may cost 0.01 rad/s."""
     found = robot_file(imported(tmp_path, description(SKID)))
     assert found["joints"]["front_left_joint"]["drive"]["damping"] == 2240.0
-    assert found["materials"]["wheels"]["across"] == 0.05
+    assert found["materials"]["wheels"]["across"] == pytest.approx(0.25 * 0.5708 / 0.512, abs=1e-3)
     assert sorted(found["materials"]["wheels"]["bind"]) == sorted(FOUR)
 
 

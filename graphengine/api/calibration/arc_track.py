@@ -1,0 +1,93 @@
+"""Finds the track with which a base turns as commanded on arcs, and writes it into the robot's files."""
+
+from __future__ import annotations
+
+import math
+import tempfile
+from collections.abc import Sequence
+from pathlib import Path
+
+from graphengine.api.calibration.drive_recorder import DriveRecorder, FallenError
+from graphengine.api.calibration.figures import Calibration, Twist
+from graphengine.api.calibration.flat_scene import WORLD
+from graphengine.api.calibration.full_speed import limits_of
+from graphengine.api.calibration.measuring import is_steady, mean_velocity
+from graphengine.api.calibration.robot_interface import find_command, inputs_named
+from graphengine.api.calibration.write_back import write_figures
+from graphengine.api.run_options import RunOptions
+from graphengine.api.runner import Runner
+from graphengine.api.session import Checkpoint, Session
+from graphengine.format.atomic_write import write_together
+from graphengine.format.yaml_text import flow
+from graphengine.scene.build import load
+from graphengine.scene.loaded_scene import LoadedScene, Options
+
+SHARE = 0.3
+"""Speed and turn rate of the arcs, as a share of the limits of the robot's controller."""
+EXACT = 0.005
+"""Largest relative difference between the reached and the commanded turn rate with the track found."""
+TOLD = 0.05
+"""Largest relative difference for which a controller's track is kept."""
+_RUNS = 5
+
+
+def correct_track(robot_file: Path, name: str, lift: float, allowed: Sequence[Path], *, told: bool) -> str:
+    """Drive an imported skid-steered robot on arcs, write the track that it needs into its file, and return what was done.
+
+    Args:
+        robot_file: robot file, whose graph has a controller for a base with left and right wheels.
+        name: name of the robot.
+        lift: height of the root link on the floor, m.
+        allowed: folders outside of the project that the robot uses.
+        told: whether the track in the file is that of the description's controller; then it is kept if it is nearly right.
+
+    Raises:
+        CheckError: the robot has errors.
+    """
+    place = robot_file.absolute()
+    robot = {"use": str(place), "position": [0.0, 0.0, lift]}
+    data = {"format": 1, "scene": "track", "world": WORLD, "settle": True, "robots": {name: robot}}
+    with tempfile.TemporaryDirectory(prefix="graphengine-") as folder:
+        path = Path(folder, "track.yaml")
+        write_together({path: "".join(f"{key}: {flow(value)}\n" for key, value in data.items()).encode()})
+        outside = [place.parent, *([place.parent.parent] if place.parent.name == "robots" else []), *allowed]
+        scene = load(path, Options(allowed=[each.absolute() for each in outside], rays="mujoco"))
+        scene.findings.raise_errors()
+        try:
+            return _correct(scene, name, told=told)
+        except FallenError as error:
+            return f"track: not measured, because {error}"
+
+
+def _correct(scene: LoadedScene, name: str, *, told: bool) -> str:
+    found = [float(value) for *_, value in inputs_named(scene, "wheelDistance")]
+    speed, turn = (SHARE * limit for limit in limits_of(scene))
+    command = find_command(scene.claims, None)
+    if not found or command is None or not max(speed, turn) < math.inf:
+        return "track: not measured, because its graph has no command topic or no limits"
+    with Session(Runner(scene, RunOptions(domain=0))) as sim:
+        drives = DriveRecorder(sim, name, command, (), None)
+        mark, factor = sim.checkpoint(), 1.0
+        for run in range(_RUNS):
+            reached = sum(_turn_rate(sim, drives, mark, speed, sign * factor * turn) * sign for sign in (1, -1)) / 2
+            if run == 0 and told and abs(reached / turn - 1.0) <= TOLD:
+                return f"track: {found[0]:.4g} m of the controller, with which it turns at {reached / turn:.1%} of commands"
+            if reached < 0.1 * turn:
+                return f"track: not measured, because the robot turns at {reached:.3g} rad/s of {turn:.3g} rad/s"
+            if abs(reached / turn - 1.0) <= EXACT:
+                break
+            factor *= turn / reached
+    result = Calibration(name, command.topic, command.type, speed, turn, True, "differential", track=found[0] * factor)
+    write_figures(scene, result)
+    return f"track: {result.track:.4g} m, with which the robot turns as commanded on arcs of {speed:.3g} m/s, {turn:.3g} rad/s"
+
+
+def _turn_rate(sim: Session, drives: DriveRecorder, mark: Checkpoint, speed: float, turn: float) -> float:
+    """Return the turn rate that the robot reaches on an arc, rad/s."""
+    sim.restore(mark)
+    drives.begin()
+    command = Twist(x=speed, yaw=turn)
+    drives.drive_until(command, lambda trace: is_steady(trace, 2, turn), 10.0)
+    begin = drives.rows - 1
+    drives.drive(command, 2.0)
+    return mean_velocity(drives.trace().part(begin)).yaw

@@ -1,0 +1,99 @@
+"""Skid-steered robots straight from an import: the track that test drives find, and how the robots move with it."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+import yaml
+
+import graphengine as ge
+from graphengine.api.calibration.arc_track import correct_track
+from tests.physics.bases import SKID
+from tests.physics.importing.imported_bases import description, imported, robot_file, scene
+from tests.physics.importing.test_skid_steering import CONTROLLER, LENGTH, friction
+
+
+def corrected(folder: Path, text: str, controllers: str = "") -> tuple[Path, str]:
+    """Import a robot, correct its track, and return its scene and what the correction says."""
+    found = imported(folder, text, controllers)
+    path = scene(folder, found)
+    told = found.draft.controller_track
+    assert told is not None
+    return path, correct_track(folder / "robots/bot.yaml", "bot", found.lift, found.outside, told=told)
+
+
+def parameters(path: Path) -> dict[str, float]:
+    """The parameters of the graph of the robot's base."""
+    data = yaml.safe_load((path.parent / "robots/bot.yaml").read_text(encoding="utf-8"))
+    values: dict[str, float] = data["graphs"]["base"]["parameters"]
+    return values
+
+
+def arc(loaded: ge.Scene, speed: float, turn: float) -> tuple[float, float, float]:
+    """Forward speed (m/s), turn rate (rad/s) and sideslip (rad) of a robot that drives on an arc."""
+    with loaded.session() as sim:
+        robot = sim.robots["bot"]
+        robot.publish("cmd_vel", {"linear": {"x": speed}, "angular": {"z": turn}}, every=0.05)
+        sim.run(3.0)
+        places = []
+        for _ in range(120):
+            sim.step()
+            (x, y, _), (qx, qy, qz, qw) = robot.pose.position, robot.pose.orientation
+            places.append((x, y, math.atan2(2 * (qw * qz + qx * qy), 1 - 2 * (qy * qy + qz * qz))))
+    path_, yaw = np.array(places)[:, :2], np.unwrap(np.array(places)[:, 2])
+    moved, middle = np.diff(path_, axis=0) * 60.0, (yaw[1:] + yaw[:-1]) / 2
+    ahead = moved[:, 0] * np.cos(middle) + moved[:, 1] * np.sin(middle)
+    aside = moved[:, 1] * np.cos(middle) - moved[:, 0] * np.sin(middle)
+    return float(ahead.mean()), float(np.diff(yaw).mean() * 60.0), math.atan2(aside.mean(), ahead.mean())
+
+
+@pytest.mark.parametrize(
+    ("tags", "controllers"),
+    [("", ""), (friction(1.0, 1.0), ""), ("", f"{CONTROLLER}    wheel_separation_multiplier: 1.8\n")],
+    ids=["one track", "mu1", "controller"],
+)
+def test_a_new_skid_steered_robot_follows_arcs_within_its_limits(tmp_path: Path, tags: str, controllers: str) -> None:
+    path, _ = corrected(tmp_path, description(SKID, tags), controllers)
+    known, loaded = parameters(path), ge.load(path)
+    for share in (0.3, 1.0):
+        for spin in (0.3, 1.0, -1.0):
+            speed, turn = share * known["speed"], spin * share * known["turn"]
+            ahead, rate, slip = arc(loaded, speed, turn)
+            assert ahead >= 0.95 * speed
+            assert 0.9 <= rate / turn <= 1.1, (speed, turn)
+            assert abs(slip) <= math.atan(abs(turn) * LENGTH / 2 / speed) + math.radians(15.0)
+
+
+def test_the_track_of_a_controller_is_kept_if_the_robot_turns_with_it(tmp_path: Path) -> None:
+    path, said = corrected(tmp_path, description(SKID), f"{CONTROLLER}    wheel_separation_multiplier: 1.85\n")
+    assert parameters(path)["track"] == pytest.approx(0.5708 * 1.85, rel=1e-3)
+    assert "of the controller, with which it turns at 10" in said
+
+
+def test_a_controllers_track_with_which_it_does_not_turn_as_commanded_is_replaced(tmp_path: Path) -> None:
+    path, said = corrected(tmp_path, description(SKID), f"{CONTROLLER}    wheel_separation_multiplier: 2.5\n")
+    track = parameters(path)["track"]
+    assert track == pytest.approx(0.5708 * (1 + (LENGTH / 0.5708) ** 2), rel=0.03)
+    assert f"track: {track:.4g} m, with which the robot turns as commanded on arcs" in said
+
+
+def test_encoder_odometry_of_a_skidding_base_drifts_and_the_true_odometry_does_not(tmp_path: Path) -> None:
+    path, _ = corrected(tmp_path, description(SKID))
+    result = ge.load(path).calibrate()
+    errors = {one.topic: one for one in result.odometry}
+    assert errors["/ground_truth/odom"].is_true()
+    assert abs(errors["/odom"].turn_error or 0.0) > math.radians(1.0)
+    assert all(motion.skids for motion in result.motions)
+    assert result.track == pytest.approx(parameters(path)["track"], rel=0.01)  # noise of encoders has no part in it
+    assert result.outside(0.02) == ()
+
+
+def test_the_file_of_a_new_robot_is_as_written_but_for_its_track(tmp_path: Path) -> None:
+    found = imported(tmp_path, description(SKID), f"{CONTROLLER}    wheel_separation_multiplier: 2.5\n")
+    before = robot_file(found)
+    path, _ = corrected(tmp_path, description(SKID), f"{CONTROLLER}    wheel_separation_multiplier: 2.5\n")
+    after = parameters(path)
+    assert {key for key, value in before["graphs"]["base"]["parameters"].items() if after[key] != value} == {"track"}
