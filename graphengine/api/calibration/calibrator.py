@@ -210,13 +210,19 @@ class _Calibrator:
             squares.append(drive_square(self._drives, self._meters.values(), command, centre, steered=steered))
             self._progress(0.9)
         kinematics: Kinematics = (
-            "mecanum" if sideways else "differential" if on_the_spot else "ackermann" if steered else ""
+            ("omni" if self._wheels.oblique else "mecanum")
+            if sideways
+            else "differential"
+            if on_the_spot
+            else "ackermann"
+            if steered
+            else ""
         )
         return replace(self._finished(kinematics), squares=tuple(squares))
 
     def _finished(self, kinematics: Kinematics = "", *, moves: bool = True) -> Calibration:
         """Return the result with the measurements of all test drives so far."""
-        omni, wheels = kinematics == "mecanum", self._wheels
+        omni, wheels = kinematics in ("mecanum", "omni"), self._wheels
         skids = kinematics == "differential" and wheels.has_several_axles
         notes = self._notes + (wheels.notes() if moves else []) + diagnosis.clamped(self._sim)
         odometry = []

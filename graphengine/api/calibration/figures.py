@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
 Kind = Literal["straight", "turn", "sideways"]
-Kinematics = Literal["differential", "mecanum", "ackermann", ""]
+Kinematics = Literal["differential", "mecanum", "omni", "ackermann", ""]
 CREEP = 1e-3
 """Largest speed of a robot that counts as parked, m/s."""
 STOP_MARGIN = 1.2
@@ -275,8 +275,8 @@ class Calibration:
         speed: commanded speed, m/s.
         turn_speed: commanded turn rate, rad/s.
         moves: whether the robot moves and stays upright; `notes` has the reason if not.
-        kinematics: `differential` if the robot turns on the spot, `mecanum` if it also drives sideways, `ackermann` if it
-            turns only in arcs; empty if the robot does not turn.
+        kinematics: `differential` if the robot turns on the spot, `mecanum` if it also drives sideways, `omni` if its
+            wheels also roll in several directions, `ackermann` if it turns only in arcs; empty if the robot does not turn.
         motions: test drives with a constant command.
         wheels: driven wheels.
         wheel_radius: mean rolling radius of the driven wheels, m; wheel odometry with this radius gives the true distance.

@@ -11,7 +11,9 @@ import numpy as np
 from graphengine.api.calibration.drive_recorder import Trace
 from graphengine.api.calibration.figures import DrivenWheel, Floats, Motion
 from graphengine.api.calibration.measuring import increments, mean
+from graphengine.api.calibration.omni_geometry import base_motion, is_oblique, rolling_directions, rolling_radii
 from graphengine.physics.description.urdf import TURNING, track
+from graphengine.physics.importing.rollers import rollers_of
 from graphengine.physics.model.robot import RobotInstance, wheel_shapes
 
 SLOWEST = 0.05
@@ -41,6 +43,10 @@ class WheelMeter:
         self._moved: dict[str, tuple[float, Floats]] = {}
         """By name of the motion: the distance (m) or angle (rad) by which the base moved, and the angle of each joint (rad)."""
         self._straight_angles: Floats = np.zeros(len(self._names))
+        self._samples: list[tuple[Floats, Floats]] = []
+        """Motion of the base (forward, left, m; turn, rad) and of the joints (rad) in each test drive."""
+        self._axes = robot.urdf.axes_in_root()
+        self._on_rollers = rollers_of(robot.urdf, ()).keys()
 
     @staticmethod
     def described_wheel_base(robot: RobotInstance) -> float | None:
@@ -75,8 +81,10 @@ class WheelMeter:
 
     def take(self, motion: Motion, window: Trace) -> None:
         """Add a steady test drive (joint angles and true motion) to the data from which the wheel geometry is computed."""
-        forward, _, turn = increments(window.base).sum(axis=0).tolist()
+        whole = increments(window.base).sum(axis=0)
+        forward, _, turn = whole.tolist()
         moved = window.joints[-1] - window.joints[0]
+        self._samples.append((whole, moved))
         self._moved[motion.name] = (turn if motion.kind == "turn" else forward, moved)
         if motion.kind == "straight":
             self._take_straight(window, forward, moved)
@@ -146,7 +154,35 @@ class WheelMeter:
         """The driven wheels, in the order of their joints in the articulation."""
         return tuple(self._figures())
 
+    @property
+    def oblique(self) -> bool:
+        """Whether the base rolls on omni wheels whose axles have several directions."""
+        return any(is_oblique(self._axes[self._names[index]]) for index in self._turning())
+
+    def _turning(self) -> list[int]:
+        """Return the driven joints that turn in any of the test drives."""
+        most = (
+            np.max([np.abs(moved) for _, moved in self._samples], axis=0)
+            if self._samples
+            else np.zeros(len(self._names))
+        )
+        fastest = most[self._driven].max(initial=0.0)
+        return [index for index in self._driven if most[index] > SHARE * fastest]
+
+    def _omni_radii(self) -> dict[int, float]:
+        """Return the rolling radius of each omni wheel by its index, m; empty if the test drives do not determine them."""
+        wheels = self._turning()
+        motions, angles = (np.array(rows) for rows in zip(*self._samples, strict=True))
+        radii = rolling_radii(motions, angles[:, wheels], self._directions(wheels))
+        return dict(zip(wheels, np.abs(radii).tolist(), strict=True)) if radii is not None else {}
+
+    def _directions(self, wheels: Sequence[int]) -> Floats:
+        return rolling_directions([self._axes[self._names[index]] for index in wheels])
+
     def _figures(self) -> Iterator[DrivenWheel]:
+        if self.oblique:
+            yield from (DrivenWheel(self._names[index], radius) for index, radius in self._omni_radii().items())
+            return
         for index in sorted(self._radii):
             wheel = DrivenWheel(self._names[index], abs(self._radius(index)))
             if index in self._offsets:
@@ -161,6 +197,8 @@ class WheelMeter:
     @property
     def track(self) -> float | None:
         """Effective distance between left and right wheels in slow arcs, or else in turns, m; None if all are on one side."""
+        if self.oblique:
+            return None
         offsets = [self._offset(index) for index in self._offsets]
         left, right = [y for y in offsets if y > 0.0], [y for y in offsets if y <= 0.0]
         return float(np.mean(left) - np.mean(right)) if left and right else None
@@ -185,6 +223,8 @@ class WheelMeter:
             motion: test drive that was added by `take`.
             omni: whether the base can drive sideways.
         """
+        if self.oblique:
+            return self._omni_slip(motion)
         if motion.name not in self._moved or motion.kind == "sideways":
             return None
         actual, angles = self._moved[motion.name]
@@ -203,8 +243,21 @@ class WheelMeter:
         rolled = float(np.mean(right) - np.mean(left)) / distance
         return 1.0 - actual / rolled if rolled else None
 
+    def _omni_slip(self, motion: Motion) -> float | None:
+        wheels = self._turning()
+        radii: Floats = np.array([self._described_radius(index) for index in wheels])
+        if motion.name not in self._moved or np.isnan(radii).any():
+            return None
+        places: Floats = np.array([_place(self._robot, self._names[index])[:2] for index in wheels])
+        actual, angles = self._moved[motion.name]
+        forward, _, turn = base_motion(angles[wheels], radii, places, self._directions(wheels)).tolist()
+        computed = turn if motion.kind == "turn" else forward
+        return 1.0 - actual / computed if computed and motion.kind != "sideways" else None
+
     def _described_radius(self, index: int) -> float:
-        """Return the wheel radius in the robot description, m; NaN if the description does not contain it."""
+        """Return the wheel radius in the robot description, m; NaN if the description does not contain it, or models rollers."""
+        if self._names[index] in self._on_rollers:
+            return math.nan
         return self._robot.wheel_radii.get(self._names[index], math.nan)
 
     def _described_track(self, *, omni: bool) -> float | None:
@@ -222,7 +275,7 @@ class WheelMeter:
         missing = []
         if any(math.isnan(self._described_radius(index)) for index in self._radii):
             missing.append("slip: the robot description does not contain the radius of every driven wheel")
-        if self.track is None:
+        if self.track is None and not self.oblique:
             missing.append("track: no unsteered driven wheels on both sides of the turning centre")
         return missing
 

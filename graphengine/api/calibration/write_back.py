@@ -127,7 +127,7 @@ def find_changes(scene: LoadedScene, calibration: Calibration) -> tuple[list[Cha
             notes.append(f"{label}: not written, as it shares its value with {first.node}; measured {new:.5g}")
     turns = [motion.share for motion in calibration.motions if motion.kind == "turn"]
     factor = len(turns) / sum(turns) if turns and sum(turns) else 1.0
-    if calibration.kinematics == "mecanum" and abs(factor - 1.0) > SAME:
+    if calibration.kinematics in ("mecanum", "omni") and abs(factor - 1.0) > SAME:
         notes.append(f"wheelPositions are not written; multiplied by {factor:.4f} they give the commanded turn rate")
     return list(changes.values()), notes
 

@@ -53,10 +53,10 @@ def base_of_wheels(draft: Draft, wheels: Sequence[BaseWheel], commanded: Collect
 def is_mecanum(urdf: Urdf, wheels: Sequence[BaseWheel]) -> bool:
     """Return whether wheels are mecanum wheels.
 
-    They are if Gazebo's friction of a wheel has a diagonal direction, or if the name of the robot or of a wheel's joint, link or
-    mesh contains `mecanum`.
+    They are if the rollers of a wheel or Gazebo's friction have a diagonal direction, or if the name of the robot or of a wheel's
+    joint, link or mesh contains `mecanum`.
     """
-    if any(friction_direction(urdf, wheel) is not None for wheel in wheels):
+    if any(_is_diagonal(wheel.rollers.axis) or friction_direction(urdf, wheel) is not None for wheel in wheels):
         return True
     return any("mecanum" in name.lower() for name in _names(urdf, wheels))
 
@@ -71,10 +71,15 @@ def friction_direction(urdf: Urdf, wheel: BaseWheel) -> Vector3 | None:
             direction = numbers(element.text or element.get("value"), 3)
             if direction is None or frame not in urdf.links:
                 continue
-            x, y, z = rotate(urdf.pose_in_root(frame)[1], (direction[0], direction[1], direction[2]))
-            if min(abs(x), abs(y)) > _DIAGONAL * max(abs(x), abs(y)):
-                return x, y, z
+            turned = rotate(urdf.pose_in_root(frame)[1], (direction[0], direction[1], direction[2]))
+            if _is_diagonal(turned):
+                return turned
     return None
+
+
+def _is_diagonal(direction: Vector3 | None) -> bool:
+    x, y = (abs(part) for part in (direction or (0.0, 0.0))[:2])
+    return min(x, y) > _DIAGONAL * max(x, y)
 
 
 def _names(urdf: Urdf, wheels: Sequence[BaseWheel]) -> Iterator[str]:

@@ -63,7 +63,7 @@ def _declared(draft: Draft, base: Base, joint: str) -> BaseWheel:
     urdf = draft.urdf
     about = urdf.joints[joint]
     if (shape := draft.wheels.get(joint)) is not None:
-        return BaseWheel(joint, about.child, shape.radius, shape.centre, shape.axis, "", False)
+        return BaseWheel(joint, about.child, shape.radius, shape.centre, shape.axis, "", False, shape.rollers)
     pose = urdf.pose_in_root(about.child)
     centre, axle = pose[0], rotate(pose[1], about.axis)
     return BaseWheel(joint, about.child, base.radius or 0.0, centre, axle, "", False)
@@ -175,7 +175,7 @@ def _holonomic(draft: Draft, base: Base, driven: Sequence[BaseWheel]) -> Drivetr
         tuple(driven),
         (),
         parameters | known,
-        dict(zip([wheel.link for wheel in driven], grips, strict=True)),
+        {wheel.link: grip for wheel, grip in zip(driven, grips, strict=True) if not wheel.rollers.links},
         0.0,
     )
 
@@ -191,10 +191,10 @@ def _omni(draft: Draft, base: Base, driven: Sequence[BaseWheel]) -> Drivetrain |
 def _grip(draft: Draft, wheel: BaseWheel, base: Base) -> Vector3:
     """Return the direction along which a mecanum or omni wheel grips, in the root link's frame.
 
-    It is the axis of the roller that touches the floor: the direction in Gazebo's `fdir1`, else diagonal for a mecanum wheel, and
-    the rolling direction for an omni wheel.
+    It is the axis of the roller that touches the floor: of a roller in the description, else the direction in Gazebo's `fdir1`,
+    else diagonal for a mecanum wheel, and the rolling direction for an omni wheel.
     """
-    told = friction_direction(draft.urdf, wheel)
+    told = wheel.rollers.axis or friction_direction(draft.urdf, wheel)
     if told is not None:
         return told
     if base.kinematics == "omni":
@@ -301,8 +301,8 @@ def _alike(wheels: Sequence[BaseWheel]) -> bool:
 
 
 def _centre(wheels: Sequence[BaseWheel]) -> list[float]:
-    """Return the centre (x, y) of the rectangle around the wheels' centres in the root link's frame, m."""
-    return [round((min(ends) + max(ends)) / 2, 6) + 0.0 for ends in zip(*(w.centre[:2] for w in wheels), strict=True)]
+    """Return the mean (x, y) of the wheels' centres in the root link's frame, m."""
+    return [round(_mean(places), 6) + 0.0 for places in zip(*(wheel.centre[:2] for wheel in wheels), strict=True)]
 
 
 def _mean(values: Iterable[float]) -> float:

@@ -62,6 +62,7 @@ def _differential(plugin: Element) -> Base:
     left = (*_texts(plugin, "left_joint"), *_texts(plugin, "leftJoint"))
     right = (*_texts(plugin, "right_joint"), *_texts(plugin, "rightJoint"))
     sides = [f"{side}{end}Joint" for end in ("Front", "Rear") for side in ("left", "right")]  # skid_steer_drive
+    sides += [f"{side}_{end}" for end in ("front", "rear") for side in ("left", "right")]  # SkidSteerDrivePlugin
     driven = (*left, *right) or tuple(name for side in sides for name in _texts(plugin, side))
     return Base(
         "differential",
@@ -119,6 +120,7 @@ _READERS: dict[str, Callable[[Element], Base]] = {
     "diff-drive": _differential,
     "diffdrive": _differential,
     "skid_steer_drive": _differential,
+    "skidsteerdrive": _differential,
     "mecanum-drive": _mecanum,
     "mecanumdrive": _mecanum,
     "ackermann": _ackermann,

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from graphengine.devices.rotation import Vector3
 from graphengine.physics.description.urdf import Urdf, UrdfJoint
 from graphengine.physics.importing.draft import Draft, WheelShape
+from graphengine.physics.importing.rollers import NO_ROLLERS, Rollers
 
 _ALIGNED = 0.99
 """Minimum cosine of the angle between two axes that count as parallel."""
@@ -29,6 +30,7 @@ class BaseWheel:
         axle: axis of the joint in the root link's frame; if it points to the left, the wheel rolls forward at positive speed.
         swivel: name of the joint with a vertical axis that steers the wheel; empty without such a joint.
         caster: whether the swivel turns freely: its wheel trails, or it is limitless and has no counterpart on the other side.
+        rollers: rollers of an omni or mecanum wheel, if the description models them.
     """
 
     joint: str
@@ -38,6 +40,7 @@ class BaseWheel:
     axle: Vector3
     swivel: str
     caster: bool
+    rollers: Rollers = NO_ROLLERS
 
     @property
     def sideways(self) -> bool:
@@ -73,7 +76,7 @@ def _wheel(
         trail = abs((x - pivot_x) * shape.axis[1] - (y - pivot_y) * shape.axis[0])  # across the axle
         caster = trail > _TRAIL * shape.radius or (shape.swivels and not any(_mirrors(shape, each) for each in others))
     pivot = swivel.name if swivel is not None else ""
-    return BaseWheel(shape.joint, shape.link, shape.radius, shape.centre, shape.axis, pivot, caster)
+    return BaseWheel(shape.joint, shape.link, shape.radius, shape.centre, shape.axis, pivot, caster, shape.rollers)
 
 
 def _mirrors(one: WheelShape, other: WheelShape) -> bool:

@@ -13,6 +13,7 @@ from graphengine.format.document import Document
 from graphengine.physics.description.urdf import Urdf
 from graphengine.physics.files.references import Library
 from graphengine.physics.files.xml import Element
+from graphengine.physics.importing.rollers import NO_ROLLERS, Rollers
 
 
 def rounded(number: float, digits: int = 7) -> float:
@@ -55,7 +56,7 @@ class WheelShape:
     Attributes:
         joint: name of the joint that turns the wheel.
         link: name of the link with the wheel's collider.
-        radius: radius of the collider, m.
+        radius: radius of the collider, m; with rollers, the radius with which they roll.
         width: width of the collider, m.
         offset: distance of the collider's centre from the joint along the joint's axis, m.
         axis: axis of the joint in the frame of the root link.
@@ -63,6 +64,7 @@ class WheelShape:
         collider: tag of the collider's shape in the description, such as `cylinder`.
         on_floor: whether the wheel reaches down to the lowest collider of the robot.
         swivels: whether the wheel's fork turns on a vertical joint without limits, as in a caster.
+        rollers: rollers of an omni or mecanum wheel; empty if the description does not model them.
     """
 
     joint: str
@@ -75,6 +77,7 @@ class WheelShape:
     collider: str
     on_floor: bool
     swivels: bool = False
+    rollers: Rollers = NO_ROLLERS
 
 
 @dataclass(slots=True, eq=False)

@@ -7,7 +7,7 @@ are guessed.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -67,6 +67,7 @@ def fill(
         drivetrain: drivetrain of the base; None for a robot without a base.
     """
     decisions: dict[_Decision, list[UrdfJoint]] = {}
+    rollers = {name for wheel in draft.wheels.values() for name in wheel.rollers.joints}
     driven = [wheel.joint for wheel in drivetrain.wheels] if drivetrain is not None else []
     ranged = [joint for joint in driven if joint in commands and any(commands[joint].ranges.get("velocity", ()))]
     if ranged:
@@ -75,7 +76,7 @@ def fill(
     for joint in draft.urdf.moving():
         if joint.mimic is not None:
             continue
-        decision = _decide(joint, commands, wheels, drivetrain)
+        decision = _decide(joint, commands, wheels, drivetrain, rollers)
         decisions.setdefault(decision, []).append(joint)
         entry = draft.entry("joints", joint.name)
         entry.value |= _drive(draft, joint, decision.kind, wheels, drivetrain)
@@ -122,6 +123,7 @@ def _decide(
     commands: Mapping[str, JointCommands],
     wheels: Sequence[BaseWheel],
     drivetrain: Drivetrain | None,
+    rollers: Collection[str],
 ) -> _Decision:
     command = commands.get(joint.name)
     kinds = command.ranges if command is not None else {}
@@ -135,6 +137,8 @@ def _decide(
         if "velocity" in kinds and joint.limits is None:
             kind = "velocity"
         return _Decision(kind, f"{kind} command of {command.source.partition(' ')[0]}")
+    if joint.name in rollers:
+        return _Decision("free", "rollers of the wheels", guessed=True)
     if command is not None or commands:
         return _Decision("free", "no controller commands them")
     if joint.name in [wheel.joint for wheel in wheels]:

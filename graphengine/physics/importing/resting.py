@@ -64,7 +64,7 @@ def fill(draft: Draft) -> None:
     if tilt > LEANING:
         draft.noticed.append(Remark(f"on a flat floor the robot leans by {tilt:.1f} degrees"))
     _tell_centre(draft, model, data, driven)
-    wheels = {wheel.link for wheel in standing}
+    wheels = {link for wheel in standing for link in (wheel.link, *wheel.rollers.links)}
     forces = _forces(model, data)
     near = [link for link in _near(draft, model, data) if link not in wheels]
     _free(draft, {link: force for link, force in forces.items() if link not in wheels}, near, sum(forces.values()))
@@ -80,6 +80,7 @@ def _model(draft: Draft, spec: mujoco.MjSpec, robot: RobotInstance) -> mujoco.Mj
     options.cone, options.impratio = mujoco.mjtCone.mjCONE_ELLIPTIC, 10.0
     carrying: set[str] = set()
     for wheel in draft.wheels.values():
+        carrying |= {*wheel.rollers.joints}
         joint = draft.urdf.links[wheel.link].carrier
         while joint is not None:
             carrying.add(joint.name)
@@ -162,7 +163,7 @@ def _tell_centre(draft: Draft, model: mujoco.MjModel, data: mujoco.MjData, drive
     centre = root.xmat.reshape(3, 3).T @ (data.subtree_com[model.body_rootid[root.id]] - root.xpos)
     axle = np.array(driven[0].axis)
     along: Floats = np.array([wheel.centre for wheel in driven]) @ axle
-    track, middle = float(np.ptp(along)), float(along.min() + along.max()) / 2
+    track, middle = float(np.ptp(along)), float(along.mean())
     off = float(centre @ axle) - middle
     if track > 0 and abs(off) > OFF_CENTRE * track:
         text = f"the centre of mass lies {abs(off) * 1000:.0f} mm to one side of the middle of its wheels, "

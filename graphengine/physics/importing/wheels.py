@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import defaultdict
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -13,6 +13,7 @@ from graphengine.devices.rotation import Vector3, rotate
 from graphengine.physics.description.urdf import TURNING, UrdfJoint, origin_of, shape_of
 from graphengine.physics.engine import Floats, body_names, collides, mujoco
 from graphengine.physics.importing.draft import Draft, Remark, WheelShape, rounded
+from graphengine.physics.importing.rollers import NO_ROLLERS, rollers_of
 from graphengine.physics.importing.trial import trial_model, trial_spec
 from graphengine.physics.model.geoms import extents, mesh_vertices
 
@@ -20,6 +21,8 @@ WIDE = 8 * math.pi
 """A revolute joint with a larger range (rad) counts as continuous; the value is four turns."""
 ROUND = 0.93
 """Minimum ratio of the smallest to the largest radius of a wheel; a regular polygon with ten corners counts as round."""
+ROLLING = 0.8
+"""Minimum ratio of the smallest to the largest reach of a wheel with rollers."""
 LEVEL = 0.3
 """Maximum cosine of the angle between the axis of a wheel on the floor and the vertical."""
 ALIGNED = 0.99
@@ -29,6 +32,8 @@ STANDING = 0.02
 PLUMB = 0.9
 """Minimum cosine of the angle between the axis of a caster's swivel and the vertical."""
 _DIRECTIONS = np.linspace(0.0, 2 * math.pi, 72, endpoint=False)
+_TURNS = ([0, 1, 2], [2, 0, 1], [1, 2, 0])
+"""Orders of coordinates that turn a circle into the planes of the three axes."""
 
 
 def fill(draft: Draft) -> None:
@@ -47,15 +52,20 @@ def fill(draft: Draft) -> None:
     for geom in solid.tolist():
         geoms[int(model.geom_bodyid[geom])].append(geom)
     axes = draft.urdf.axes_in_root()
-    swivelling = _swivelling(draft, axes)
+    commanded = _commanded(draft)
+    swivelling, rollers = _swivelling(draft, axes, commanded), rollers_of(draft.urdf, commanded)
+    rolling = {name for each in rollers.values() for name in each.joints}
     known = set(body_names(model))
     for joint in filter(turns_on, draft.urdf.moving()):
-        if joint.child not in known:  # a frame between two joints of one body
+        if joint.child not in known or joint.name in rolling:  # a frame between two joints of one body
             continue
-        colliders = geoms[model.body(joint.child).id]
-        wheel = _wheel(draft, joint, axes[joint.name], model, data, colliders, float(below[0][2]))
+        own = rollers.get(joint.name, NO_ROLLERS)
+        colliders = [geom for link in (joint.child, *own.links) for geom in geoms[model.body(link).id]]
+        wheel = _wheel(
+            draft, joint, axes[joint.name], model, data, colliders, float(below[0][2]), rollers=bool(own.links)
+        )
         if wheel is not None:
-            draft.wheels[joint.name] = wheel = replace(wheel, swivels=joint.name in swivelling)
+            draft.wheels[joint.name] = wheel = replace(wheel, swivels=joint.name in swivelling, rollers=own)
             _shape(draft, wheel)
 
 
@@ -73,6 +83,8 @@ def _wheel(
     data: mujoco.MjData,
     geoms: list[int],
     lowest: float,
+    *,
+    rollers: bool,
 ) -> WheelShape | None:
     """Return the wheel that a joint turns; None if the colliders of the joint's child link are not round about its axis.
 
@@ -84,9 +96,10 @@ def _wheel(
         data: state of the model with all joints at position zero.
         geoms: indices of the colliders of the child link.
         lowest: height of the lowest point of the robot, m.
+        rollers: whether `geoms` contains the colliders of rollers on the wheel.
     """
     body = model.body(joint.child).id
-    if (crooked := _crooked(draft, joint)) is not None:
+    if not rollers and (crooked := _crooked(draft, joint)) is not None:
         reach = extents(model, data, geoms)
         if reach is not None and reach[0][2] < lowest + STANDING:
             draft.noticed.append(crooked)
@@ -94,14 +107,14 @@ def _wheel(
     points = [_surface(model, data, geom) for geom in geoms]
     root = data.body(draft.urdf.root)
     axle, joint_at = root.xmat.reshape(3, 3) @ np.array(axis), data.xpos[body]
-    if not points or (size := _size(np.concatenate(points) - joint_at, axle)) is None:
+    if not points or (size := _size(np.concatenate(points) - joint_at, axle, rollers=rollers)) is None:
         return None
     radius, width, offset = size
     centre = joint_at + axle * offset
     on_floor = bool(centre[2] - radius < lowest + 0.25 * radius + 0.002 and abs(axle[2]) < LEVEL)
     tags = [shape.tag for part in draft.urdf.links[joint.child].colliders if (shape := shape_of(part)) is not None]
     tag = tags[0] if len(set(tags)) == 1 else "mesh"
-    if not on_floor and (tag not in ("cylinder", "sphere") or joint.type != "continuous"):
+    if not on_floor and not rollers and (tag not in ("cylinder", "sphere") or joint.type != "continuous"):
         return None  # a roll of an arm, a lidar that spins
     in_root = root.xmat.reshape(3, 3).T @ (centre - root.xpos)
     place = (float(in_root[0]), float(in_root[1]), float(in_root[2]))
@@ -119,18 +132,23 @@ def _surface(model: mujoco.MjModel, data: mujoco.MjData, geom: int) -> Floats:
         points = mesh_vertices(model, int(model.geom_dataid[geom]))
     elif kind == mujoco.mjtGeom.mjGEOM_CYLINDER:
         points = np.concatenate([circle * size[0] + [0, 0, end * size[1]] for end in (-1, 1)])
+    elif kind == mujoco.mjtGeom.mjGEOM_CAPSULE:
+        points = np.concatenate(
+            [circle[:, turn] * size[0] + [0, 0, end * size[1]] for turn in _TURNS for end in (-1, 1)]
+        )
     elif kind == mujoco.mjtGeom.mjGEOM_BOX:
         points = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)]) * size
     else:
         radii = np.where(size > 0, size, size[0])
-        points = np.concatenate([circle[:, turn] * radii for turn in ([0, 1, 2], [2, 0, 1], [1, 2, 0])])
+        points = np.concatenate([circle[:, turn] * radii for turn in _TURNS])
     placed: Floats = data.geom_xpos[geom] + points @ data.geom_xmat[geom].reshape(3, 3).T
     return placed
 
 
-def _size(points: Floats, axle: Floats) -> tuple[float, float, float] | None:
+def _size(points: Floats, axle: Floats, *, rollers: bool) -> tuple[float, float, float] | None:
     """Return radius, width and offset along the axle (m) of points that form a wheel about an axle through the origin.
 
+    A wheel with rollers rolls on its convex hull, so its radius is the mean of the hull's reach: the perimeter divided by 2 pi.
     Return None if the points are not round about the axle, or if the width exceeds four times the radius, as in a roller.
     """
     along = points @ axle
@@ -139,14 +157,14 @@ def _size(points: Floats, axle: Floats) -> tuple[float, float, float] | None:
     u, v = points @ across, points @ np.cross(axle, across)
     reach = np.array([np.max(u * math.cos(angle) + v * math.sin(angle)) for angle in _DIRECTIONS])
     radius, width = float(reach.max()), float(np.ptp(along))
-    if radius <= 0 or reach.min() < ROUND * radius or width > 4 * radius:
+    if radius <= 0 or reach.min() < (ROLLING if rollers else ROUND) * radius or width > 4 * radius:
         return None
-    return radius, width, float(along.min() + along.max()) / 2
+    return float(reach.mean()) if rollers else radius, width, float(along.min() + along.max()) / 2
 
 
-def _swivelling(draft: Draft, axes: Mapping[str, Vector3]) -> set[str]:
+def _swivelling(draft: Draft, axes: Mapping[str, Vector3], commanded: Collection[str]) -> set[str]:
     """Return the names of joints that swivel: uncommanded vertical joints without limits, and uncommanded joints below them."""
-    commanded, found = _commanded(draft), set[str]()
+    found = set[str]()
     for joint in (joint for link in draft.urdf.depth_first() for joint in link.below):
         above = draft.urdf.links[joint.parent].carrier
         hangs = above is not None and above.name in found
@@ -180,7 +198,7 @@ def _shape(draft: Draft, wheel: WheelShape) -> None:
     The corners of a mesh and the rims of a cylinder would not roll smoothly.
     """
     colliders = draft.urdf.links[wheel.link].colliders
-    if not wheel.on_floor or wheel.collider == "sphere":
+    if not wheel.on_floor or wheel.collider == "sphere" or wheel.rollers.links:
         return
     first = not draft.sections["wheel_colliders"]
     entry = draft.entry("wheel_colliders", wheel.link)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping
 
-from graphengine.devices.rotation import Pose, relative, rotate, unrotate
+from graphengine.devices.rotation import NOWHERE, Pose, relative, rotate, unrotate
 from graphengine.format.diagnostics import Findings
 from graphengine.format.wording import did_you_mean, listing, printable
 from graphengine.physics.description.urdf import WORLD
@@ -26,10 +26,10 @@ from graphengine.physics.sdf.sdf_values import (
 )
 
 TYPES = ("revolute", "continuous", "prismatic", "fixed")
+TWO_AXES = ("universal", "revolute2")
+"""Types of joints with two axes: `axis` is fixed in the parent link, `axis2` in the child link."""
 _UNSUPPORTED = {
     "ball": "write three revolute joints with an empty link between each",
-    "universal": "write two revolute joints with an empty link between them",
-    "revolute2": "write two revolute joints with an empty link between them",
     "screw": "write a prismatic joint, or a revolute one",
     "gearbox": "write a revolute joint with <mimic>",
 }
@@ -37,7 +37,7 @@ _FIRST_IN_JOINT_FRAME = 5
 """Minor number of the first SDF version with joint axes in the joint frame; earlier versions use the model frame."""
 _FAR = 1e6
 """Value of the missing limit of a joint that has only a lower or only an upper limit, m or rad."""
-_CONVERTED = ("parent", "child", "pose", "axis")
+_CONVERTED = ("parent", "child", "pose", "axis", "axis2")
 _SLIGHTLY = 1e-15
 _SAME_PLACE = 1e-6
 """Maximum distance (m) of a ball's centre from its joint."""
@@ -68,7 +68,8 @@ def urdf_joint(
 ) -> Iterator[Element]:
     """Yield the URDF joint of an SDF joint, then `<gazebo>` elements that refer to it or to its child link.
 
-    A ball joint of a caster ball becomes a fixed joint, and the ball loses its friction; a note says so.
+    A ball joint of a caster ball becomes a fixed joint, and the ball loses its friction; a joint with two axes becomes two joints
+    with a link without mass between them. A note says so.
 
     Args:
         joint: frame of the SDF joint.
@@ -81,6 +82,9 @@ def urdf_joint(
     """
     parent, child = fastened(joint)
     element, kind = joint.element, _kind(joint)
+    if kind in TWO_AXES:
+        yield from _two_joints(joint, parent, child, frames, findings)
+        return
     rolls = kind == "ball" and _is_ball(joint, child) and child not in carries
     if rolls:
         text = (
@@ -108,12 +112,42 @@ def urdf_joint(
     yield from _for_gazebo(joint, axis)
 
 
+def _two_joints(
+    joint: SdfFrame, parent: SdfFrame | None, child: SdfFrame, frames: Mapping[SdfFrame, Pose], findings: Findings
+) -> Iterator[Element]:
+    """Yield the two joints of a joint with two axes, the link between them, and `<gazebo>` elements of the first joint.
+
+    The joint about `axis` keeps the name; the joint about `axis2`, which moves the child link, gets the name with `_axis2`.
+    """
+    element, name = joint.element, joint.full_name
+    between, second = f"{name}_cross", f"{name}_axis2"
+    text = f"joint {printable(name)!r}: type {element.get('type')} becomes two revolute joints"
+    findings.add("N103", text, element.span, f"{printable(name)} turns about <axis>, {printable(second)} about <axis2>")
+    pose = relative(frames[parent], joint.place) if parent is not None else joint.place
+    above = parent.full_name if parent is not None else WORLD
+    yield Element("link", {"name": between}, element.span)
+    for tag, made, at, ends in (
+        ("axis", name, pose, (above, between)),
+        ("axis2", second, NOWHERE, (between, child.full_name)),
+    ):
+        axis = element.first(tag)
+        turning = "continuous" if _is_limitless(axis) else "revolute"
+        links = [
+            Element(end, {"link": link}, element.span) for end, link in zip(("parent", "child"), ends, strict=True)
+        ]
+        content = [*origin(at, element.span), *links, *_axis(joint, axis)]
+        yield Element("joint", {"name": made, "type": turning}, element.span, content)
+    yield from _for_gazebo(joint, element.first("axis"))
+
+
 def _kind(joint: SdfFrame) -> str:
     """Return the URDF type of a joint; a revolute joint without limits is continuous."""
-    kind, axis = joint.element.get("type"), joint.element.first("axis")
-    if kind == "revolute" and math.inf == _limit(axis, "upper") == -_limit(axis, "lower"):
-        return "continuous"
-    return kind
+    kind = joint.element.get("type")
+    return "continuous" if kind == "revolute" and _is_limitless(joint.element.first("axis")) else kind
+
+
+def _is_limitless(axis: Element | None) -> bool:
+    return math.inf == _limit(axis, "upper") == -_limit(axis, "lower")
 
 
 def _limit(axis: Element | None, end: str) -> float:
@@ -128,7 +162,7 @@ def _axis(joint: SdfFrame, axis: Element | None) -> Iterator[Element]:
     for end, sign in (("lower", -1.0), ("upper", 1.0)):
         value = _limit(axis, end)
         limits[end] = written(value if math.isfinite(value) else sign * _FAR)
-    if _limit(axis, "upper") == math.inf == -_limit(axis, "lower"):
+    if _is_limitless(axis):
         limits = {}
     for end in ("effort", "velocity"):
         value = limit_at(axis, "limit", end, default=math.inf)

@@ -13,6 +13,8 @@ import graphengine as ge
 from graphengine.api.calibration.figures import Calibration, Motion, Slope, Stop, Twist
 from tests.api.calibration import bases
 from tests.other_process import in_another_process
+from tests.physics.importing.imported_bases import imported, scene
+from tests.physics.importing.roller_bases import PLAIN
 
 
 def calibrate(base: bases.Base, **arguments: object) -> Calibration:
@@ -307,3 +309,13 @@ def test_wheels_on_springs_are_not_taken_for_steered_ones(tmp_path: Path) -> Non
     base.urdf += bases.link("axle", 0.1) + drop + ends
     base.drives["drop"] = "{spring: {stiffness: 20000.0}}"
     assert calibrate(base).track == pytest.approx(bases.TRACK, rel=0.01)
+
+
+def test_three_omni_wheels_have_the_radius_that_rolls_and_no_slip(tmp_path: Path) -> None:
+    """Not 2 / sqrt(3) times the radius, as two of the wheels turn that much slower in a straight drive."""
+    result = ge.load(scene(tmp_path, imported(tmp_path, PLAIN.urdf()))).calibrate(speed=0.3, turn_speed=0.6)
+    assert result.kinematics == "omni"
+    assert [wheel.radius for wheel in result.wheels] == pytest.approx([0.05] * 3, rel=1e-3)
+    assert [motion.slip for motion in result.motions[:4]] == pytest.approx([0.0] * 4, abs=1e-3)
+    assert result.track is None
+    assert not [note for note in result.notes if "track" in note or "radius" in note]

@@ -109,6 +109,10 @@ def test_the_measures_of_the_description_count_and_others_are_told(tmp_path: Pat
         """<gazebo><plugin name="drive" filename="libgazebo_ros_diff_drive.so"><commandTopic>go</commandTopic>
           <odometryTopic>here</odometryTopic><leftJoint>left_joint</leftJoint><rightJoint>right_joint</rightJoint>
         </plugin></gazebo>""",
+        """<gazebo><plugin name="SkidSteerDrivePlugin" filename="libSkidSteerDrivePlugin.so">
+          <topic>go</topic><odom_topic>here</odom_topic>
+          <left_front>left_joint</left_front><right_front>right_joint</right_front><MaxForce>5.0</MaxForce>
+        </plugin></gazebo>""",
     ],
 )
 def test_plugins_of_gazebo_give_joints_and_topics(tmp_path: Path, plugin: str) -> None:

@@ -182,7 +182,7 @@ def test_a_joint_may_mimic_another(tmp_path: Path) -> None:
     assert (law.leader, law.multiplier, law.offset) == ("j", 2.0, -1.5)
 
 
-@pytest.mark.parametrize("kind", ["ball", "universal", "screw", "revolute2", "gearbox", "revolut"])
+@pytest.mark.parametrize("kind", ["ball", "screw", "gearbox", "revolut"])
 def test_other_types_of_joints_are_errors_with_a_remedy(tmp_path: Path, kind: str) -> None:
     text = document(model(TWO + "\n" + joint("j", "base", "arm", kind=kind)))
     _, findings = converted(tmp_path, text)
@@ -190,6 +190,21 @@ def test_other_types_of_joints_are_errors_with_a_remedy(tmp_path: Path, kind: st
     assert error.message == f"joint 'j': type {kind!r} is not supported"
     assert error.help
     assert (error.span.line, error.span.column) == (4, 23) if error.span is not None else False
+
+
+@pytest.mark.parametrize("kind", ["universal", "revolute2"])
+def test_a_joint_with_two_axes_turns_about_the_parents_first(tmp_path: Path, kind: str) -> None:
+    """As the front wheels of steered cars do in Gazebo: `axis` steers, `axis2` rolls."""
+    axes = (
+        "<axis><xyz>0 0 1</xyz><limit><lower>-.5</lower><upper>.5</upper></limit></axis><axis2><xyz>0 1 0</xyz></axis2>"
+    )
+    text = document(model(link("base") + link("arm", pose(1, 2, 3)) + joint("j", "base", "arm", axes, kind)))
+    found = urdf(tmp_path, text)
+    steering, rolling = found.joints["j"], found.joints["j_axis2"]
+    assert (steering.parent, steering.child, rolling.parent, rolling.child) == ("base", "j_cross", "j_cross", "arm")
+    assert (steering.type, rolling.type, steering.limits) == ("revolute", "continuous", (-0.5, 0.5))
+    assert (steering.axis, rolling.axis) == ((0, 0, 1), (0, 1, 0))
+    assert found.pose_in_root("arm")[0] == (1, 2, 3)
 
 
 def test_a_ball_on_a_ball_joint_slides_without_friction(tmp_path: Path) -> None:
