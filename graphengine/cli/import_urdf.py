@@ -87,6 +87,8 @@ def add_source_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--macro", metavar="NAME", help="macro of the xacro file that defines the robot")
     left_out = "leave out everything from this package: included files, their macros, meshes"
     add_repeatable(parser, "--without", "PACKAGE", left_out)
+    drives = "give joints that take efforts position drives, which hold them; gains by the mass matrix (not for MJCF)"
+    parser.add_argument("--position-drives", action="store_true", help=drives)
     parser.add_argument("--fixed-base", action="store_true", help="fix the root link to the world, as for an arm")
     packages = (
         "ROS package or Gazebo model, or a folder with several, in which package:// and model:// references are found"
@@ -192,7 +194,8 @@ def find_origin(arguments: argparse.Namespace, target: Path, findings: Findings)
         findings: receives errors and notes.
     """
     read = _from_file if arguments.file else _from_network
-    return _with_controllers(read(arguments, target, findings), arguments, findings)
+    origin = _with_controllers(read(arguments, target, findings), arguments, findings)
+    return replace(origin, position_drives=arguments.position_drives) if origin is not None else None
 
 
 def _from_network(arguments: argparse.Namespace, target: Path, findings: Findings) -> Origin | None:
@@ -241,6 +244,8 @@ def _from_file(arguments: argparse.Namespace, target: Path, findings: Findings) 
     if element.tag == "mujoco":
         if given := [*arguments.arguments, *filter(None, [arguments.macro]), *arguments.without]:
             raise UsageError(f"{given[0]}: {path} is a MuJoCo model, which has no arguments, macros or packages")
+        if arguments.position_drives:
+            raise UsageError(f"--position-drives: {path} is a MuJoCo model, which has its own actuators")
         return Origin(element, packages, path, str(path), target, arguments.fixed_base, model=path)
     is_xacro = xacro.is_xacro(path, element)
     if is_xacro and path.resolve() == target.with_suffix(".urdf").resolve():

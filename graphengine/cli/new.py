@@ -9,6 +9,7 @@ from pathlib import Path
 
 from graphengine.cli import import_urdf
 from graphengine.cli.common import clean, print_findings
+from graphengine.cli.first_run import SECONDS, first_run
 from graphengine.cli.import_report import report
 from graphengine.cli.progress import progress
 from graphengine.cli.project import WORLDS, Project
@@ -63,7 +64,10 @@ def _from_description(arguments: argparse.Namespace, project: Project) -> int:
         return 1
     project.add_robot(imported)
     project.write()
-    print(clean("\n".join([*report(imported, findings), *import_urdf.corrections(imported, project.robot_file)])))
+    print(clean("\\n".join([*report(imported, findings), *import_urdf.corrections(imported, project.robot_file)])))
+    with progress("running for 2 s"):
+        said = first_run(project.scene_file, project.name, holds=project.holds)
+    print(clean("\\n".join(f"in a run of {SECONDS:g} s: {line}" for line in said)), end="\\n" if said else "")
     print(project.told())
     return 0
 

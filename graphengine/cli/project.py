@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from graphengine.cli.common import clean
-from graphengine.cli.project_skills import DRIVE, Skill, commanded, is_arm, skills_of, test_file, usage
+from graphengine.cli.project_skills import DRIVE, HOLD, Skill, commanded, is_arm, skills_of, test_file, usage
 from graphengine.devices.rotation import Vector3
 from graphengine.format.atomic_write import write_together
 from graphengine.format.distribution import requirement
@@ -124,6 +124,8 @@ class Project:
         self.name = name
         self.world = world
         self.robot_file = folder / "robots" / f"{name}.yaml"
+        self.scene_file = folder / f"{name}.yaml"
+        self.holds = False
         self._contents: dict[Path, bytes] = {}
 
     def add_dingo(self) -> None:
@@ -185,7 +187,8 @@ class Project:
         x, y, z = place
         settle = ACTIVE if any(skill.active for skill in skills) else SETTLE
         scene = SCENE.format(name=self.name, key=scalar(self.name), world=world.file, settle=settle, x=x, y=y, z=z)
-        self._add(self.folder / f"{self.name}.yaml", scene)
+        self._add(self.scene_file, scene)
+        self.holds = any(skill.test == HOLD for skill in skills)
         self._add(self.folder / "test_robot.py", test_file(self.name, skills))
         needed = requirement("view")
         self._add(self.folder / "requirements.txt", f"{needed}\npytest\n")

@@ -65,7 +65,7 @@ def test_the_robot_stands_for_ten_seconds() -> None:
         sim.run(10.0)
         assert sim.robots[ROBOT].pose.position[2] == pytest.approx(height, abs=0.02)    # m
 """
-_HOLD = """
+HOLD = """
 def test_the_joints_hold_their_start_positions() -> None:
     with ge.load(SCENE).session() as sim:
         start = {joint: state.position for joint, state in sim.robots[ROBOT].joints.items()}
@@ -97,7 +97,7 @@ def skills_of(imported: Imported) -> list[Skill]:
         found.append(Skill((), _STANDS, active=True))
     if not found and (joints := commanded(imported)):
         joint = joints[-1].name
-        found.append(Skill((), _HOLD, _move(joint, imported.robot.starts.get(joint, 0.0))))
+        found.append(Skill((), HOLD, _move(joint, imported.robot.starts.get(joint, 0.0))))
     return found
 
 

@@ -30,7 +30,7 @@ def rolling_directions(axles: Sequence[Vector3]) -> Floats:
 def rolling_radii(motions: Floats, angles: Floats, directions: Floats) -> Floats | None:
     """Return the rolling radius of each wheel, m; None unless the motions include forward, sideways and turning motion.
 
-    The angle of a wheel is linear in the motion of the base; for motion along the rolling direction, the coefficient is 1 / radius.
+    The angle of a wheel is linear in the motion of the base; along the rolling direction, the coefficient is 1 / radius.
 
     Args:
         motions: motion of the base in each test drive: forward and left (m), and turn (rad); shape (drives, 3).

@@ -92,6 +92,7 @@ class Draft:
         package_paths: folders of the description's packages, as written in the robot file.
         fixed_base: whether the root link is fixed to the world.
         controllers: ros2_control parameter file that the user names; None without one.
+        position_drives: whether joints that take efforts get position drives.
         library: reads the meshes; None if the draft is only for a description without a robot file.
         wheels: wheels by joint, in order of the joints.
         servos: joints with position drives whose gains are not in the description.
@@ -115,6 +116,7 @@ class Draft:
     fixed_base: bool = False
     controllers: Document | None = None
     library: Library | None = None
+    position_drives: bool = False
     wheels: dict[str, WheelShape] = field(default_factory=dict)
     servos: list[str] = field(default_factory=list)
     settings: dict[str, Any] = field(default_factory=dict)

@@ -87,6 +87,7 @@ class Origin:
         wrapper: text of a xacro file that calls a macro as the robot; empty without a macro.
         controllers: ros2_control parameter file that the user names; None without one.
         model: path of a MuJoCo model, whose root element is `element`; None for other descriptions.
+        position_drives: whether joints that take efforts get position drives, which hold them.
     """
 
     element: Element
@@ -99,6 +100,7 @@ class Origin:
     wrapper: str = ""
     controllers: Document | None = None
     model: Path | None = None
+    position_drives: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -162,6 +164,7 @@ def import_robot(origin: Origin, findings: Findings) -> Imported | None:
     told = [_near(folder, origin.target) for folder in packages]
     near = _near(path, origin.target)
     draft = Draft(urdf, name, origin.told, near, told, origin.fixed_base, origin.controllers, library)
+    draft.position_drives = origin.position_drives
     for fill in _PARTS if origin.model is None else _PARTS_OF_MODELS:
         fill(draft)
     graphs = bundle_graphs(draft) if origin.bundled else {}

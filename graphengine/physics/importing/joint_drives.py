@@ -76,7 +76,7 @@ def fill(
     for joint in draft.urdf.moving():
         if joint.mimic is not None:
             continue
-        decision = _decide(joint, commands, wheels, drivetrain, rollers)
+        decision = _decide(joint, commands, wheels, drivetrain, rollers, position_drives=draft.position_drives)
         decisions.setdefault(decision, []).append(joint)
         entry = draft.entry("joints", joint.name)
         entry.value |= _drive(draft, joint, decision.kind, wheels, drivetrain)
@@ -124,6 +124,8 @@ def _decide(
     wheels: Sequence[BaseWheel],
     drivetrain: Drivetrain | None,
     rollers: Collection[str],
+    *,
+    position_drives: bool,
 ) -> _Decision:
     command = commands.get(joint.name)
     kinds = command.ranges if command is not None else {}
@@ -136,7 +138,10 @@ def _decide(
         kind = next(kind for kind in KINDS if kind in kinds)
         if "velocity" in kinds and joint.limits is None:
             kind = "velocity"
-        return _Decision(kind, f"{kind} command of {command.source.partition(' ')[0]}")
+        why = f"{kind} command of {command.source.partition(' ')[0]}"
+        if kind == "effort" and position_drives:
+            return _Decision("position", f"--position-drives, in place of the {why}", guessed=True)
+        return _Decision(kind, why)
     if joint.name in rollers:
         return _Decision("free", "rollers of the wheels", guessed=True)
     if command is not None or commands:

@@ -93,7 +93,7 @@ def _form_a_ring(urdf: Urdf, joint: UrdfJoint, axle: Floats, rolling: list[UrdfJ
 
 
 def _axis_on_floor(urdf: Urdf, joint: UrdfJoint, axle: Floats, rolling: list[UrdfJoint]) -> Vector3:
-    """Return the axis of a roller straight below the axle, in the root link's frame: the lowest one, after a turn of the wheel."""
+    """Return the axis of a roller in the root link's frame, after a turn of the wheel that brings it straight below the axle."""
     arms = _arms(urdf, joint, axle, rolling)
     lowest = int(arms[:, 2].argmin())
     down = -np.eye(3)[2] + axle[2] * axle

@@ -32,8 +32,8 @@ def rolling_base(axles: Sequence[tuple[float, float, float, float]], rollers: in
     """A base as URDF.
 
     Args:
-        axles: x and y (m) of each wheel, the angle of its axle from the y axis, and the angle of its rollers' axes on the floor from
-            the rolling direction, rad.
+        axles: x and y (m) of each wheel, the angle of its axle from the y axis, and the angle on the floor of its rollers' axes
+            from the rolling direction, rad.
         rollers: number of rollers of a wheel.
         length: length of a roller between the centres of its round ends, m.
     """
@@ -41,9 +41,10 @@ def rolling_base(axles: Sequence[tuple[float, float, float, float]], rollers: in
         f'<link name="base_link"><inertial><origin xyz="0 0 0.03"/><mass value="6"/>{_INERTIA.format(0.06)}</inertial></link>'
     ]
     for number, (x, y, turn, slant) in enumerate(axles, 1):
+        shape = f'<geometry><cylinder radius="{HUB}" length="0.02"/></geometry>'
         parts.append(
             f'<link name="wheel_{number}"><inertial><mass value="0.3"/>{_INERTIA.format(3e-4)}</inertial>'
-            f'<collision><origin rpy="{math.pi / 2} 0 0"/><geometry><cylinder radius="{HUB}" length="0.02"/></geometry></collision>'
+            f'<collision><origin rpy="{math.pi / 2} 0 0"/>{shape}</collision>'
             "</link>"
             f'<joint name="wheel_{number}_joint" type="continuous"><parent link="base_link"/><child link="wheel_{number}"/>'
             f'<origin xyz="{x} {y} 0" rpy="0 0 {turn}"/><axis xyz="0 1 0"/></joint>'

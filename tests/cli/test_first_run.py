@@ -1,0 +1,111 @@
+"""`graphrun new` runs what it wrote for 2 s, and says what falls, hangs, sags or starts inside something."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+
+from graphengine.cli.first_run import first_run
+from tests.cli.harness import Graphrun
+from tests.physics.importing.imported_arms import BALL, arm, bolted
+from tests.physics.importing.imported_bases import DIFFERENTIAL, description, interfaces
+
+STILTS = """<mujoco model="stilts">
+  <compiler angle="radian" autolimits="true"/>
+  <worldbody>
+    <body name="hip" pos="0 0 0.9"><freejoint/>
+      <geom type="box" size="0.1 0.15 0.1" mass="10"/>
+      <body name="leg" pos="0.05 0 -0.1"><joint name="knee" axis="0 1 0" range="-1 1"/>
+        <geom type="capsule" size="0.03" fromto="0 0 0 0 0 -0.75" mass="2"/></body>
+    </body>
+  </worldbody>
+  <actuator><motor joint="knee" ctrlrange="-10 10"/></actuator>
+</mujoco>
+"""
+SAGGING = """<mujoco model="boom">
+  <compiler angle="radian" autolimits="true"/>
+  <worldbody><body name="base" pos="0 0 1">
+    <geom type="box" size="0.1 0.1 0.1" mass="5"/>
+    <body name="boom"><joint name="lift" axis="0 1 0" range="-2 2" damping="5"/>
+      <inertial pos="0.5 0 0" mass="2" diaginertia="0.01 0.01 0.01"/>
+      <geom type="capsule" size="0.02" fromto="0.2 0 0 1 0 0"/></body>
+  </body></worldbody>
+  <actuator><position joint="lift" kp="200"/></actuator>
+</mujoco>
+"""
+LEVEL = """<link name="shoulder"/><joint name="level" type="fixed"><parent link="plate"/><child link="shoulder"/>
+  <origin xyz="0 0 0.5" rpy="0 1.5707963 0"/></joint>"""
+"""A link whose z axis is level, so an arm on it needs torque to keep its pose."""
+
+
+@pytest.fixture(autouse=True)
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def run_of(graphrun: Graphrun, source: str, *more: str, name: str = "bot.urdf") -> list[str]:
+    """What the run of the new project of a description shows."""
+    Path(name).write_text(source)
+    lines = graphrun("new", "bot", "--from", name, *more, code=0, err="").lines
+    return [line.partition(": ")[2] for line in lines if line.startswith("in a run of 2 s: ")]
+
+
+def test_a_robot_that_stays_as_it_starts_is_not_mentioned(graphrun: Graphrun) -> None:
+    assert run_of(graphrun, description(DIFFERENTIAL)) == []
+
+
+def test_a_robot_on_one_leg_falls(graphrun: Graphrun) -> None:
+    falls, *_ = run_of(graphrun, STILTS, name="bot.xml")
+    assert re.fullmatch(
+        r"the robot falls: after 2 s its base link is( \d+ mm lower and)? tilted by 1?\d\d degrees", falls
+    )
+
+
+def test_a_joint_that_swings_fails_the_test_of_its_project(graphrun: Graphrun) -> None:
+    swing = SAGGING.replace('<position joint="lift" kp="200"/>', '<motor joint="lift" ctrlrange="-1 1"/>')
+    (hangs,) = run_of(graphrun, swing.replace('damping="5"', 'damping="0"'), "--fixed-base", name="bot.xml")
+    assert hangs.startswith("joints without a position servo move, rad or m: lift +1.")
+    scene = Path("bot/bot.yaml")
+    scene.write_text(scene.read_text().replace("settle: true", "settle: false"))
+    assert first_run(scene, "bot", holds=True)[1].startswith("test_robot.py fails: a joint moves ")
+
+
+def test_a_servo_of_a_mujoco_model_sags_by_its_weight_over_its_gain(graphrun: Graphrun) -> None:
+    """2 kg at 0.5 m with 200 N m/rad: 9.81 cos(a) = 200 a."""
+    (line,) = run_of(graphrun, SAGGING, "--fixed-base", name="bot.xml")
+    found = re.fullmatch(r"drives are off their targets, .*: lift \+0\.0(\d+)", line)
+    assert found is not None, line
+    assert int(found[1]) == pytest.approx(49, abs=1)
+
+
+def test_joints_that_take_efforts_hang_unless_they_get_position_drives(graphrun: Graphrun) -> None:
+    text = bolted(LEVEL, arm(3, "shoulder"), interfaces(joint_1="effort", joint_2="effort", joint_3="effort"))
+    (line,) = run_of(graphrun, text)
+    assert line.startswith("joints without a drive hang, rad or m: ")
+    assert "--position-drives" in line
+    Path("bot").rename("limp")
+    assert run_of(graphrun, text, "--position-drives") == []
+    assert "FollowJointTrajectory" in Path("bot/README.md").read_text()
+
+
+def test_a_model_of_mujoco_has_its_own_drives(graphrun: Graphrun) -> None:
+    Path("bot.xml").write_text(SAGGING)
+    graphrun(
+        "new",
+        "bot",
+        "--from",
+        "bot.xml",
+        "--position-drives",
+        code=2,
+        err="graphrun new: --position-drives: bot.xml is a MuJoCo model, which has its own actuators\n",
+    )
+
+
+def test_a_robot_that_starts_inside_the_world_is_said_to(graphrun: Graphrun) -> None:
+    """In the table, on which the arm is mounted."""
+    sunk = BALL.replace("<geometry>", '<origin xyz="0.2 0 -0.12"/><geometry>')
+    first, *_ = run_of(graphrun, bolted(arm(3, "plate").replace(BALL, sunk, 1)))
+    assert first.startswith("at the start, bot touches ")
