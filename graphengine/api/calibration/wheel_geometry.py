@@ -46,7 +46,7 @@ class WheelMeter:
         self._samples: list[tuple[Floats, Floats]] = []
         """Motion of the base (forward, left, m; turn, rad) and of the joints (rad) in each test drive."""
         self._axes = robot.urdf.axes_in_root()
-        self._on_rollers = rollers_of(robot.urdf, ()).keys()
+        self._on_rollers = rollers_of(robot.urdf).keys()
 
     @staticmethod
     def described_wheel_base(robot: RobotInstance) -> float | None:

@@ -42,6 +42,8 @@ MAX_NODES = 100_000
 
 _ENCODINGS = ("ascii", "utf-8", "utf-16", "iso-8859-1", "iso-8859-15", "cp1252")
 """Encodings that COLLADA files declare in practice. They are loaded beforehand, because later imports fail."""
+_LFS = b"version https://git-lfs"
+"""Beginning of a file that Git LFS leaves in place of a large file which it has not fetched."""
 _LEAST_VERTICES = 4
 """Minimum number of vertices that MuJoCo requires of a mesh."""
 _STL_HEADER, _STL_TRIANGLE = 84, 50
@@ -100,6 +102,10 @@ def convert(data: bytes, suffix: str) -> list[Part]:
     """
     if len(data) > MAX_CONVERTED_BYTES:
         raise MeshError(f"files of more than {MAX_CONVERTED_BYTES // 1_000_000} MB are not converted")
+    if data.startswith(_LFS):
+        raise MeshError(
+            "the file is a pointer of Git LFS, not the mesh; `git lfs pull` in its repository gets the mesh"
+        )
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # pycollada uses numpy.matrix
         try:

@@ -11,6 +11,8 @@ from graphengine.physics.importing.base import Base
 from graphengine.physics.importing.base_wheels import BaseWheel
 from graphengine.physics.importing.draft import Draft, Remark
 
+_HOLONOMIC = ("mecanum", "omni_wheel", "omniwheel", "omni-wheel")
+"""Parts of names of mecanum wheels; parallel wheels that are called omni wheels can only be mecanum wheels."""
 _DIAGONAL = 0.3
 """Minimum ratio of the smaller to the larger of the x and y components of a diagonal direction."""
 
@@ -54,11 +56,11 @@ def is_mecanum(urdf: Urdf, wheels: Sequence[BaseWheel]) -> bool:
     """Return whether wheels are mecanum wheels.
 
     They are if the rollers of a wheel or Gazebo's friction have a diagonal direction, or if the name of the robot or of a wheel's
-    joint, link or mesh contains `mecanum`.
+    joint, link or mesh calls it a mecanum or omni wheel.
     """
     if any(_is_diagonal(wheel.rollers.axis) or friction_direction(urdf, wheel) is not None for wheel in wheels):
         return True
-    return any("mecanum" in name.lower() for name in _names(urdf, wheels))
+    return any(word in name.lower() for name in _names(urdf, wheels) for word in _HOLONOMIC)
 
 
 def friction_direction(urdf: Urdf, wheel: BaseWheel) -> Vector3 | None:

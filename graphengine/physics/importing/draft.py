@@ -95,6 +95,7 @@ class Draft:
         position_drives: whether joints that take efforts get position drives.
         library: reads the meshes; None if the draft is only for a description without a robot file.
         wheels: wheels by joint, in order of the joints.
+        standing: links whose colliders reach down to the lowest point of the robot.
         servos: joints with position drives whose gains are not in the description.
         settings: top-level keys with plain values, such as `self_collision`.
         sections: entries by section (`joints`, `materials`, `sensors`, `graphs`, …) and key, in order of the robot file.
@@ -118,6 +119,7 @@ class Draft:
     library: Library | None = None
     position_drives: bool = False
     wheels: dict[str, WheelShape] = field(default_factory=dict)
+    standing: set[str] = field(default_factory=set)
     servos: list[str] = field(default_factory=list)
     settings: dict[str, Any] = field(default_factory=dict)
     sections: defaultdict[str, dict[str, Entry]] = field(default_factory=lambda: defaultdict(dict))

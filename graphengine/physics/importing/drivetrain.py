@@ -25,7 +25,7 @@ def fill(draft: Draft) -> None:
     wheels = wheels_on_floor(draft, commanded)
     drivetrain = None
     if not draft.fixed_base:
-        tried = (measured(draft, base, wheels) for base in _bases(draft, known, wheels, commanded))
+        tried = (measured(draft, base, _sliding(base, wheels)) for base in _bases(draft, known, wheels, commanded))
         drivetrain = next((found for found in tried if found is not None), None)
     if drivetrain is not None:
         base_graph.fill(draft, drivetrain)
@@ -34,6 +34,11 @@ def fill(draft: Draft) -> None:
     joint_graphs.fill(draft, known, drivetrain)
     if drivetrain is None and draft.urdf.mjcf is None and not draft.fixed_base and draft.urdf.root != WORLD:
         _tell_undriven(draft)
+
+
+def _sliding(base: Base, wheels: Sequence[BaseWheel]) -> list[BaseWheel]:
+    """Return the wheels that slide if they move sideways: all but omni wheels with rollers that the base does not drive."""
+    return [wheel for wheel in wheels if wheel.joint in base.driven or not wheel.rollers.links]
 
 
 def _tell_undriven(draft: Draft) -> None:

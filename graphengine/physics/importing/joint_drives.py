@@ -68,6 +68,7 @@ def fill(
     """
     decisions: dict[_Decision, list[UrdfJoint]] = {}
     rollers = {name for wheel in draft.wheels.values() for name in wheel.rollers.joints}
+    carrying = _carrying(draft) if drivetrain is not None else set()
     driven = [wheel.joint for wheel in drivetrain.wheels] if drivetrain is not None else []
     ranged = [joint for joint in driven if joint in commands and any(commands[joint].ranges.get("velocity", ()))]
     if ranged:
@@ -76,7 +77,9 @@ def fill(
     for joint in draft.urdf.moving():
         if joint.mimic is not None:
             continue
-        decision = _decide(joint, commands, wheels, drivetrain, rollers, position_drives=draft.position_drives)
+        decision = _decide(
+            joint, commands, wheels, drivetrain, rollers, carrying, position_drives=draft.position_drives
+        )
         decisions.setdefault(decision, []).append(joint)
         entry = draft.entry("joints", joint.name)
         entry.value |= _drive(draft, joint, decision.kind, wheels, drivetrain)
@@ -99,6 +102,17 @@ def fill(
         names = ", ".join(printable(joint.name) for joint in joints)
         remark = Remark(f"{_TOLD[decision.kind]}: {names}; {decision.why}", joints[0].element.span)
         (draft.guessed if decision.guessed else draft.carried).append(remark)
+
+
+def _carrying(draft: Draft) -> set[str]:
+    """Return the names of joints between the root link and links that stand on the floor."""
+    found: set[str] = set()
+    for link in draft.standing:
+        carrier = draft.urdf.links[link].carrier if link in draft.urdf.links else None
+        while carrier is not None:
+            found.add(carrier.name)
+            carrier = draft.urdf.links[carrier.parent].carrier
+    return found
 
 
 @dataclass(frozen=True, slots=True)
@@ -124,6 +138,7 @@ def _decide(
     wheels: Sequence[BaseWheel],
     drivetrain: Drivetrain | None,
     rollers: Collection[str],
+    carrying: Collection[str],
     *,
     position_drives: bool,
 ) -> _Decision:
@@ -150,6 +165,8 @@ def _decide(
         return _Decision("free", "wheels that drive nothing", guessed=True)
     if joint.name in [wheel.swivel for wheel in wheels]:
         return _Decision("free", "swivels of casters", guessed=True)
+    if joint.name in carrying and joint.limits is None:
+        return _Decision("free", "joints of casters, which carry links on the floor", guessed=True)
     if joint.type == "continuous" and "wheel" in joint.name.lower():
         return _Decision("velocity", "wheels by their names, though not by their colliders", guessed=True)
     if joint.effort is not None:

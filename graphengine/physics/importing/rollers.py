@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -38,14 +38,10 @@ class Rollers:
 NO_ROLLERS = Rollers()
 
 
-def rollers_of(urdf: Urdf, commanded: Collection[str]) -> dict[str, Rollers]:
+def rollers_of(urdf: Urdf) -> dict[str, Rollers]:
     """Return the rollers of each wheel that has some, by the name of the wheel's joint.
 
-    Rollers turn freely and without limits, and form a ring about the axle.
-
-    Args:
-        urdf: description of the robot.
-        commanded: names of joints that take commands, which carry no rollers.
+    Rollers turn without limits and form a ring about the axle.
     """
     axes = urdf.axes_in_root()
     found: dict[str, Rollers] = {}
@@ -53,7 +49,7 @@ def rollers_of(urdf: Urdf, commanded: Collection[str]) -> dict[str, Rollers]:
         if joint.type not in TURNING:
             continue
         axle = np.array(axes[joint.name])
-        below = [each for each in _below(urdf, joint.child) if each.name not in commanded]
+        below = list(_below(urdf, joint.child))
         rolling = [each for each in below if abs(axle @ np.array(axes[each.name])) < _PARALLEL]
         if len(rolling) >= _LEAST and len(rolling) == len(below) and _form_a_ring(urdf, joint, axle, rolling):
             names, links = tuple(each.name for each in rolling), tuple(each.child for each in rolling)

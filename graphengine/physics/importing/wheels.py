@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import defaultdict
-from collections.abc import Collection, Mapping
+from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -23,6 +23,8 @@ ROUND = 0.93
 """Minimum ratio of the smallest to the largest radius of a wheel; a regular polygon with ten corners counts as round."""
 ROLLING = 0.8
 """Minimum ratio of the smallest to the largest reach of a wheel with rollers."""
+EQUAL = 0.005
+"""Maximum relative difference of the radii of meshes of equal wheels."""
 LEVEL = 0.3
 """Maximum cosine of the angle between the axis of a wheel on the floor and the vertical."""
 ALIGNED = 0.99
@@ -51,9 +53,11 @@ def fill(draft: Draft) -> None:
     geoms = defaultdict[int, list[int]](list)
     for geom in solid.tolist():
         geoms[int(model.geom_bodyid[geom])].append(geom)
+    for body, colliders in geoms.items():
+        if (reach := extents(model, data, colliders)) is not None and reach[0][2] < below[0][2] + STANDING:
+            draft.standing.add(model.body(body).name)
     axes = draft.urdf.axes_in_root()
-    commanded = _commanded(draft)
-    swivelling, rollers = _swivelling(draft, axes, commanded), rollers_of(draft.urdf, commanded)
+    swivelling, rollers = _swivelling(draft, axes), rollers_of(draft.urdf)
     rolling = {name for each in rollers.values() for name in each.joints}
     known = set(body_names(model))
     for joint in filter(turns_on, draft.urdf.moving()):
@@ -65,8 +69,20 @@ def fill(draft: Draft) -> None:
             draft, joint, axes[joint.name], model, data, colliders, float(below[0][2]), rollers=bool(own.links)
         )
         if wheel is not None:
-            draft.wheels[joint.name] = wheel = replace(wheel, swivels=joint.name in swivelling, rollers=own)
-            _shape(draft, wheel)
+            draft.wheels[joint.name] = replace(wheel, swivels=joint.name in swivelling, rollers=own)
+    _equalize(draft)
+    for wheel in draft.wheels.values():
+        _shape(draft, wheel)
+
+
+def _equalize(draft: Draft) -> None:
+    """Give wheels on the floor whose meshes have nearly equal radii their mean radius, so that all of them carry the robot."""
+    meshes = [
+        each for each in draft.wheels.values() if each.on_floor and each.collider == "mesh" and not each.rollers.links
+    ]
+    for wheel in meshes:
+        alike = [each.radius for each in meshes if abs(each.radius - wheel.radius) < EQUAL * wheel.radius]
+        draft.wheels[wheel.joint] = replace(wheel, radius=sum(alike) / len(alike))
 
 
 def turns_on(joint: UrdfJoint) -> bool:
@@ -162,9 +178,9 @@ def _size(points: Floats, axle: Floats, *, rollers: bool) -> tuple[float, float,
     return float(reach.mean()) if rollers else radius, width, float(along.min() + along.max()) / 2
 
 
-def _swivelling(draft: Draft, axes: Mapping[str, Vector3], commanded: Collection[str]) -> set[str]:
+def _swivelling(draft: Draft, axes: Mapping[str, Vector3]) -> set[str]:
     """Return the names of joints that swivel: uncommanded vertical joints without limits, and uncommanded joints below them."""
-    found = set[str]()
+    commanded, found = _commanded(draft), set[str]()
     for joint in (joint for link in draft.urdf.depth_first() for joint in link.below):
         above = draft.urdf.links[joint.parent].carrier
         hangs = above is not None and above.name in found

@@ -166,6 +166,7 @@ def test_mujoco_reads_what_was_converted(project: Project) -> None:
         ),
         (collada("<node/>"), ".dae", "no triangles"),
         (b"solid nothing", ".stl", "neither ASCII STL nor binary STL"),
+        (b"version https://git-lfs.github.com/spec/v1\nsize 9\n", ".dae", "a pointer of Git LFS"),
         (b"ply\nformat ascii 1.0\nelement vertex 9\nend_header\n", ".ply", "the file cannot be read: ."),
         (b"glTF", ".glb", "the file cannot be read: ."),
     ],

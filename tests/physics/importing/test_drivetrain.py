@@ -163,7 +163,7 @@ def test_a_base_that_a_plugin_pushes_is_driven_by_its_wheels_which_is_told(tmp_p
 
 @pytest.mark.parametrize(
     ("name", "kinematics"),
-    [("left", "differential"), ("mecanum_left", "mecanum")],
+    [("left", "differential"), ("mecanum_left", "mecanum"), ("omni_wheel_left", "mecanum")],
 )
 def test_the_name_of_a_wheel_tells_mecanum_from_skid_steered(tmp_path: Path, name: str, kinematics: str) -> None:
     places = [(x, y) for x in (0.2, -0.2) for y in (0.2, -0.2)]
@@ -495,4 +495,29 @@ def test_a_long_chain_of_wheels_is_not_tried_on_a_floor(tmp_path: Path) -> None:
     found = imported(tmp_path, description(Base("train", wheels, 0.05, 0.03, 5.0)))
     assert f"noticed: with more than {MOST_JOINTS} moving joints the robot is not simulated on a floor" in remarks(
         found
+    )
+
+
+def test_joints_of_a_caster_turn_freely_though_they_have_effort_limits(tmp_path: Path) -> None:
+    """A ball on three joints, as some descriptions build a caster; the joints are no arm."""
+    limit = '<limit effort="1000" velocity="100"/>'
+    ball = '<collision><geometry><sphere radius="0.02"/></geometry></collision>'
+    parts, carrier = [], "base_link"
+    for name, axis, place in (
+        ("roll", "1 0 0", "0.12 0 -0.03"),
+        ("pitch", "0 1 0", "0 0 0"),
+        ("yaw", "0 0 1", "0 0 0"),
+    ):
+        inertial = f'<inertial><mass value="0.01"/>{INERTIA}</inertial>'
+        parts.append(
+            f'<link name="{name}_ball">{inertial}{ball if name == "yaw" else ""}</link><joint name="{name}" type="continuous">'
+            f'<parent link="{carrier}"/><child link="{name}_ball"/><origin xyz="{place}"/><axis xyz="{axis}"/>{limit}</joint>'
+        )
+        carrier = f"{name}_ball"
+    found = imported(tmp_path, description(DIFFERENTIAL, PLUGIN, *parts))
+    joints = robot_file(found)["joints"]
+    assert [name for name, value in joints.items() if value and "drive" in value] == ["left_joint", "right_joint"]
+    assert (
+        "guessed: no drive, turns freely: roll, pitch, yaw; joints of casters, which carry links on the floor"
+        in remarks(found)
     )

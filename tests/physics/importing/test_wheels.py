@@ -147,3 +147,17 @@ def test_a_robot_that_is_imported_goes_as_far_as_its_wheels_turn(folder: Path, c
     before = yaw_of(base.pose()[1])
     steps(simulation, 480)
     assert yaw_of(base.pose()[1]) - before == pytest.approx(2 * 0.1 / 0.4 * 2.0, rel=0.005)
+
+
+def test_mesh_wheels_that_differ_by_less_than_their_facets_get_one_radius(tmp_path: Path) -> None:
+    """Otherwise a rigid base stands on two diagonal wheels, and a mecanum base slides down a slope."""
+    radii = (0.1, 0.1002, 0.0999, 0.1001)
+    for number, radius in enumerate(radii):
+        (tmp_path / f"wheel_{number}.obj").write_text(drum(48, radius))
+    places = ((0.2, 0.2), (0.2, -0.2), (-0.2, 0.2), (-0.2, -0.2))
+    mesh = '<geometry><mesh filename="wheel_{}.obj"/></geometry>'
+    wheels = "".join(
+        wheel(f"w{n}", y, mesh.format(n)).replace('xyz="0 ', f'xyz="{x} ') for n, (x, y) in enumerate(places)
+    )
+    found = [each.radius for each in imported(tmp_path, rover(wheels=wheels)).draft.wheels.values()]
+    assert found == pytest.approx([sum(radii) / 4] * 4, rel=1e-6)
