@@ -157,7 +157,8 @@ def test_mesh_wheels_that_differ_by_less_than_their_facets_get_one_radius(tmp_pa
     places = ((0.2, 0.2), (0.2, -0.2), (-0.2, 0.2), (-0.2, -0.2))
     mesh = '<geometry><mesh filename="wheel_{}.obj"/></geometry>'
     wheels = "".join(
-        wheel(f"w{n}", y, mesh.format(n)).replace('xyz="0 ', f'xyz="{x} ') for n, (x, y) in enumerate(places)
+        wheel(f"w{n}", y, mesh.format(n)).replace('<origin xyz="0 ', f'<origin xyz="{x} ')
+        for n, (x, y) in enumerate(places)
     )
     found = [each.radius for each in imported(tmp_path, rover(wheels=wheels)).draft.wheels.values()]
     assert found == pytest.approx([sum(radii) / 4] * 4, rel=1e-6)
