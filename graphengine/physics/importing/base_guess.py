@@ -58,7 +58,7 @@ def is_mecanum(urdf: Urdf, wheels: Sequence[BaseWheel]) -> bool:
     They are if the rollers of a wheel or Gazebo's friction have a diagonal direction, or if the name of the robot or of a wheel's
     joint, link or mesh calls it a mecanum or omni wheel.
     """
-    if any(_is_diagonal(wheel.rollers.axis) or friction_direction(urdf, wheel) is not None for wheel in wheels):
+    if any(is_diagonal(wheel.rollers.axis) or friction_direction(urdf, wheel) is not None for wheel in wheels):
         return True
     return any(word in name.lower() for name in _names(urdf, wheels) for word in _HOLONOMIC)
 
@@ -74,12 +74,13 @@ def friction_direction(urdf: Urdf, wheel: BaseWheel) -> Vector3 | None:
             if direction is None or frame not in urdf.links:
                 continue
             turned = rotate(urdf.pose_in_root(frame)[1], (direction[0], direction[1], direction[2]))
-            if _is_diagonal(turned):
+            if is_diagonal(turned):
                 return turned
     return None
 
 
-def _is_diagonal(direction: Vector3 | None) -> bool:
+def is_diagonal(direction: Vector3 | None) -> bool:
+    """Return whether a direction lies between the x and y axes, as the axes of mecanum rollers do."""
     x, y = (abs(part) for part in (direction or (0.0, 0.0))[:2])
     return min(x, y) > _DIAGONAL * max(x, y)
 

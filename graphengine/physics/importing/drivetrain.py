@@ -8,7 +8,7 @@ from graphengine.physics.description.urdf import WORLD
 from graphengine.physics.importing import base_graph, joint_drives, joint_graphs
 from graphengine.physics.importing.base import Base
 from graphengine.physics.importing.base_controllers import base_of_controllers
-from graphengine.physics.importing.base_guess import base_of_wheels
+from graphengine.physics.importing.base_guess import base_of_wheels, is_diagonal
 from graphengine.physics.importing.base_measures import measured
 from graphengine.physics.importing.base_plugins import base_of_plugins, topics_of_plugins
 from graphengine.physics.importing.base_wheels import BaseWheel, wheels_on_floor
@@ -25,7 +25,8 @@ def fill(draft: Draft) -> None:
     wheels = wheels_on_floor(draft, commanded)
     drivetrain = None
     if not draft.fixed_base:
-        tried = (measured(draft, base, _sliding(base, wheels)) for base in _bases(draft, known, wheels, commanded))
+        bases = (base for base in _bases(draft, known, wheels, commanded) if not _rolls_aside(draft, base, wheels))
+        tried = (measured(draft, base, _sliding(base, wheels)) for base in bases)
         drivetrain = next((found for found in tried if found is not None), None)
     if drivetrain is not None:
         base_graph.fill(draft, drivetrain)
@@ -34,6 +35,16 @@ def fill(draft: Draft) -> None:
     joint_graphs.fill(draft, known, drivetrain)
     if drivetrain is None and draft.urdf.mjcf is None and not draft.fixed_base and draft.urdf.root != WORLD:
         _tell_undriven(draft)
+
+
+def _rolls_aside(draft: Draft, base: Base, wheels: Sequence[BaseWheel]) -> bool:
+    """Return whether the wheels of a differential base have mecanum rollers, on which it slides aside; if so, add a remark."""
+    rolling = [wheel for wheel in wheels if wheel.joint in base.driven and is_diagonal(wheel.rollers.axis)]
+    if base.kinematics != "differential" or not rolling:
+        return False
+    text = f"{base.source}: its wheels have diagonal rollers, on which a differential base would slide aside"
+    draft.lost.append(Remark(text, base.span))
+    return True
 
 
 def _sliding(base: Base, wheels: Sequence[BaseWheel]) -> list[BaseWheel]:

@@ -10,7 +10,7 @@ import pytest
 
 import graphengine as ge
 from graphengine.api.robots import Pose
-from tests.physics.importing.imported_bases import imported, remarks, robot_file, scene
+from tests.physics.importing.imported_bases import PLUGIN, imported, remarks, robot_file, scene
 from tests.physics.importing.roller_bases import FOUR, PLAIN, THREE, rolling_base, rolling_radius
 
 
@@ -54,6 +54,14 @@ def yaw(pose: Pose) -> float:
     """Heading (rad) of a pose whose z axis is vertical."""
     _, _, z, w = pose.orientation
     return 2.0 * math.atan2(z, w)
+
+
+def test_a_differential_controller_does_not_drive_mecanum_rollers(tmp_path: Path) -> None:
+    """On rollers at 45 degrees, two driven wheels would push the base aside."""
+    plugin = PLUGIN.replace("left_joint<", "wheel_3_joint<").replace("right_joint<", "wheel_4_joint<")
+    found = imported(tmp_path, rolling_base(FOUR).replace("</robot>", f"{plugin}</robot>"))
+    assert robot_file(found)["graphs"]["base"]["use"].endswith("mecanum.yaml")
+    assert "lost: Gazebo's plugin DiffDrive: its wheels have diagonal rollers" in remarks(found)
 
 
 def test_the_middle_of_three_wheels_is_their_mean(tmp_path: Path) -> None:
