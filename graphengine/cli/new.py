@@ -64,10 +64,10 @@ def _from_description(arguments: argparse.Namespace, project: Project) -> int:
         return 1
     project.add_robot(imported)
     project.write()
-    print(clean("\\n".join([*report(imported, findings), *import_urdf.corrections(imported, project.robot_file)])))
+    print(clean("\n".join([*report(imported, findings), *import_urdf.corrections(imported, project.robot_file)])))
     with progress("running for 2 s"):
         said = first_run(project.scene_file, project.name, holds=project.holds)
-    print(clean("\\n".join(f"in a run of {SECONDS:g} s: {line}" for line in said)), end="\\n" if said else "")
+    print(clean("\n".join(f"in a run of {SECONDS:g} s: {line}" for line in said)), end="\n" if said else "")
     print(project.told())
     return 0
 
