@@ -99,7 +99,7 @@ class FileSpec(Spec, json_schema_extra=_describe_keys):
 
 
 class ParameterSpec(FileSpec):
-    """A parameter of a graph. Its value, which the scene, robot or graph that uses the file sets, replaces `$(name)`."""
+    """A parameter of a graph. The scene, robot or graph that uses the file sets a value, which replaces `$(name)`."""
 
     type: str
     """Type of the parameter: a port type such as double, string or target."""

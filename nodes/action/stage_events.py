@@ -26,8 +26,8 @@ class OnStageEvent(Node, type="omni.graph.action.OnStageEvent", gated=True):
     time, and before the session ends. At a stop event, the nodes behind `execOut` see the world as it is after the last tick;
     their messages are sent before anything is reset.
 
-    As in Kit, pausing and resuming do not fire the node, and `onlyPlayback` does not affect stop events. The other events, such
-    as `Saved`, belong to the editor and never occur.
+    As in Omniverse Kit, pausing and resuming do not fire the node, and `onlyPlayback` does not affect stop events. The other
+    events, such as `Saved`, belong to Isaac Sim's editor and never occur.
     """
 
     event_name: Token = In(default="Animation Start Play", tokens=_NAMES)

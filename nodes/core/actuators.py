@@ -17,10 +17,10 @@ from graphengine.nodes.touched import drives_of
 class ArticulationActuators(Node, type="isaacsim.core.experimental.actuators.ArticulationActuators"):
     """Sets feed-forward efforts, which are added to the efforts of the joints' drives.
 
-    The actuators are the drives in the robot file: a drive with `stiffness` and `damping` corresponds to Isaac Sim's PD
-    actuator, and `max_force` to the effort limit of that actuator. A feed-forward effort acts from the next physics step until it
-    is set again or replaced by the `effortCommand` of an IsaacArticulationController. As in Isaac Sim, a feed-forward effort has
-    no effect on a joint without a drive.
+    Isaac Sim's actuators are the drives of the robot file: a drive with `stiffness` and `damping` corresponds to a PD actuator,
+    and its `max_force` to the effort limit of the actuator. A feed-forward effort acts from the next physics step until it is
+    set again or replaced by the `effortCommand` of an IsaacArticulationController. As in Isaac Sim, a feed-forward effort has no
+    effect on a joint without a drive.
 
     Drives act in every physics step, even if `autoStepPrePhysics` is false. In Isaac Sim, drives then act only when the node is
     executed. The joint's effort limit bounds the feed-forward effort, and `max_force` bounds the effort of the drive; Isaac Sim

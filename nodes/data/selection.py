@@ -90,7 +90,7 @@ def _each_of(arrays: tuple[bool, ...], result: PortType) -> Operation:
 
 
 class SelectTargetIf(Node, type="omni.graph.nodes.SelectTargetIf"):
-    """Selects one of two targets by a condition. An array of conditions selects prim by prim."""
+    """Selects one of two lists of prims by a condition. If the condition is an array, the prims are selected one by one."""
 
     condition: Any = In(type=BOOLEANS, required=True, doc="true selects `ifTrue`, false selects `ifFalse`")
     if_true: Target = In(default=())

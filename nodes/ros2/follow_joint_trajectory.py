@@ -40,9 +40,9 @@ class ROS2FollowJointTrajectory(RobotActionNode, type="graphengine.ros2.ROS2Foll
     points in the past are skipped. Wire the outputs to an IsaacArticulationController. They are the set points for the end of
     the tick, so that drives with `interpolate: true` follow the spline with the smallest error.
 
-    A new trajectory replaces the current one and aborts its goal. The joints hold their measured positions if a goal is canceled
-    or violates its tolerances, or if a trajectory has no points. A goal succeeds when the time of its last point has passed and
-    all joints are within the goal tolerances.
+    A new trajectory replaces the current one and aborts its goal. The joints hold their measured positions if a goal is
+    canceled, if a tolerance is violated, or if a trajectory has no points. A goal succeeds when the time of its last point has
+    passed and all joints are within the goal tolerances.
 
     An invalid goal is accepted and aborted at once, so that the client gets an error code and the reason; the current trajectory
     continues (joint_trajectory_controller rejects such goals without a reason). The error codes are INVALID_JOINTS for unknown,

@@ -30,7 +30,8 @@ class ROS2RtxLidarHelper(SkippingHelper, type="isaacsim.ros2.bridge.ROS2RtxLidar
     it is always 0, because all beams of a sample are cast at the same time. Switch off motion correction in SLAM software that
     treats 0 as a missing time.
 
-    The topic's namespace is collected from the lidar's prim and its ancestors. Without subscribers, no rays are cast.
+    If `nodeNamespace` is empty, the topic's namespace comes from `isaac:namespace` of the lidar's prim and its ancestors.
+    Without subscribers, no rays are cast.
     """
 
     frame_id: String = In(default="sim_lidar", setup=True)

@@ -23,7 +23,8 @@ class ROS2RtxRadarHelper(SensorHelper, type="isaacsim.ros2.bridge.ROS2RtxRadarHe
     Each ray that hits a surface gives one point. The intensity depends only on the distance: it is the received power relative
     to the power from the same target at the radar's maximum range. The radar is a sensor of type `radar` in a robot file.
 
-    The topic's namespace is collected from the radar's prim and its ancestors. Without subscribers, no rays are cast.
+    If `nodeNamespace` is empty, the topic's namespace comes from `isaac:namespace` of the radar's prim and its ancestors.
+    Without subscribers, no rays are cast.
     """
 
     frame_id: String = In(default="sim_radar", setup=True)

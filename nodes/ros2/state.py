@@ -52,9 +52,9 @@ _PRISMATIC = 1
 class ROS2PublishJointState(PublisherNode, type="isaacsim.ros2.bridge.ROS2PublishJointState"):
     """Publishes joint states as sensor_msgs/JointState: those in arrays, or those of a robot.
 
-    The arrays are used if `jointNames` is given, otherwise the robot `targetPrim`. Lengths and forces in the arrays are
-    multiplied by k = 1 / `stageMetersPerUnit`, torques by k^2, as in Isaac Sim; k is 1 for metres. The efforts of `targetPrim`
-    are those after the last physics step.
+    If `jointNames` is given, the joint states come from the arrays, otherwise from the robot `targetPrim`. Lengths and forces in
+    the arrays are multiplied by k = 1 / `stageMetersPerUnit`, torques by k^2, as in Isaac Sim; k is 1 for metres. The efforts of
+    `targetPrim` are those after the last physics step.
     """
 
     message_type: ClassVar[str] = "sensor_msgs/msg/JointState"

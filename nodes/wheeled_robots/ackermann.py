@@ -24,8 +24,8 @@ class AckermannController(Node, type="isaacsim.robot.wheeled_robots.AckermannCon
     Multiply the commands by 1 or -1 per joint with a Multiply node. If only some wheels are driven, select their speeds with an
     ArraySlice node.
 
-    A limit of 0 means no limit. The sign of a limit, length, acceleration or rate of change from a wire is ignored. Changed
-    inputs take effect at the next execution.
+    A limit of 0 means no limit. The sign of a wired limit, length, acceleration or rate of change is ignored. Changed inputs
+    take effect at the next execution.
     """
 
     exec_in = ExecIn()

@@ -27,8 +27,8 @@ class DifferentialController(Node, type="isaacsim.robot.wheeled_robots.Different
 
     The wheel speeds are (2v - w d) / 2r on the left and (2v + w d) / 2r on the right, where r is `wheelRadius`, d is
     `wheelDistance`, and v and w are `linearVelocity` and `angularVelocity` after limits and ramps. The acceleration of v is
-    limited only if neither `maxAcceleration` nor `maxDeceleration` is 0. A limit of 0 means no limit. The sign of a radius,
-    distance or limit from a wire is ignored. Changed inputs take effect at the next execution.
+    limited only if neither `maxAcceleration` nor `maxDeceleration` is 0. A limit of 0 means no limit. The sign of a wired
+    radius, distance or limit is ignored. Changed inputs take effect at the next execution.
     """
 
     exec_in = ExecIn()

@@ -31,7 +31,7 @@ class HolonomicController(Node, type="isaacsim.robot.wheeled_robots.HolonomicCon
     If `rolling` is true, the wheels roll on the floor and do not slip along their roller axes. For each wheel,
     s r (a x up) . g = (v + w up x p) . g, where `up` is the unit vector along `upAxis`.
 
-    A limit of 0 means no limit; the sign of a limit from a wire is ignored. Changed inputs take effect at the next execution.
+    A limit of 0 means no limit; the sign of a wired limit is ignored. Changed inputs take effect at the next execution.
     """
 
     exec_in = ExecIn()

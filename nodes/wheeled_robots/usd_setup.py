@@ -25,8 +25,8 @@ class HolonomicRobotUsdSetup(Node, type="isaacsim.robot.wheeled_robots.Holonomic
     and orientations are those of the wheel joints, with all joints at zero. Isaac Sim instead reads radii and roller angles from
     the attributes `isaacmecanumwheel:radius` and `isaacmecanumwheel:angle` of wheel joints.
 
-    Positions are in the frame of `comPrim`; in Isaac Sim, they have the axes of the world frame. `wheelAxis` is always the y
-    axis, and the orientation of a wheel rotates the y axis to the axle of the wheel.
+    Positions are relative to `comPrim`, with components along its axes; in Isaac Sim, along the axes of the world frame.
+    `wheelAxis` is always the y axis, and the orientation of a wheel rotates the y axis to the axle of the wheel.
     """
 
     robot_prim: Target = In(setup=True, doc="the robot's prim, base link or articulation root")

@@ -17,9 +17,9 @@ ENTRIES = (foundations, isaac, network, physics, robot_files, sessions, surfaces
 
 _INTRODUCTION = """# Limits
 
-graphengine bounds what files, users and the network can give it. A value beyond a limit is refused or cut, and the message
-names the limit; a waiting time ends. For each limit, a test gives an input at the limit and one beyond it. The last column
-names the constant, without `graphengine.` in front."""
+graphengine limits its input from files, users and the network. A value beyond a limit is refused or truncated, and the
+message names the limit. Where the limit is a time, graphengine stops waiting after this time. For each limit, a test gives an
+input at the limit and an input beyond it. The last column names the constant in the code, without the prefix `graphengine.`."""
 
 ROOMS = {
     "format": "Files", "messages": "Messages", "sandbox": "Sandbox", "devices": "Devices", "node": "Nodes", "compiler": "Graphs",

@@ -74,10 +74,10 @@ FAMILIES = {
 
 _INTRODUCTION = """# Node types
 
-graphengine has {total} node types. A graph file names a type by its registered name or by its last part, also without `Isaac`,
-`ROS2` or `Ogn` at the beginning: `PublishClock` is `isaacsim.ros2.bridge.ROS2PublishClock`. `graphrun nodes NAME` prints the same
-descriptions, and `graphrun nodes --search wheel` finds types. Each description ends with a small graph that `graphrun check`
-accepts; `/dd100` in it stands for the prim of a robot."""
+graphengine has {total} node types. A graph file names a type by its registered name or by the last part of this name. `Isaac`,
+`ROS2` or `Ogn` at the beginning of the last part may be left out: `PublishClock` is `isaacsim.ros2.bridge.ROS2PublishClock`.
+`graphrun nodes NAME` prints the same descriptions, and `graphrun nodes --search wheel` finds types. Each description ends with
+a small graph that `graphrun check` accepts; `/dd100` in this graph stands for the prim of a robot."""
 
 _KINDS = (
     ("data", "has no execution ports; it is computed when a node that is executed reads its outputs"),
