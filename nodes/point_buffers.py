@@ -218,8 +218,9 @@ class OgnIsaacExtractRTXSensorPointCloud(
     """Outputs the points of a lidar or radar and their metadata as buffers; fires once per sample of the sensor.
 
     `renderProductPath` selects the sensor. The input `dataPtr` has no effect; in Isaac Sim, it is a buffer of the RTX renderer.
-    Each kind of metadata, such as the azimuth, has two outputs: a buffer and the size of the buffer. The node sets them if one of
-    the two is wired and ray casting provides this metadata; otherwise both stay 0. All points of a sample have the same time.
+    Each kind of metadata, such as the azimuth, has two outputs: a buffer and the size of the buffer. The node sets both outputs
+    if at least one of them is wired and ray casting provides this metadata; otherwise both stay 0. All points of a sample have
+    the same time.
     """
 
     render_product_path: Token = In(

@@ -14,7 +14,8 @@ class IsaacReadRaycastSensor(Node, type="isaacsim.sensors.physics.IsaacReadRayca
     """Casts the rays of a raycast sensor and outputs their hits; fires at every execution.
 
     Rays pass through the sensor's own robot. All rays are cast at the time of the execution; Isaac Sim's attribute
-    `rayTimeOffsets` is not available. A ray that hits geometry of the world without a body has an empty path in `hitPrimPaths`.
+    `rayTimeOffsets` is not available. If a ray hits geometry that belongs to no body, the path in
+    `hitPrimPaths` is empty.
     """
 
     exec_in = ExecIn()

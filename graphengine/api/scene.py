@@ -118,18 +118,19 @@ class Scene:
             transport: `memory` keeps messages within the process; `auto`, `dds` and `rclpy` connect to ROS 2 programs.
             seed: seed of all random generators.
             keep_going: if True, an exception in a node ends only the node's branch of the graph, not the run.
-            bad_values: treatment of values that a node cannot use, from wires or set while the session runs: `drop` discards
-                and counts them, `stop` raises NodeError. Values in the files at the start always raise it.
+            bad_values: reaction to a value that a node cannot use, if it comes from a wire or was set while the session runs:
+                `drop` discards and counts it, `stop` raises NodeError. An unusable value in the files that were loaded at the
+                start always raises NodeError. `drop` also clamps commands to joint limits.
             domain: ROS 2 domain ID; None takes `ROS_DOMAIN_ID` if it is set, otherwise 0.
-            record: MCAP file to record the session to, from before the first tick; None records nothing.
+            record: MCAP file for a recording of the session, which begins before the first tick; None records nothing.
             force: whether to overwrite an existing recording.
             control: name of the session for `graphrun ctl`; None creates no control channel.
             simulation_interfaces: namespace of the services of simulation_interfaces, such as `/`; None creates no services.
-            log: function called with severity, prim path of the node, and text of each log message of a node; None sends the
-                messages to the Python logger `graphengine`.
+            log: function that is called for each log message of a node with three arguments: severity, prim path of the node, and
+                text. None sends the messages to the Python logger `graphengine`.
 
         Raises:
-            ControlError: the socket of `control` cannot be created.
+            ControlError: the socket of the control channel cannot be created.
             GraphError: a node cannot be set up.
             RecordingError: the recording cannot be written.
             TransportError: the session cannot join the ROS 2 network.
@@ -290,7 +291,7 @@ class Scene:
             seed: seed of all random generators.
 
         Raises:
-            CheckError: the robot or one of its graphs has errors on the flat floor.
+            CheckError: the robot or one of its graphs has errors in the scene with the flat floor.
             UsageError: an argument is invalid, or the robot or its command topic is ambiguous.
         """
         from graphengine.api.calibration.calibrator import calibrate

@@ -57,7 +57,8 @@ def load(
         robot_state: whether to publish the topics of robot_state_publisher for every robot.
         localization: `truth` publishes the transform map -> odom of every mobile robot on tf, from its true pose; None
             publishes no such transform.
-        rays: ray casting method of lidars: `mujoco`, `fast` (needs numba), or `auto`, which takes `fast` where it works.
+        rays: ray casting method of lidars: `mujoco`, `fast` (needs numba), or `auto`: `fast` if numba works and supports all
+            shapes of the model, otherwise `mujoco`.
         allow: folders from which files may be read, in addition to the folder of the source.
         message_paths: message type definitions: ROS packages, folders of packages, or single files.
         packages: `share` folders of ROS packages, in addition to those in AMENT_PREFIX_PATH.

@@ -185,8 +185,9 @@ class Session:
     def restore(self, checkpoint: Checkpoint) -> None:
         """Return to a checkpoint of this session. A recording stores the call.
 
-        With the transport `memory`, the same calls then send the same bytes as they did after the checkpoint. Messages that
-        were already sent, or that a `Subscription` keeps, remain. Sequence numbers of DDS and times in a recording continue.
+        With the transport `memory`, a repetition of the calls that followed the checkpoint sends the same bytes again. `restore`
+        does not withdraw messages that were already sent, and does not remove messages that a `Subscription` keeps. Sequence
+        numbers of DDS and times in a recording are not set back.
 
         >>> mark = sim.checkpoint()
         >>> sim.run(1.0)
@@ -211,9 +212,10 @@ class Session:
         """Read the files of the scene again and run the changed scene. A recording stores the call, with the changed files.
 
         Changed graphs are replaced, and the world continues. A node whose name, type and ports are unchanged keeps its
-        state. An input keeps its value if its wire, or its value in the file, is unchanged. Unchanged topics keep their
-        endpoints. A change of the world or of a robot restarts the session at time 0, without spawned robots. An earlier
-        checkpoint restores the earlier version of the files. Python modules with node types are not imported again.
+        state. A wired input keeps its value if its wire is unchanged; another input, if its value in the file is unchanged.
+        Unchanged topics keep their endpoints. A change of the world or of a robot restarts the session at time 0, without spawned
+        robots. An earlier checkpoint restores the earlier version of the files. Python modules with node types are not imported
+        again.
 
         >>> print(sim.reload())
         no file changed: graphs and world are unchanged
@@ -305,7 +307,7 @@ class Session:
     @overload
     def subscribe(self, topic: str, type: str | None = None, keep: int = 1000) -> Subscription[Any]: ...
     def subscribe(self, topic: str, type: MessageType = None, keep: int = 1000) -> Subscription[Any]:
-        """Subscribe to a topic. Nodes that publish only if a topic has subscribers then compute and publish its messages.
+        """Subscribe to a topic. Nodes that publish only if a topic has subscribers then also publish on this topic.
 
         >>> odom = sim.subscribe("/dd100_0000/odom")
         >>> sim.step()
@@ -314,7 +316,7 @@ class Session:
 
         Args:
             topic: full name of the topic.
-            type: name or class (of `graphengine.messages.messages`) of the message type; needed if no graph uses the topic.
+            type: message type: its name, or its class in `graphengine.messages.messages`; needed if no graph uses the topic.
             keep: number of newest messages to keep; a small number saves memory if the messages are images.
 
         Raises:
@@ -336,7 +338,7 @@ class Session:
             message: mapping of fields, or a message of `graphengine.messages.messages`. With the transport `memory`, the
                 message arrives in the next tick.
             every: period in simulation time, s; the message is sent until the publication is closed. None sends it once.
-            type: name or class of the message type; needed if no graph uses the topic.
+            type: message type, by name or class; needed if no graph uses the topic.
 
         Raises:
             MessageError: the message does not match its type.
@@ -400,10 +402,11 @@ class Session:
             orientation: quaternion (x, y, z, w) in the world frame; None keeps the orientation.
             linear: linear velocity after the move, in the world frame, m/s; None means zero.
             angular: angular velocity after the move, in the world frame, rad/s; None means zero.
-            force: place it even if it overlaps others (a warning is logged); physics then pushes them apart.
+            force: whether to place the entity even if it overlaps others, with a warning; physics then pushes them apart.
 
         Raises:
-            BlockedPoseError: it would overlap others by 5 mm or more; planes below it, such as the floor, do not count.
+            BlockedPoseError: the entity would overlap others by 5 mm or more; planes below the entity, such as the floor, do
+                not count.
             UnknownEntityError: no robot or object has the name.
             UsageError: the robot or object cannot be moved.
         """
@@ -427,15 +430,16 @@ class Session:
 
         Args:
             entity: name of the robot or the object.
-            force: force in the world frame, N; requires `duration`.
-            duration: simulation time for which the force or impulse acts, s; None is one tick, for an impulse only.
+            force: force in the world frame, N.
+            duration: simulation time for which the force or impulse acts, s; required for a force. For an impulse, None is one
+                tick.
             impulse: impulse in the world frame, N s, spread over `duration`; an alternative to `force`.
             at: point of application in the world frame, m; None is the centre of mass.
 
         Raises:
             UnknownEntityError: no robot or object has the name.
-            UsageError: the robot or object cannot move, both or neither of `force` and `impulse` are given, or a force has no
-                duration.
+            UsageError: the robot or object cannot move; `force` and `impulse` are both given or both missing; or `duration` is
+                missing for a force.
         """
         how = {"force": force, "impulse": impulse, "duration": duration, "at": at}
         self._runner.command("push", entity=entity, **plain(how))
@@ -460,17 +464,18 @@ class Session:
 
         Args:
             name: name of the robot, unique in the scene.
-            use: robot file or robot description (such as URDF). A path is first looked up in the working directory, then
-                like the path after `use` in a scene file.
+            use: robot file or robot description (such as URDF). A path is first looked up in the working directory;
+                if it is not found there, it is looked up like a path after `use` in a scene file.
             position: position of the robot's base link in the world frame, m.
             orientation: orientation of the robot's base link in the world frame, quaternion (x, y, z, w).
             namespace: namespace of the robot's topics; None takes the namespace in the robot file.
             at: path of the robot's prim; None is `/NAME`.
-            robot_state: publish the topics of robot_state_publisher.
-            force: add it even if it overlaps others (a warning is logged); physics then pushes them apart.
+            robot_state: whether to publish the topics of robot_state_publisher for the robot.
+            force: whether to add the robot even if it overlaps others, with a warning; physics then pushes them apart.
 
         Raises:
-            BlockedPoseError: it would overlap others by 5 mm or more; planes below it, such as the floor, do not count.
+            BlockedPoseError: the robot would overlap others by 5 mm or more; planes below the robot, such as the floor, do not
+                count.
             CheckError: the robot or one of its graphs has errors; nothing has changed.
             UsageError: the session runs a graph without a scene, or an argument is invalid.
         """
@@ -637,8 +642,9 @@ class Session:
         >>> done.result(timeout=0)
 
         Args:
-            command: `pause` and `stop`, which suspend a `run`; `play` and `step`, which resume it; `quit`, which ends it;
-                `reset`, `rate`, `spawn`, `delete`, `move`, `push`, `set`, `impulse`, `press`, `release`, `reload`, `state`.
+            command: name of the command. `pause` and `stop` suspend a `run`, `play` and `step` resume it, and `quit` ends it. The
+                other commands are `reset`, `rate`, `spawn`, `delete`, `move`, `push`, `set`, `impulse`, `press`, `release`,
+                `reload` and `state`.
             arguments: arguments of the command, as JSON values.
 
         Returns:

@@ -47,7 +47,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     formats = "text for people, or json: an object with `version`, `problems` (their number) and `checks`"
     parser.add_argument("--format", choices=("text", "json"), default="text", help=f"{formats} (default text)")
     parser.epilog = (
-        f"Each of the JSON `checks` has `name` ({', '.join(CHECKS)}), `title`, `state` (ok, note or problem), `found`,"
+        f"In the JSON output, each item of `checks` has `name` ({', '.join(CHECKS)}), `title`,"
+        " `state` (ok, note or problem), `found`,"
         " `meaning` and `remedy` (a list). The exit code is 1 if there is a problem, else 0."
     )
 

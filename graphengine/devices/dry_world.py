@@ -93,7 +93,7 @@ class DryWorld(Stateful):
         self.gravity = gravity
 
     def friction(self, prim: Prim) -> Friction:
-        """Return the friction that was set last; if none was set, the friction in the facts of the material's prim."""
+        """Return the friction that was set last; if none was set, the friction of the material's prim."""
         built = prim.facts["static_friction"], prim.facts["dynamic_friction"]
         return self._frictions.get(prim.path, built)
 
@@ -102,7 +102,7 @@ class DryWorld(Stateful):
         self._frictions[prim.path] = friction
 
     def light(self, prim: Prim) -> Light:
-        """Return the intensity and colour that were set last; if none were set, 1 and the colour in the facts of the prim."""
+        """Return the intensity and colour that were set last; if none were set, 1 and the colour of the light's prim."""
         return self._lights.get(prim.path, (1.0, prim.facts["diffuse"]))
 
     def set_light(self, prim: Prim, light: Light) -> None:
@@ -110,7 +110,7 @@ class DryWorld(Stateful):
         self._lights[prim.path] = light
 
     def body(self, prim: Prim) -> BodyStub:
-        """Return the stub of a prim, the same object at each call. Until `place`, the stub moves with the parent's stub."""
+        """Return the stub of a prim, the same object at each call. It moves with the parent's stub until `place` moves it."""
         if prim not in self._bodies:
             carrier = self.body(prim.parent) if prim.parent else None
             self._bodies[prim] = BodyStub(prim.position, prim.orientation, carrier=carrier)
@@ -123,7 +123,7 @@ class DryWorld(Stateful):
         return 1.0
 
     def placement(self, prim: Prim) -> BodyStub | None:
-        """Return the stub of a prim, which stays where nodes place it; None for a prim that is not a body, link or robot."""
+        """Return a stub with which nodes place a prim; the prim stays there. None if the prim is no body, link or robot."""
         movable = prim.body is not None or self.stage.stands_for_robot(prim) is not None
         return self.body(prim) if movable else None
 

@@ -44,8 +44,9 @@ class GraphError(Exception):
 class BadValueError(GraphError, ValueError):
     """A node cannot use the value of an input.
 
-    If the value comes from a wire or was set during the run, the nodes that this node would fire do not run in this tick, and the
-    run continues. A node raises the exception before it changes outputs, state or the world.
+    If the value comes from a wire or was set during the run, and `bad_values` of the session is `drop`, the nodes that this node
+    would fire do not run in this tick, and the run continues. Otherwise, the exception becomes a NodeError. A node raises the
+    exception before it changes outputs, state or the world.
 
     Args:
         port: OmniGraph name of the input, such as `velocityCommand`; for inputs with incompatible values, their names: `a, b`.

@@ -273,7 +273,7 @@ class JointStartSpec(FileSpec):
 
 
 class RobotUse(FileSpec):
-    """An entry of `robots` in a scene: one robot, or a fleet of equal robots with the names NAME_0000, NAME_0001 and so on."""
+    """An entry of `robots` in a scene: one robot, or a fleet of identical robots named NAME_0000, NAME_0001 and so on."""
 
     use: str
     """Robot file, or a robot description without a robot file: a URDF, xacro, SDF or MJCF file, or URDF, SDF or MJCF text."""

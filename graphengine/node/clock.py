@@ -8,8 +8,8 @@ from graphengine.format.stateful import Stateful
 class Clock(Stateful):
     """The simulation time that the nodes of a graph read. It changes only between two executions of the graph.
 
-    The period of the clock is the time between two executions: a tick or a physics step. It is a fraction in seconds, and the
-    time is `frame * numerator / denominator`, so rounding errors do not accumulate.
+    The period of the clock is the time between two executions: a tick or a physics step. The period in seconds is stored
+    as a fraction, and the time is `frame * numerator / denominator`, so rounding errors do not accumulate.
 
     Attributes:
         time: simulation time since the start of play, s; one period at the first execution.

@@ -121,9 +121,9 @@ class Node(metaclass=NodeMeta):
     A node class takes these class keywords:
 
     - `type`: registered OmniGraph name of the node type; a class without it is only a base class.
-    - `gated`: the single ExecOut of this action fires only if `compute` returns it.
-    - `counts`: the node is computed for every firing of its execution inputs, even if several fire in one pass.
-    - `volatile`: the outputs of this data node depend on more than its inputs.
+    - `gated`: an action with a single ExecOut fires this ExecOut only if `compute` returns it.
+    - `counts`: the node is computed once for each firing of an execution input, even if there are several in one pass.
+    - `volatile`: the outputs of a data node depend on more than its inputs.
     - `aliases`: older registered names.
 
     The constructor takes the values of inputs as keyword arguments.
@@ -187,7 +187,7 @@ class Node(metaclass=NodeMeta):
 
     @classmethod
     def kind(cls) -> Kind:
-        """Return the kind of this node type, which follows from its ports and methods; see the module's docstring."""
+        """Return the kind of this node type, which follows from its ports and methods; see `graphengine.node.node_class`."""
         exec_ports = [port for port in cls.fields.values() if port.is_exec]
         if not exec_ports:
             return "data"
@@ -201,7 +201,7 @@ class Node(metaclass=NodeMeta):
         """Get handles and endpoints from the context. Inputs that are declared with `setup=True` already have their values."""
 
     def compute(self) -> Any:
-        """Read the inputs and write the outputs. The return value depends on the kind of node; see the module's docstring."""
+        """Read the inputs and write the outputs. What it returns depends on the kind; see `graphengine.node.node_class`."""
 
     def reset(self) -> None:
         """Reset state that is not in Out or State fields; the engine resets those. Called when the simulation stops."""
@@ -222,19 +222,19 @@ class Node(metaclass=NodeMeta):
             setattr(self, name, value)
 
     def reads(self) -> Iterable[str]:
-        """Return the keys of the resources that the node reads, such as `variable:speed`; inputs and the clock do not count."""
+        """Return the keys of the resources that the node reads, such as `variable:speed`, but not of inputs and the clock."""
         return ()
 
     def writes(self) -> Iterable[str]:
-        """Return the keys of the resources that the node changes, such as `variable:speed`; outputs do not count."""
+        """Return the keys of the resources that the node changes, such as `variable:speed`, but not of outputs."""
         return ()
 
     def resolve_types(self, known: Mapping[str, PortType], variables: Mapping[str, PortType]) -> Mapping[str, PortType]:
-        """Return the types of union and `any` ports that follow from the types of other ports, by Python name.
+        """Derive types of union and `any` ports from the types of other ports, and return them by Python name of the port.
 
         The compiler calls this method until it returns no new type. The compiler itself resolves ports with the keyword `couple`.
-        Inputs already have the values of their literals. If a port does not allow a returned type, or has a different type
-        already, the compiler reports an error.
+        Inputs that have a value in the graph file already have this value. If a port does not allow a returned type, or has a
+        different type already, the compiler reports an error.
 
         Args:
             known: the port types that are known so far, by Python name.

@@ -38,7 +38,7 @@ class Port:
     lt: float | None = None
     tokens: tuple[str, ...] = ()
     required: bool | str = False
-    """True if the port needs a literal or a wire. A string names a group of ports, of which one needs a literal or a wire."""
+    """True if the port needs a literal or a wire. A string names a group of ports: one of them needs a literal or a wire."""
     default_counts: bool = False
     """Whether a literal that equals the default satisfies `required`; normally it does not."""
     unset: bool = False
@@ -157,25 +157,26 @@ def In(*, default: Any = MISSING, **facts: Any) -> Any:
     Args:
         default: value of the input if it has neither a literal nor a wire. Without a default, this value is the zero of the
             port's type, and type checkers require the input in the constructor.
-        facts: any of these keywords:
+        facts: properties of the port, each with one of these keywords:
 
             - `doc`: description of the port for users.
             - `unit`: unit of the value, such as `m/s`.
-            - `ge`, `gt`, `le`, `lt`: bounds of a number, or of each number of an array, that a file or a command sets; a single
-              number must not be NaN even without bounds. Values from wires are not checked.
-            - `tokens`: legal strings.
+            - `ge`, `gt`, `le`, `lt`: bounds of a number, or of each number of an array. Values that a file or a command sets are
+              checked, values from wires are not. A single number must not be NaN, even
+              if the port has no bounds.
+            - `tokens`: legal strings, if not all are legal.
             - `name`: OmniGraph name of the port; by default, the field's name in camel case.
             - `type`: OmniGraph type of the port; by default, the annotation gives the type.
-            - `required`: True if the port needs a literal or a wire. A string names a group of ports, of which one needs a
-              literal or a wire.
+            - `required`: True if the port needs a literal or a wire. A string names a group of ports: at least
+              one port of the group needs a literal or a wire.
             - `default_counts`: whether a literal that equals the default satisfies `required`.
-            - `unset`: whether zero, the value of an input without `default`, is out of its bounds on purpose and means that the
-              input is not set; needless if the input is required.
+            - `unset`: True if an input without `default` has bounds that exclude zero. Its initial value, zero, then means that
+              it is not set. A required input does not need this keyword.
             - `setup`: whether the node reads the port in `setup`; when the value changes, the node is set up again.
             - `extension`: whether the port is missing from the node in Isaac Sim.
             - `couple`: union ports with the same string resolve to the same type.
-            - `component`: whether the port has the type of one component, if the other ports of its couple have a tuple type.
-            - `element`: whether the port has the element type, if the other ports of its couple have an array type.
+            - `component`: whether the port has the type of one component if the ports with the same `couple` have a tuple type.
+            - `element`: whether the port has the type of one element if the ports with the same `couple` have an array type.
     """
     return Field("inputs", default, facts=facts)
 

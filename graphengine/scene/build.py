@@ -242,8 +242,9 @@ def start(
         log: function called with severity, prim path and text of each log message of a node.
         fault: function called with each NodeError; a NodeError then ends only the node's branch of the graph. If it is None, the
             first NodeError ends the run.
-        bad_values: treatment of values that a node cannot use, from wires or set while the session runs. `drop` discards and
-            counts them, and clamps commands to joint limits; `stop` treats them as an exception of the node, and does not clamp.
+        bad_values: reaction to a value that a node cannot use, if it comes from a wire or was set while the session runs. `drop`
+            discards and counts it, and clamps commands to joint limits; `stop` treats it as an exception of the node, and does
+            not clamp.
         world: world for a graph without a scene; None creates a world without physics.
 
     Raises:

@@ -38,7 +38,8 @@ class Options:
         robot_state: whether to publish the topics of robot_state_publisher for each robot.
         localization: `truth` publishes map -> odom from the true pose of each mobile robot; None publishes no such transform.
         scene: scene in which to run a single graph; None takes the scene that the key `scene` of the graph names.
-        rays: ray casting method of lidars: `mujoco`, `fast` (needs numba), or `auto`, which takes `fast` where it works.
+        rays: ray casting method of lidars: `mujoco`, `fast` (needs numba), or `auto`: `fast` if numba works and supports all
+            shapes of the model, otherwise `mujoco`.
         registry: known node types and message types; None takes the installed node types.
         near: working directory; messages show paths relative to it.
         environment: values of the environment variables that graphs may read, by name.

@@ -75,8 +75,8 @@ class IsaacReadSystemTimeAnnotator(IsaacReadSystemTime, type="isaacsim.core.node
 class IsaacTimeSplitter(Node, type="isaacsim.core.nodes.IsaacTimeSplitter"):
     """Splits a time into whole seconds and a remainder below one second.
 
-    The remainder is output three times: in milliseconds, in microseconds and in nanoseconds. The time is truncated to
-    nanoseconds, as in the stamps of messages.
+    Each of the outputs `milliseconds`, `microseconds` and `nanoseconds` is the whole remainder in its unit. The time is truncated
+    to nanoseconds, as in the stamps of messages.
     """
 
     time: Any = In(type="double|float|half|int|int64|uint|uint64", unit="s")
@@ -100,7 +100,7 @@ class IsaacTimeSplitter(Node, type="isaacsim.core.nodes.IsaacTimeSplitter"):
 class IsaacRealTimeFactor(ClockNode, type="isaacsim.core.nodes.IsaacRealTimeFactor", volatile=True):
     """Computes the real-time factor: elapsed simulation time divided by elapsed wall time.
 
-    Both times are measured between the last two ticks in which the node was computed.
+    The elapsed times are those between the last two ticks in which the node was computed.
     """
 
     rtf: Float = Out(

@@ -38,9 +38,9 @@ class GenericNode(TopicNode):
 class ROS2Publisher(GenericNode, type="isaacsim.ros2.bridge.ROS2Publisher"):
     """Publishes messages of any type; the message fields are inputs, such as `linear:x` of a Twist.
 
-    `graphrun nodes ROS2Publisher --message geometry_msgs/msg/Twist` lists these inputs. An array of messages is an array of
-    tokens, each with one message as JSON. An input that is not set has the default that ROS 2 defines for its field, for
-    example 0 for a number, but 1 for `w` of a quaternion.
+    `graphrun nodes ROS2Publisher --message geometry_msgs/msg/Twist` lists these inputs. The input of a field that is an array of
+    messages is an array of tokens; each token is one message as JSON. An input that is not set has the default that ROS 2 defines
+    for its field, for example 0 for a number, but 1 for `w` of a quaternion.
     """
 
     exec_out = ExecOut()
@@ -72,9 +72,9 @@ class ROS2Publisher(GenericNode, type="isaacsim.ros2.bridge.ROS2Publisher"):
 class ROS2Subscriber(GenericNode, type="isaacsim.ros2.bridge.ROS2Subscriber"):
     """Receives messages of any type; the message fields are outputs, such as `linear:x` of a Twist.
 
-    `graphrun nodes ROS2Subscriber --message geometry_msgs/msg/Twist` lists these outputs. An array of messages is an array of
-    tokens, each with one message as JSON. `execOut` fires once for each message that arrived in the tick, oldest first, or only
-    for the newest one, as `delivery` selects.
+    `graphrun nodes ROS2Subscriber --message geometry_msgs/msg/Twist` lists these outputs. The output of a field that is an array
+    of messages is an array of tokens; each token is one message as JSON. `delivery` selects whether `execOut` fires once for each
+    message that arrived in the tick, oldest first, or only for the newest message.
     """
 
     delivery: Token = In(

@@ -130,8 +130,9 @@ class ROS2SubscribeClock(SubscriberNode, type="isaacsim.ros2.bridge.ROS2Subscrib
 class ROS2SubscribeJointState(SubscriberNode, type="isaacsim.ros2.bridge.ROS2SubscribeJointState", gated=True):
     """Receives joint commands as sensor_msgs/JointState and fires when a message arrives.
 
-    If an array of the message does not have one number per joint, its output is NaN for each joint; IsaacArticulationController
-    ignores NaN. A message is dropped and logged if it has no joints, no array with one number per joint, or an infinite number.
+    If an array in the message does not have one number per joint, the output for this array is NaN for each joint;
+    IsaacArticulationController ignores NaN. A message is dropped and logged if it has no joints, if none of its arrays has one
+    number per joint, or if a number is infinite.
     """
 
     message_type: ClassVar[str] = "sensor_msgs/msg/JointState"

@@ -318,7 +318,7 @@ class Calibration:
         return tuple(motion for motion in self.motions if not motion.is_within(bound))
 
     def to_data(self) -> dict[str, Any]:
-        """Return the results as dicts, lists and numbers for JSON, without the paths of the squares."""
+        """Return the results as dicts, lists and numbers for JSON, without the paths that the robot drove in the squares."""
         data = asdict(self)
         for square in data["squares"]:
             for path in ("commanded", "truth", "odometry"):

@@ -50,7 +50,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.epilog = (
         "The true poses of the robot come from the control channel of the run, as for `graphrun ctl`. Ctrl-C cancels the goal. "
         "The exit code is 0 if all goals were reached, else 1. --transport dds reaches Nav2 only if it uses Cyclone DDS; "
-        "--transport rclpy reaches Nav2 on the sourced RMW."
+        "--transport rclpy reaches Nav2 on the RMW of the sourced ROS 2."
     )
     add_live_arguments(parser)
 

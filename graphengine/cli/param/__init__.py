@@ -23,6 +23,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the command-line arguments of `graphrun param` to its parser."""
     parser.epilog = (
         "A run offers the inputs of its nodes and the variables of its graphs as parameters. --transport dds reaches only nodes"
-        " on Cyclone DDS; --transport rclpy reaches nodes on the sourced RMW."
+        " on Cyclone DDS; --transport rclpy reaches nodes on the RMW of the sourced ROS 2."
     )
     add_subverbs(parser, VERBS)

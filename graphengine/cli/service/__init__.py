@@ -19,6 +19,7 @@ VERBS = {
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the command-line arguments of `graphrun service` to its parser."""
     parser.epilog = (
-        "--transport dds reaches only servers on Cyclone DDS; --transport rclpy reaches servers on the sourced RMW."
+        "--transport dds reaches only servers on Cyclone DDS; --transport rclpy reaches servers on the RMW of the sourced"
+        " ROS 2."
     )
     add_subverbs(parser, VERBS)

@@ -22,7 +22,7 @@ class Context(WorldHandles, OwnedActions, Shared):
     """The argument of `Node.setup`. A node gets its handles, ROS endpoints and session services from it.
 
     The context owns the endpoints and destroys them when the node is set up again or removed. Handles stay valid until the
-    session ends, also when a robot is added or removed. Units are SI; quaternions are (x, y, z, w); each method names the frame
+    session ends, even if a robot is added or removed. Units are SI; quaternions are (x, y, z, w); each method names the frame
     of its result.
 
     Attributes:
@@ -84,7 +84,7 @@ class Context(WorldHandles, OwnedActions, Shared):
         return find_variable(self._variables, name)
 
     def mailbox(self, name: str) -> Mailbox:
-        """Return a new mailbox of the node for an event queue of the session; the queue is created if it does not exist."""
+        """Return a new mailbox for the node at one of the session's event queues, which is created if it does not exist."""
         self.mailboxes.append(Mailbox(self._services.queues.setdefault(name, EventQueue(name))))
         return self.mailboxes[-1]
 
@@ -141,7 +141,7 @@ class Context(WorldHandles, OwnedActions, Shared):
         self._services.log(severity, self.prim_path, message)
 
     def log_dropped(self, message: str) -> None:
-        """Count a tick in which the node dropped a message; log a warning in its first, second, fourth, eighth, … such tick."""
+        """Count this tick as one in which the node dropped a message; at counts 1, 2, 4, 8, …, log a warning."""
         dropped = self._services.dropped
         if dropped is None or dropped.add(self.prim_path, self.clock.frame):
             self._services.warn(

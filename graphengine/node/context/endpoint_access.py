@@ -67,7 +67,7 @@ class OwnedEndpoints:
         self._closing.append(function)
 
     def ros_context(self, domain_id: int, use_environment: bool) -> int:
-        """Return the handle of a ROS 2 domain, which is the domain ID plus 1. The handle 0 means the session's own domain.
+        """Return the handle of a ROS 2 domain: the domain ID plus 1. The handle 0 means the session's own domain.
 
         Args:
             domain_id: ID of the domain, 0 to 232.
@@ -133,9 +133,9 @@ class OwnedEndpoints:
     ) -> Publisher:
         """Create a publisher on a topic.
 
-        In a scene with `tf: global`, the frame names of the arguments get a namespace as prefix, as in `frame_name`. The names
-        with prefix are in the publisher's `claim`, and the node must write these into its messages. Names from `transform_tree`
-        and `robot_description` already have the prefix.
+        In a scene with `tf: global`, a namespace is put before the frame names in the arguments, as `frame_name` describes. The
+        publisher's `claim` has the names with this prefix, and the node must write them into its messages. Names from
+        `transform_tree` and `robot_description` already have the prefix.
 
         Args:
             message_type: ROS 2 name of the message type, such as `nav_msgs/msg/Odometry`.
@@ -172,15 +172,15 @@ class OwnedEndpoints:
         Args:
             beside: attribute `claim` of the node's own publisher, which describes its topic and domain.
             parent: published name of the parent frame.
-            children: published names of the child frames; a transform to any one of them will do.
+            children: published names of the child frames; a transform to any of them is used.
         """
         return PublishedTransform(self._services, beside, parent, children)
 
     def frame_name(self, frame: str, *, namespace_from: str = "", namespace: str = "") -> str:
-        """Return the published name of a frame: with `tf: global`, a namespace, a slash and the frame; otherwise the frame.
+        """Return the name under which a frame is published: `namespace/frame` with `tf: global`, otherwise the name itself.
 
-        The namespace is that of the outermost prim that has one, among the prim at `namespace_from` and its ancestors. Shared
-        frames such as `map` and frames that already have a prefix do not get one.
+        Of the prim at `namespace_from` and its ancestors, the outermost prim with a namespace gives the namespace. Shared frames
+        such as `map` and frames that already have a prefix get no prefix.
 
         Args:
             frame: name of the frame.

@@ -18,7 +18,7 @@ class PublishedTransform:
         services: services of the session.
         beside: description of an endpoint; only publishers on the topic and domain of this endpoint are considered.
         parent: published name of the parent frame.
-        children: published names of the child frames; a transform to any one of them will do.
+        children: published names of the child frames; a transform to any of them is used.
     """
 
     def __init__(self, services: Services, beside: EndpointClaim, parent: str, children: Collection[str]) -> None:

@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 
 
 class ImuProfile(Profile):
-    """The parameters of an IMU: errors per sample and axis, and errors in the units of data sheets."""
+    """The parameters of an IMU: its rate, and its errors in SI units or in the units of data sheets."""
 
     rate: Rate = Field(default=100.0, description="Samples per second.")
     acceleration_noise: Deviation = Field(

@@ -34,7 +34,7 @@ _NEAREST = 1e-3
 
 
 class RadarProfile(LidarProfile):
-    """The parameters of a radar: its rays, given as the beams and rings of a lidar, and its errors."""
+    """The parameters of a radar: its rays, described by beams and rings as for a lidar, and its errors."""
 
     velocity_std: Deviation = Field(default=0.0, description="Standard deviation of radial velocity noise, m/s.")
     angle_std_deg: float = Field(

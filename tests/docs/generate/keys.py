@@ -36,13 +36,13 @@ _FILES: dict[str, tuple[str, str, type[BaseModel], str]] = {
     ),
     "robot_file.md": (
         "Robot files",
-        "A robot file names a description and lists changes to it. `graphrun import-robot` writes a first one.",
+        "A robot file names a robot description, such as a URDF, and lists changes to it. `graphrun import-robot` writes one.",
         KINDS["robot"],
         "scenes/robots/dd100.yaml",
     ),
     "sensor_profile.md": (
         "Sensor profiles",
-        "A sensor profile has the values of a data sheet. A robot file names the profile, or contains its section.",
+        "A sensor profile has the values of a sensor's data sheet. A robot file names a profile, or lists the values.",
         SensorProfile,
         "scenes/sensors/hc_sr04.yaml",
     ),
