@@ -162,13 +162,12 @@ def In(*, default: Any = MISSING, **facts: Any) -> Any:
             - `doc`: description of the port for users.
             - `unit`: unit of the value, such as `m/s`.
             - `ge`, `gt`, `le`, `lt`: bounds of a number, or of each number of an array. Values that a file or a command sets are
-              checked, values from wires are not. A single number must not be NaN, even
-              if the port has no bounds.
+              checked, values from wires are not. A single number must not be NaN, even if the port has no bounds.
             - `tokens`: legal strings, if not all are legal.
             - `name`: OmniGraph name of the port; by default, the field's name in camel case.
             - `type`: OmniGraph type of the port; by default, the annotation gives the type.
-            - `required`: True if the port needs a literal or a wire. A string names a group of ports: at least
-              one port of the group needs a literal or a wire.
+            - `required`: True if the port needs a literal or a wire. A string names a group of ports: at least one port of
+              the group needs a literal or a wire.
             - `default_counts`: whether a literal that equals the default satisfies `required`.
             - `unset`: True if an input without `default` has bounds that exclude zero. Its initial value, zero, then means that
               it is not set. A required input does not need this keyword.

@@ -141,7 +141,8 @@ class OwnedEndpoints:
             message_type: ROS 2 name of the message type, such as `nav_msgs/msg/Odometry`.
             topic: name of the topic in its namespace; leading and trailing non-alphanumerics are dropped.
             namespace_from: path of the prim at which the search for namespaces starts; it continues with the prim's ancestors.
-                The namespaces found form the topic's namespace and the frame prefix. Empty: start at the node's prim.
+                The topic's namespace joins all namespaces found; the frame prefix is the outermost one. Empty: start at the
+                node's prim.
             latched: whether to use durability transient local and history depth 1, which then override the QoS profile.
             rate: messages per second; None if a message is published at each execution of the node.
             frame_id: frame in the message headers.
