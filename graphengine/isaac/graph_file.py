@@ -36,6 +36,8 @@ GONE = {
 
 _NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*\Z")
 _PORT = re.compile(r"[A-Za-z_][A-Za-z0-9_:]*\Z")
+_OMNIVERSE = re.compile(r"^\s*(?:import|from)\s+((?:omni|pxr|carb|isaacsim|usdrt)\b[\w.]*)", re.MULTILINE)
+"""Matches the imports of Omniverse's modules in a script."""
 _LONGEST_NAME = 200
 """Maximum length of an imported name, characters."""
 _MOST_PARTS = 20
@@ -135,6 +137,8 @@ class _Composer:
             what = f"the node type name {node.type!r} is from before Isaac Sim 4.5"
             self.findings.add("N101", what, node.span, f"its current name is {found.cls.type_name!r}")
         named = [*self.wired.get(node.name, ()), *node.attributes]
+        if found.cls.type_name == SCRIPT_NODE:
+            self._check_script(node)
         if found.cls.type_name == SCRIPT_NODE and node.attributes:
             declared = [
                 text for text in map(" ".join, node.attributes.items()) if self._declares(node, found.cls, text)
@@ -145,6 +149,15 @@ class _Composer:
             return grown(found.cls, values, self.registry.definitions, [_port_name(name) for name in named])
         except (ContextError, TypeError, ValueError):  # `graphrun check` reports the error in the file
             return None
+
+    def _check_script(self, node: RecordedNode) -> None:
+        """Report modules of Omniverse that a script node imports; they do not exist when the graph runs."""
+        script = node.values.get("inputs:script", RecordedValue(""))
+        modules = dict.fromkeys(_OMNIVERSE.findall(script.data)) if isinstance(script.data, str) else ()
+        if modules:
+            what = f"{node.name}: its script imports {', '.join(modules)}, which do not exist in graphengine"
+            advice = "set execution outputs to True instead of og.ExecutionAttributeState.ENABLED"
+            self.findings.add("W302", what, script.span or node.span, "change the script", advice)
 
     def _declares(self, node: RecordedNode, script_node: type[Node], text: str) -> bool:
         """Return whether a script node can have the attribute that `text` declares; if not, report that it is left out."""

@@ -172,3 +172,16 @@ def test_an_attribute_that_a_script_node_cannot_have_is_told_and_left_out() -> N
     assert [finding.code for finding in findings.items] == ["W302", "W302"]
     assert "'inputs:all bundle': a script cannot have a bundle" in findings.items[0].message
     assert "'inputs:a:b double' declares no attribute" in findings.items[1].message
+
+
+def test_modules_of_omniverse_in_the_script_of_a_node_are_told() -> None:
+    code = (
+        "import math\nimport omni.graph.core as og\ndef compute(db):\n    from pxr import Gf\n    db.outputs.out = 1\n"
+    )
+    values = {"inputs:script": RecordedValue(code)}
+    _, findings = composed(graph(RecordedNode("S", "omni.graph.scriptnode.ScriptNode", values)))
+    assert [(finding.code, finding.message) for finding in findings.items] == [
+        ("W302", "S: its script imports omni.graph.core, pxr, which do not exist in graphengine")
+    ]
+    fine = {"inputs:script": RecordedValue("import omnibus, math\nx = 'import omni'\n")}
+    assert composed(graph(RecordedNode("S", "omni.graph.scriptnode.ScriptNode", fine)))[1].items == []
