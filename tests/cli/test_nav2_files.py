@@ -6,6 +6,7 @@ import importlib.util
 import shlex
 import sys
 from pathlib import Path
+from types import ModuleType
 from typing import Any
 
 import pytest
@@ -63,13 +64,30 @@ def test_launch_files_are_python(graphrun: Graphrun, tmp_path: Path) -> None:
 def test_ros_loads_the_launch_file(options: tuple[str, ...], graphrun: Graphrun, tmp_path: Path) -> None:
     pytest.importorskip("launch_ros")
     graphrun("nav2", "files", "dd100_flat", "-o", str(tmp_path), "--no-calibrate", *options, code=0)
-    spec = importlib.util.spec_from_file_location("launched", tmp_path / "nav2.launch.py")
+    module = loaded(tmp_path / "nav2.launch.py")
+    names = {argument.name for argument in module.generate_launch_description().get_launch_arguments()}
+    assert names == {"params_file", "use_sim_time", "rviz"} | (set() if options else {"map", "localization"})
+
+
+def loaded(launch_file: Path) -> ModuleType:
+    """The launch file as a Python module."""
+    spec = importlib.util.spec_from_file_location("launched", launch_file)
     assert spec is not None
     assert spec.loader is not None
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
-    names = {argument.name for argument in module.generate_launch_description().get_launch_arguments()}
-    assert names == {"params_file", "use_sim_time", "rviz"} | (set() if options else {"map", "localization"})
+    return module
+
+
+@pytest.mark.parametrize(("given", "shown"), [("true", "dd100_0000"), ("false", ""), ("dd100_0003", "dd100_0003")])
+def test_a_fleet_has_one_rviz(given: str, shown: str, graphrun: Graphrun, tmp_path: Path) -> None:
+    launch = pytest.importorskip("launch")
+    graphrun("nav2", "files", "dd100_fleet", "-o", str(tmp_path), "--no-calibrate", code=0)
+    module = loaded(tmp_path / "nav2.launch.py")
+    context = launch.LaunchContext()
+    context.launch_configurations["rviz"] = given
+    values = {robot: module.shown(robot).perform(context) for robot in module.ROBOTS}
+    assert values == {robot: "true" if robot == shown else "false" for robot in module.ROBOTS}
 
 
 def test_rviz_shows_topics_of_the_robot(graphrun: Graphrun, tmp_path: Path) -> None:

@@ -74,7 +74,7 @@ def robot_launch(robot: RobotFacts, scene: str, *, slam: bool, in_fleet: bool) -
 
 def fleet_launch(robots: Sequence[RobotFacts], scene: str, *, slam: bool) -> str:
     """Return the content of the launch file that starts Nav2 for several robots; each robot has a folder with its name."""
-    defaults = {"use_sim_time": '"true"', "rviz": '"false"'}
+    defaults = {"use_sim_time": '"true"'}
     if not slam:
         defaults |= {"map": 'str(HERE / "map.yaml")', "localization": '"amcl"'}
     pairs = ", ".join(f'"{name}": {value}' for name, value in defaults.items())

@@ -80,19 +80,24 @@ def local_size(robot: RobotFacts) -> int:
 
 
 def _costmap(robot: RobotFacts) -> Parameters:
-    corners = ", ".join(f"[{x:.3f}, {y:.3f}]" for x, y in robot.footprint)
-    inner, outer = robot.radii
     return {
         "robot_base_frame": Sourced(robot.base_frame, "child frame of the odometry"),
         "resolution": Sourced(RESOLUTION, "as in the map"),
-        "footprint": Sourced(
-            f"[{corners}]",
-            f"convex hull of all colliders on the floor; inscribed {inner:.3f} m, circumscribed {outer:.3f} m",
-        ),
+        **_outline(robot),
         "footprint_padding": Sourced(PADDING, "more than the simplification of the footprint cuts off"),
         "transform_tolerance": Sourced(TOLERANCE, BUSY),
         "always_send_full_costmap": nav2(True),
     }
+
+
+def _outline(robot: RobotFacts) -> Parameters:
+    """Return the radius of a round robot, else the corners of its footprint; Nav2 ignores a radius beside a footprint."""
+    if robot.radius is not None:
+        return {"robot_radius": Sourced(round(robot.radius, 3), "its colliders form a circle on the floor")}
+    corners = ", ".join(f"[{x:.3f}, {y:.3f}]" for x, y in robot.footprint)
+    inner, outer = robot.radii
+    source = f"convex hull of all colliders on the floor; inscribed {inner:.3f} m, circumscribed {outer:.3f} m"
+    return {"footprint": Sourced(f"[{corners}]", source)}
 
 
 def _obstacles(robot: RobotFacts, reach: float) -> Parameters:

@@ -23,7 +23,7 @@ from graphengine.format.wording import listing
 from graphengine.messages.endpoints import EndpointClaim
 from graphengine.messages.names import join_namespaces
 from graphengine.physics.engine import Floats
-from graphengine.physics.model.footprint import Point, collider_points, convex_hull, radii, simplified
+from graphengine.physics.model.footprint import Point, circle_radius, collider_points, convex_hull, radii, simplified
 from graphengine.physics.model.robot import RobotInstance
 from graphengine.scene.loaded_scene import LoadedScene
 
@@ -50,6 +50,7 @@ class RobotFacts:
         scans: LaserScan topics; the topic with the widest field of view comes first.
         pose: x, y (m) and yaw (rad) of the base frame in the world at time 0.
         footprint: corners (x, y) of the robot's outline in the base frame, m.
+        radius: radius of the outline if it is a circle about the base frame's origin, m; None for any other outline.
         floor: z of the robot's lowest point in the world, m, where the floor is assumed.
         height: height of the robot's highest point above the floor, m.
         limits: motion limits of the robot.
@@ -67,6 +68,7 @@ class RobotFacts:
     scans: tuple[ScanSource, ...]
     pose: tuple[float, float, float]
     footprint: tuple[Point, ...]
+    radius: float | None
     floor: float
     height: float
     limits: MotionLimits
@@ -74,7 +76,7 @@ class RobotFacts:
     @property
     def radii(self) -> tuple[float, float]:
         """Inscribed and circumscribed radius of the footprint, m."""
-        return radii(self.footprint)
+        return radii(self.footprint) if self.radius is None else (self.radius, self.radius)
 
     def topic(self, name: str) -> str:
         """Return the full name of a topic in the robot's namespace."""
@@ -120,7 +122,7 @@ def robot_facts(scene: LoadedScene, robot: RobotInstance) -> RobotFacts:
     yaw = math.atan2(ahead[1], ahead[0])
     points = _outline_points(scene, robot)
     turn = np.array([[math.cos(yaw), -math.sin(yaw)], [math.sin(yaw), math.cos(yaw)]])
-    outline = simplified(convex_hull((points[:, :2] - position[:2]) @ turn))
+    outline = convex_hull((points[:, :2] - position[:2]) @ turn)
     floor = float(points[:, 2].min())
     tf_topic, tf_static_topic = _transform_topics(claims)
     return RobotFacts(
@@ -135,7 +137,8 @@ def robot_facts(scene: LoadedScene, robot: RobotInstance) -> RobotFacts:
         tf_static_topic,
         tuple(scan.above(floor) for scan in scans),
         (position[0], position[1], yaw),
-        tuple(outline),
+        tuple(simplified(outline)),
+        circle_radius(outline),
         floor,
         float(points[:, 2].max()) - floor,
         motion_limits(scene, robot, {claim.graph for claim in claims}),

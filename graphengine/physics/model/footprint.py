@@ -15,6 +15,8 @@ DIRECTIONS = 32
 TOLERANCE = 0.004
 """Default maximum distance of a corner that `simplified` removes from the line between its neighbours, m."""
 
+_ROUND = 0.99
+"""Least ratio of inscribed to circumscribed radius of a circle; that of a polygon with `DIRECTIONS` corners is 0.995."""
 _GEOM = mujoco.mjtGeom
 Point = tuple[float, float]
 
@@ -36,7 +38,7 @@ def collider_points(model: mujoco.MjModel, data: mujoco.MjData, robot: str) -> F
 
 
 def _points(model: mujoco.MjModel, data: mujoco.MjData, geom: int) -> Iterator[Floats]:
-    kind, size = model.geom_type[geom], model.geom_size[geom]
+    kind, size = int(model.geom_type[geom]), model.geom_size[geom]  # a numpy integer is in no tuple of enum members
     centre, rotation = data.geom_xpos[geom], data.geom_xmat[geom].reshape(3, 3)
     if kind == _GEOM.mjGEOM_PLANE:
         return
@@ -122,6 +124,12 @@ def simplified(corners: Sequence[Point], tolerance: float = TOLERANCE) -> list[P
 def _height(before: Point, corner: Point, after: Point) -> float:
     """Return the distance of a corner from the line between its neighbours, m."""
     return abs(_turn(before, corner, after)) / max(math.dist(before, after), 1e-12)
+
+
+def circle_radius(corners: Sequence[Point]) -> float | None:
+    """Return the radius of an outline that is a circle about the origin, m; None for any other outline."""
+    inscribed, circumscribed = radii(corners)
+    return circumscribed if inscribed >= _ROUND * circumscribed else None
 
 
 def radii(corners: Sequence[Point]) -> tuple[float, float]:

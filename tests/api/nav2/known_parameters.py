@@ -26,14 +26,14 @@ ALL = {
         global_frame inf_is_valid inflation_radius map_subscribe_transient_local map_topic marking
         max_obstacle_height min_obstacle_height
         observation_sources obstacle_max_range obstacle_min_range plugin plugins publish_frequency raytrace_max_range
-        raytrace_min_range resolution robot_base_frame topic track_unknown_space transform_tolerance update_frequency
+        raytrace_min_range resolution robot_base_frame robot_radius topic track_unknown_space transform_tolerance update_frequency
         use_sim_time
     """,
     "local_costmap": """
         always_send_full_costmap clearing cost_scaling_factor data_type enabled footprint footprint_padding
         global_frame height inf_is_valid inflation_radius marking max_obstacle_height min_obstacle_height observation_sources
         obstacle_max_range obstacle_min_range plugin plugins publish_frequency raytrace_max_range raytrace_min_range
-        resolution robot_base_frame rolling_window topic transform_tolerance update_frequency use_sim_time width
+        resolution robot_base_frame robot_radius rolling_window topic transform_tolerance update_frequency use_sim_time width
     """,
     "planner_server": """
         allow_unknown analytic_expansion_ratio angle_quantization_bins change_penalty cost_penalty

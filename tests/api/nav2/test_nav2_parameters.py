@@ -92,6 +92,16 @@ def test_the_footprint_is_the_outline_of_the_colliders(dd100: dict[str, Any]) ->
     assert dd100["global_costmap"]["inflation_layer"]["inflation_radius"] > outer
 
 
+def test_the_footprint_of_a_round_robot_is_a_circle(tmp_path: Path) -> None:
+    base = mobile_bases.mecanum(tmp_path)
+    base.urdf = base.urdf.replace('<box size="0.2 0.2 0.06"/>', '<cylinder radius="0.35" length="0.06"/>')
+    nodes = parameters_of(files_of(base.write().scene)["nav2_params.yaml"])
+    for costmap in (nodes["local_costmap"], nodes["global_costmap"]):
+        assert costmap["robot_radius"] == pytest.approx(0.35, abs=1e-3)
+        assert "footprint" not in costmap
+        assert costmap["inflation_layer"]["inflation_radius"] > 0.35
+
+
 def test_each_value_says_where_it_comes_from() -> None:
     for line in files_of("dd100_warehouse")["nav2_params.yaml"].splitlines():
         assert line.endswith(":") or re.search(r"(^|  )# \S", line), line

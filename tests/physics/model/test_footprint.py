@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from graphengine.physics.model.footprint import collider_points, convex_hull, radii, simplified
+from graphengine.physics.model.footprint import circle_radius, collider_points, convex_hull, radii, simplified
 
 SHAPES = {
     "box": '<geom type="box" size="0.3 0.2 0.1"/>',
@@ -34,6 +34,13 @@ EXTENTS = {
 def test_each_shape_reaches_as_far_as_its_colliders(shape: str) -> None:
     outline = np.array(convex_hull(_points(SHAPES[shape])[:, :2]))
     assert np.abs(outline).max(axis=0) == pytest.approx(EXTENTS[shape], abs=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("shape", "radius"), [("standing cylinder", 0.2), ("sphere", 0.2), ("box", None), ("capsule", None)]
+)
+def test_only_the_outline_of_a_round_shape_is_a_circle(shape: str, radius: float | None) -> None:
+    assert circle_radius(convex_hull(_points(SHAPES[shape])[:, :2])) == pytest.approx(radius, abs=1e-5)
 
 
 def test_visuals_and_other_robots_are_no_part_of_the_outline() -> None:
