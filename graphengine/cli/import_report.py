@@ -43,7 +43,7 @@ def report(imported: Imported, findings: Findings) -> list[str]:
         lines.append(listing(followers, "joints that follow another joint"))
     written = {str(path) for path in imported.files}  # notes on these files repeat the remarks
     notes = [note for note in findings.items if note.severity == "note" and not _lies_in(note, written)]
-    lines += _some("note", [": ".join([note.message, *note.help]) for note in notes])
+    lines += _some("note", [": ".join([note.message, *note.help]) for note in notes], _places(notes, column=True))
     lines += _remarks("carried over", draft.carried)
     lines += _remarks("noticed", draft.noticed)
     lines += _remarks("guessed", draft.guessed)
@@ -66,9 +66,14 @@ def _lies_in(finding: Finding, paths: Collection[str]) -> bool:
 
 def _remarks(what: str, remarks: Sequence[Remark]) -> list[str]:
     """Return lines for the first `LONGEST` remarks, each with its label, and with its file and line if known."""
-    spans = [remark.span for remark in remarks]
-    places = [f" ({Path(span.source.path).name}:{span.line})" if span is not None else "" for span in spans]
-    return _some(what, [remark.text for remark in remarks], places)
+    return _some(what, [remark.text for remark in remarks], _places(remarks))
+
+
+def _places(items: Sequence[Remark] | Sequence[Finding], *, column: bool = False) -> list[str]:
+    spans = [item.span for item in items]
+    ends = [f":{span.column}" if span is not None and column else "" for span in spans]
+    names = [f" ({Path(span.source.path).name}:{span.line}" if span is not None else "" for span in spans]
+    return [name and f"{name}{end})" for name, end in zip(names, ends, strict=True)]
 
 
 def _some(what: str, items: Sequence[str], ends: Sequence[str] = ()) -> list[str]:

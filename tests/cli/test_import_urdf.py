@@ -571,7 +571,7 @@ def test_meshes_of_a_package_can_be_left_out_of_a_plain_urdf(graphrun: Graphrun,
     told = imported(graphrun, text=text, code=1).err
     assert "error S101: no package 'elsewhere'" in told
     assert "meshes: package://elsewhere/body.obj" in told
-    assert "or leave these meshes out: --without elsewhere" in told
+    assert "or leave out the package: --without elsewhere" in told
     result = imported(graphrun, CART, "--without", "elsewhere")
     assert "note: left out on request: a collision of link 'base_link'" in result.out
     assert "elsewhere" not in (cart / "scenes/robots/cart.urdf").read_text(encoding="utf-8")

@@ -61,6 +61,7 @@ def report(
         findings: receives the errors and notes.
         failed: whether the expansion failed; then every missing package counts as needed.
     """
+    needed = [each.name for each in absent[:MAX_NAMED] if (each.includes or failed) and each.name not in without]
     macros = list(dict.fromkeys(printable(call.macro) for call in calls[:MAX_NAMED]))
     for package in absent[:MAX_NAMED]:
         if not package.includes and not failed:
@@ -73,8 +74,7 @@ def report(
             findings.add("N103", f"left out on request: package {package.name!r}", package.span, *brings)
             continue
         text, *remedies = map(printable, package.lacks or [f"no package {package.name!r}"])
-        alternative = f"or leave the package out: --without {quoted(package.name)}"
-        findings.add("S103", f"xacro: {text}", package.span, *brings, *remedies, alternative)
+        findings.add("S103", f"xacro: {text}", package.span, *brings, *remedies, _leaving_out(package.name, needed))
 
 
 def report_mesh_packages(root: Element, packages: Packages, findings: Findings) -> None:
@@ -89,9 +89,17 @@ def report_mesh_packages(root: Element, packages: Packages, findings: Findings) 
             missing.setdefault(name, {}).setdefault(mesh.get("filename"), mesh)
     for name, meshes in missing.items():
         text, *remedies = packages.lacks(name)
-        alternative = f"or leave these meshes out: --without {quoted(name)}"
+        alternative = _leaving_out(name, [*missing])
         names = listing((printable(reference) for reference in meshes), "meshes")
         findings.add("S101", text, next(iter(meshes.values())).place("filename"), names, *remedies, alternative)
+
+
+def _leaving_out(name: str, needed: Sequence[str]) -> str:
+    """Return the remedy for a missing package: its option, or for the last of several the options for all of them."""
+    if name != needed[-1]:
+        return ""
+    options = " ".join(f"--without {quoted(each)}" for each in needed)
+    return f"or leave out {'the package' if len(needed) == 1 else f'all {len(needed)} packages'}: {options}"
 
 
 def drop_meshes(root: Element, packages: Collection[str], findings: Findings) -> None:

@@ -11,6 +11,7 @@ from __future__ import annotations
 import codecs
 import contextlib
 import io
+import itertools
 import re
 import struct
 import warnings
@@ -46,7 +47,9 @@ _LFS = b"version https://git-lfs"
 """Beginning of a file that Git LFS leaves in place of a large file which it has not fetched."""
 _LEAST_VERTICES = 4
 """Minimum number of vertices that MuJoCo requires of a mesh."""
-_STL_HEADER, _STL_TRIANGLE = 84, 50
+_STL_HEADER = 84
+_STL_TRIANGLE = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
+_OBJ_VERTEX = re.compile(rb"(?m)^v\s")
 _PLAIN_CORNER, _CORNER_WITH_MORE = re.compile(rb"(?m)^f\s+-?\d+\s"), re.compile(rb"(?m)^f\s+-?\d+/")
 """Match faces of OBJ files without, and with, normals or texture coordinates. MuJoCo refuses files that have both kinds."""
 
@@ -73,11 +76,17 @@ class Part:
 def needs_conversion(data: bytes, suffix: str) -> bool:
     """Return whether a mesh file in a readable format must be converted, because MuJoCo cannot read the format or this file."""
     if suffix == ".obj":
-        return bool(_PLAIN_CORNER.search(data) and _CORNER_WITH_MORE.search(data))
+        few = sum(1 for _ in itertools.islice(_OBJ_VERTEX.finditer(data), _LEAST_VERTICES)) < _LEAST_VERTICES
+        return few or bool(_PLAIN_CORNER.search(data) and _CORNER_WITH_MORE.search(data))
     if suffix != ".stl":
         return suffix in CONVERTED
+    return not 2 <= _binary_triangles(data) <= MAX_STL_TRIANGLES  # one triangle has too few vertices for MuJoCo
+
+
+def _binary_triangles(data: bytes) -> int:
+    """Return the number of triangles of a binary STL file; -1 for other files, whose length does not match the number."""
     triangles = int.from_bytes(data[80:_STL_HEADER], "little")
-    return len(data) != _STL_HEADER + _STL_TRIANGLE * triangles or triangles > MAX_STL_TRIANGLES
+    return triangles if len(data) == _STL_HEADER + _STL_TRIANGLE.itemsize * triangles else -1
 
 
 def prepare(suffixes: Collection[str]) -> None:
@@ -109,7 +118,8 @@ def convert(data: bytes, suffix: str) -> list[Part]:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # pycollada uses numpy.matrix
         try:
-            parts = list(_collada(data) if suffix == ".dae" else _by_trimesh(data, suffix))
+            binary = suffix == ".stl" and _binary_triangles(data) >= 0
+            parts = list(_collada(data) if suffix == ".dae" else _stl(data) if binary else _by_trimesh(data, suffix))
         except MeshError:
             raise
         except Exception as error:  # for a malformed file, both libraries raise exceptions of any kind
@@ -140,6 +150,18 @@ def _by_colour(parts: list[Part]) -> list[Part]:
     colours = dict.fromkeys(part.colour for part in parts)
     same = [(colour, merged([part for part in parts if part.colour == colour])) for colour in colours]
     return [Part(part.vertices, part.faces, colour) for colour, part in same]
+
+
+def stl_corners(data: bytes) -> NDArray[np.float32]:
+    """Return the corners of the triangles of a binary STL file, shape (3 * number of triangles, 3)."""
+    return np.frombuffer(data, _STL_TRIANGLE, offset=_STL_HEADER)["corners"].reshape(-1, 3)
+
+
+def _stl(data: bytes) -> Iterator[Part]:
+    """Yield the triangles of a binary STL file; corners at the same position become one vertex."""
+    vertices, faces = np.unique(np.ascontiguousarray(stl_corners(data)).view("V12"), return_inverse=True)
+    if len(faces):
+        yield Part(vertices.view("<f4").reshape(-1, 3).astype(np.float64), faces.reshape(-1, 3))
 
 
 def _by_trimesh(data: bytes, suffix: str) -> Iterator[Part]:

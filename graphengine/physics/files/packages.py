@@ -11,7 +11,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from urllib.parse import unquote
 
-from graphengine.format.files import Files, shipped
+from graphengine.format.files import INCLUDED, Files
 from graphengine.format.ros_packages import MANIFEST, manifest_name, walk
 from graphengine.format.wording import did_you_mean, listing
 
@@ -31,13 +31,15 @@ class Packages:
     Args:
         folder: folder of the description; relative references start from it.
         paths: folders of packages, or folders with packages up to `MAX_DEPTH` levels below. After these, the roots of `files`
-            are searched.
+            are searched, except those with included graphs and scenes, whose folders have common names such as `arm`.
         files: decides which files may be read.
     """
 
     def __init__(self, folder: Path, paths: Sequence[Path], files: Files) -> None:
         self.folder = folder
-        self.paths = tuple(dict.fromkeys((*paths, *files.roots)))
+        included = [files.base / name for name in INCLUDED]
+        roots = [root for root in files.roots if not any(root.is_relative_to(folder) for folder in included)]
+        self.paths = tuple(dict.fromkeys((*paths, *roots)))
         self.files = files
         self._found: dict[str, Path | None] = {}
 
@@ -71,8 +73,7 @@ class Packages:
         """Return the folders in which packages are looked up, as text for a message."""
         told = {self.folder.resolve(): f"around {self.folder}"}
         for path in self.paths:
-            if not path.is_relative_to(shipped()):
-                told.setdefault(path.resolve(), str(path))
+            told.setdefault(path.resolve(), str(path))
         return list(told.values())
 
     def lacks(self, name: str) -> list[str]:

@@ -16,12 +16,14 @@ from graphengine.format.diagnostics import Findings
 from graphengine.format.files import Files, shipped
 from graphengine.format.regular_files import open_regular
 from graphengine.format.ros_packages import package_folder
-from graphengine.format.wording import allowing, did_you_mean, listing
+from graphengine.format.wording import allowing, listing
 from graphengine.physics.files import meshes
 from graphengine.physics.files.bounds import HOW_MEMORY_COUNTS, TOO_LARGE, weigh
 from graphengine.physics.files.conversion import Foreign, convert_all
-from graphengine.physics.files.packages import REMEDY, SCHEMES, Packages, package_of
-from graphengine.physics.files.xml import MAX_DEPTH, Element, parse, read, write
+from graphengine.physics.files.flat_meshes import THICKNESS, is_flat, thickened
+from graphengine.physics.files.missing_files import MissingFile, report_missing
+from graphengine.physics.files.packages import Packages
+from graphengine.physics.files.xml import MAX_DEPTH, Element, numbers, parse, read, write
 from graphengine.sandbox.borders import warn
 
 MAX_FILE_BYTES = 200_000_000
@@ -86,12 +88,16 @@ class Library:
         self._included_files: dict[Path, str] = {}
         """The files inserted by `include`, with symbolic links resolved, as keys; the values are empty."""
         self._meshes: dict[_FileKind, _Mesh] = {}
+        self._plates: dict[tuple[str, str], str] = {}
+        """Key of the mesh for a collider, by key and scale of its file: the same key, that of a plate, or empty for a line."""
         self.memory = 0.0
         """Estimated memory (see `bounds`) of the world and the robots in use, bytes."""
         self._read_bytes = 0
         """Size of all files read so far."""
         self._heaviest = 0.0
         """Estimated memory of the largest model that may be attached, bytes."""
+        self._missing: list[MissingFile] = []
+        """References to files that do not exist and are not reported yet."""
         self.outcomes: dict[str, Outcome] = {}
         """Result of loading each mesh of the descriptions, by reference."""
 
@@ -113,6 +119,7 @@ class Library:
         """
         before = len(self.findings.errors)
         root = self._model(path, [], text)
+        self._report_missing()
         return root if len(self.findings.errors) == before else None
 
     def read_files(self) -> list[Path]:
@@ -145,8 +152,13 @@ class Library:
             path = self._find(element, "filename", packages.places(reference), "S103", packages)
             if path is not None:
                 kinds[element] = _FileKind(path.resolve(), path.suffix.lower(), visual)
+        self._report_missing()
         self._load(dict.fromkeys(kind for kind in kinds.values() if kind not in self._meshes))
         return {element: self._files(element, kind) for element, kind in kinds.items()}
+
+    def _report_missing(self) -> None:
+        report_missing(self._missing, self.findings)
+        self._missing = []
 
     def _files(self, element: Element, kind: _FileKind) -> list[MeshFile]:
         """Return the mesh files that replace a loaded mesh; if it is unreadable, add an error or a note."""
@@ -155,7 +167,25 @@ class Library:
         if mesh.outcome == "unreadable":
             code, what = ("N103", "the visual {!r} is not drawn: {}") if kind.visual else ("S103", "{!r}: {}")
             self.findings.add(code, what.format(reference, mesh.why), element.place("filename"))
-        return mesh.files
+        return mesh.files if kind.visual else [each for file in mesh.files for each in self._solid(element, file)]
+
+    def _solid(self, element: Element, file: MeshFile) -> list[MeshFile]:
+        """Return the mesh file of a collider, or a plate if the mesh is flat; nothing if all its vertices lie on one line."""
+        use = file.key, element.get("scale", "1 1 1")
+        if use not in self._plates:
+            data = self.assets[file.key]
+            flat = file.key.endswith(".msh") and is_flat(data, ".msh")
+            plate = thickened(data, numbers(use[1], 3) or ()) if flat else None
+            key = self.keep(f"{Path(file.key).stem}_plate.msh", plate) if plate is not None else ""
+            self._plates[use] = key if flat else file.key
+        key = self._plates[use]
+        if key != file.key:
+            became = (
+                f"is flat: a plate of {THICKNESS * 1000:g} mm replaces it" if key else "has no area and is left out"
+            )
+            text = f"the collider {element.get('filename')!r} {became}"
+            self.findings.add("N103", text, element.place("filename"))
+        return [MeshFile(key)] if key else []
 
     def _load(self, kinds: Iterable[_FileKind]) -> None:
         """Read mesh files, and convert all files that MuJoCo cannot read in a single process."""
@@ -166,11 +196,12 @@ class Library:
             except _UnreadableError as error:
                 self._meshes[kind] = _Mesh("unreadable", [], str(error))
                 continue
-            if meshes.needs_conversion(data, kind.suffix):
+            foreign_format = meshes.needs_conversion(data, kind.suffix)
+            if foreign_format or (not kind.visual and kind.suffix != ".msh" and is_flat(data, kind.suffix)):
                 foreign[kind] = Foreign(data, kind.suffix, kind.visual)
                 continue
             if kind.path not in self._keys:
-                self._keys[kind.path] = self._keep(f"{kind.path.stem}{kind.suffix}", data)
+                self._keys[kind.path] = self.keep(f"{kind.path.stem}{kind.suffix}", data)
             self._meshes[kind] = _Mesh("unchanged", [MeshFile(self._keys[kind.path])])
         if foreign:
             warn(self.findings)
@@ -178,7 +209,7 @@ class Library:
             if isinstance(became, meshes.MeshError):
                 self._meshes[kind] = _Mesh("unreadable", [], str(became))
             else:
-                files = [MeshFile(self._keep(f"{kind.path.stem}.msh", part.data), part.colour) for part in became]
+                files = [MeshFile(self.keep(f"{kind.path.stem}.msh", part.data), part.colour) for part in became]
                 self._meshes[kind] = _Mesh("converted", files)
 
     def _mesh_data(self, kind: _FileKind) -> bytes:
@@ -312,10 +343,10 @@ class Library:
             except _UnreadableError as error:
                 self.findings.add("S102", f"{reference!r}: {error}", element.place(attribute))
                 return
-            self._keys[resolved] = self._keep(path.name, data)
+            self._keys[resolved] = self.keep(path.name, data)
         element.attributes[attribute] = self._keys[resolved]
 
-    def _keep(self, name: str, data: bytes) -> str:
+    def keep(self, name: str, data: bytes) -> str:
         """Add an asset and return its key, which keeps the suffix of the name, because MuJoCo infers the format from it."""
         key = f"{len(self.assets)}_{name}"
         self.assets[key] = data
@@ -357,7 +388,7 @@ class Library:
             what = f"{reference!r} lies outside the folder of the file you gave"
             self.findings.add(code, what, span, allowing(outside))
             return None
-        self.findings.add("S101", f"no file {reference!r}", span, *_whereabouts(reference, readable, packages))
+        self._missing.append(MissingFile(element, attribute, readable, packages))
         return None
 
     def _is_there(self, place: Path) -> bool:
@@ -365,19 +396,3 @@ class Library:
             return True
         self.files.note_missing(place)
         return False
-
-
-def _whereabouts(reference: str, places: Sequence[Path], packages: Packages | None) -> list[str]:
-    """Return remedies for a missing file: a file or package with a similar name, and the folders that were searched."""
-    if not places:
-        return [f"refer to a mesh by its path, or with {', '.join((*SCHEMES, 'file://'))}"]
-    folders = list(dict.fromkeys(place.parent for place in places))
-    names = [entry.name for folder in folders if folder.is_dir() for entry in folder.iterdir()]
-    near = did_you_mean(Path(reference).name, names)
-    looked = listing(map(str, folders), "looked in")
-    package = package_of(reference)
-    if packages is None or package is None or packages.find(package) is not None:
-        return [near, looked]
-    known = did_you_mean(package, packages.known())
-    searched = listing(packages.searched(), f"no package {package!r}; searched for it")
-    return [near, known, searched, looked, REMEDY]

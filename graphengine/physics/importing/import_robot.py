@@ -17,6 +17,7 @@ from graphengine.format.document import Document
 from graphengine.format.files import shipped
 from graphengine.format.spec import RobotUse
 from graphengine.physics.description.description_reader import robot_file
+from graphengine.physics.description.element_marks import called, marked
 from graphengine.physics.description.mjcf import read_mjcf
 from graphengine.physics.description.urdf import Urdf
 from graphengine.physics.description.urdf_reader import read_urdf
@@ -209,6 +210,9 @@ def _compiled(spec: mujoco.MjSpec, draft: Draft, findings: Findings) -> mujoco.M
         model, told = compiled(spec)
     except REFUSALS as error:
         message, name, _ = mujoco_says(error)
+        if (known := marked(error, [urdf.element])) is not None:
+            findings.add("S106", f"MuJoCo: {message}: {called(known) or name!r}", known.span)
+            return None
         owners = (name, name.rsplit(".", 2)[0])  # geoms are named LINK.NUMBER.NUMBER
         places = (element.span for element in urdf.element.walk() if element.get("name") in owners)
         findings.add("S106", f"MuJoCo: {message}: {name!r}", next(places, urdf.element.span))

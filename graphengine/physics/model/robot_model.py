@@ -10,6 +10,7 @@ import numpy as np
 from graphengine.devices.rotation import NOWHERE, Pose, relative
 from graphengine.format.diagnostics import Findings
 from graphengine.format.robot_spec import JointSpec, WheelColliderSpec
+from graphengine.physics.description.element_marks import mark
 from graphengine.physics.description.for_mujoco import for_mujoco
 from graphengine.physics.description.mjcf import parse
 from graphengine.physics.description.mjcf_model import MjcfModel
@@ -85,6 +86,7 @@ def _of_urdf(robot: RobotInstance, library: Library, findings: Findings) -> mujo
     spec, _ = parse(element, library, "S103")
     if spec is None:
         return None
+    mark(spec, element)
     for link, (position, (x, y, z, w)) in turned.items():
         spec.body(link).pos, spec.body(link).quat = position, (w, x, y, z)
     if free_link is not None:

@@ -14,6 +14,7 @@ from graphengine.format.spec import SceneSpec
 from graphengine.format.spec_reader import Loaded
 from graphengine.format.wording import listing
 from graphengine.physics.description.description_reader import SUFFIXES, is_text, read_bare
+from graphengine.physics.description.element_marks import called, marked
 from graphengine.physics.description.robot_file import read_robot
 from graphengine.physics.dynamics.moving_surfaces import add_surface_joints
 from graphengine.physics.engine import REFUSALS, all_bodies, compiled, mujoco
@@ -228,9 +229,11 @@ class Scenery:
     def _refused(self, error: Exception, robots: Mapping[str, RobotInstance], findings: Findings) -> None:
         """Report an error of MuJoCo at the element of a robot's description that it names, else at a line of the world."""
         message, name, line = mujoco_says(error)
-        element = _element(name, robots)
+        known = marked(error, (robot.urdf.element for robot in robots.values()))
+        element = known or _element(name, robots)
         if element is not None:
-            findings.add("S106", f"MuJoCo: {message}: {name.partition('/')[2]!r}", element.span)
+            user = (called(known) if known is not None else "") or name.partition("/")[2]
+            findings.add("S106", f"MuJoCo: {message}: {user!r}", element.span)
         else:
             findings.add("S106", f"MuJoCo: {message}", place_of(self._lines, line))
 

@@ -140,6 +140,16 @@ def test_other_formats_have_the_points_that_were_written(suffix: str) -> None:
     assert np.allclose(bounds(data, suffix), BOX.bounds, atol=1e-6)
 
 
+def test_a_binary_stl_file_of_more_triangles_than_mujoco_reads_is_converted() -> None:
+    ball = trimesh.creation.icosphere(7)
+    data = ball.export(file_type="stl")
+    assert len(ball.faces) > meshes.MAX_STL_TRIANGLES
+    assert meshes.needs_conversion(data, ".stl")
+    (part,) = convert(data, ".stl")
+    assert len(part.vertices) == len(ball.vertices)
+    assert np.allclose(part.vertices[part.faces], ball.triangles, atol=1e-6)
+
+
 def test_mujoco_reads_what_was_converted(project: Project) -> None:
     """A box of water: 0.2 x 0.4 x 0.6 m weigh 48 kg, and I = m / 12 (a2 + b2)."""
     (project.folder / "box.ply").write_bytes(exported("ply"))

@@ -108,6 +108,35 @@ def test_a_missing_mesh_says_where_it_looked(project: Project) -> None:
     assert "looked in: cart/meshes" in error
 
 
+def test_missing_meshes_of_one_folder_are_one_error(project: Project) -> None:
+    names = [f"cart/meshes/part_{number}.obj" for number in range(3)] + ["other/wheel.obj"]
+    shapes = "".join(
+        f'<{part}><geometry><mesh filename="{name}"/></geometry></{part}>\n'
+        for name in names
+        for part in ("visual", "collision")
+    )
+    box = '<collision><geometry><box size=".4 .3 .1"/></geometry></collision>'
+    cart, other = project.cart(box, shapes).errors()
+    assert "bot.urdf:4:39: error S101: no file 'cart/meshes/part_0.obj', nor 2 more in the same folder" in cart
+    assert "also missing: cart/meshes/part_1.obj, cart/meshes/part_2.obj" in cart
+    assert "no file 'other/wheel.obj'\n" in other
+
+
+def test_missing_meshes_of_a_world_are_one_error(project: Project) -> None:
+    assets = "".join(f'<mesh file="{name}.stl"/>' for name in ("a", "b", "c"))
+    assert "no file 'a.stl', nor 2 more in the same folder" in project.world(before=f"<asset>{assets}</asset>").error()
+
+
+@pytest.mark.parametrize("name", ["arm", "base", "robots", "sensors"])
+def test_a_package_is_never_found_among_the_included_graphs_and_scenes(tmp_path: Path, name: str) -> None:
+    (tmp_path / "ws").mkdir()
+    (tmp_path / "bots").mkdir()
+    files = Files.of(tmp_path / "bots/bot.urdf", [tmp_path / "ws"])
+    assert Packages(tmp_path / "bots", (), files).find(name) is None
+    package(tmp_path / "ws" / name, name)
+    assert Packages(tmp_path / "bots", (), files).find(name) == tmp_path / "ws" / name
+
+
 def test_a_missing_package_says_where_it_looked_and_what_there_is(project: Project) -> None:
     package(project.folder / "src/cart", "cart")
     error = project.write("bot.urdf", robot_with("package://crt/meshes/body.obj")).robot("package_paths: [src]").error()
