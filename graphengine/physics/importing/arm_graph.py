@@ -10,7 +10,7 @@ from graphengine.format.diagnostics import Span
 from graphengine.format.wording import did_you_mean, printable
 from graphengine.physics.importing.arm_chains import arm_chains
 from graphengine.physics.importing.controllers_file import Controller
-from graphengine.physics.importing.draft import Draft, Remark
+from graphengine.physics.importing.draft import Draft, Remark, says
 
 CONTROLLER = "joint_trajectory_controller"
 """Default name of the controller in the graph of an arm."""
@@ -58,7 +58,10 @@ def fill(draft: Draft, held: Collection[str], controllers: Iterable[Controller],
         parameters = controller | {"joints": list(arm.joints)} | arm.parameters
         count = f"{len(arm.joints)} joints"
         draft.add_graph(name, "graphs/arm/trajectory.yaml", parameters, f"{count}, from {arm.source}")
-        remark = Remark(f"arm: trajectories of {count} on {printable(arm.controller)}, from {arm.source}", arm.span)
+        claim = says("graphs", name, "parameters", "joints", value=list(arm.joints))
+        remark = Remark(
+            f"arm: trajectories of {count} on {printable(arm.controller)}, from {arm.source}", arm.span, claim
+        )
         (draft.guessed if arm.guessed else draft.carried).append(remark)
     return {name for arm in arms for name in arm.joints}
 

@@ -12,7 +12,7 @@ from graphengine.format.document import load
 from graphengine.format.files import shipped
 from graphengine.physics.dynamics.command_limits import FASTEST_WHEEL
 from graphengine.physics.importing.base import Drivetrain
-from graphengine.physics.importing.draft import Draft, Entry, Remark, rounded
+from graphengine.physics.importing.draft import Draft, Entry, Remark, rounded, says
 from graphengine.physics.importing.skid_steering import NAME, guess_limits
 
 GRAPH = "base"
@@ -56,7 +56,8 @@ def fill(draft: Draft, drivetrain: Drivetrain) -> None:
     parameters = {name: value for name, value in parameters.items() if _DEFAULTS.get(name) != value}
     comment = f"{base.kinematics}, from {base.source}"
     draft.sections["graphs"][GRAPH] = Entry({"use": use, "parameters": parameters}, [comment])
-    remark = Remark(f"base: {_summary(drivetrain)}, from {base.source}", base.span)
+    claim = says("graphs", GRAPH, "parameters", value=parameters)
+    remark = Remark(f"base: {_summary(drivetrain)}, from {base.source}", base.span, claim)
     (draft.guessed if base.guessed else draft.carried).append(remark)
     _remark_on_defaults(draft, use, parameters)
     _grip(draft, drivetrain)
@@ -97,8 +98,11 @@ def _limits_of_wheels(draft: Draft, drivetrain: Drivetrain, defaults: Mapping[st
     found = {"wheel_speed": rim / known["radius"], "speed": min(speed, rim), "turn": min(turn, rim / lever)}
     text = f"wheels that turn at {speeds[slowest]:g} rad/s at most: the base drives straight at up to {rim:.3g} m/s, or turns on "
     text += f"the spot at up to {rim / lever:.3g} rad/s; the graph scales faster commands down"
-    draft.carried.append(Remark(text, joints[slowest.joint].element.span))
-    return {name: rounded(value) for name, value in found.items() if name not in known}
+    limits = {name: rounded(value) for name, value in found.items() if name not in known}
+    claims = [says("graphs", GRAPH, "parameters", name, value=value) for name, value in limits.items()]
+    span = joints[slowest.joint].element.span
+    draft.carried.append(Remark(text, span, lambda data: all(claim(data) for claim in claims)))
+    return limits
 
 
 def _rim_speed(draft: Draft, drivetrain: Drivetrain) -> float:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -36,6 +36,24 @@ class Entry:
     hint: str = ""
 
 
+RobotData = Mapping[str, Any]
+"""The values of a robot file: settings by key, and entries by section and key."""
+Claim = Callable[[RobotData], bool]
+"""Returns whether a robot file contains what a remark says."""
+
+
+def says(*path: str, value: Any) -> Claim:
+    """Return the claim that a robot file has the given value at a path of keys; the value None stands for a missing key."""
+
+    def holds(data: RobotData) -> bool:
+        found: Any = data
+        for key in path:
+            found = found.get(key) if isinstance(found, Mapping) else None
+        return bool(found == value)
+
+    return holds
+
+
 @dataclass(frozen=True, slots=True)
 class Remark:
     """A remark of an import, for its report.
@@ -43,10 +61,15 @@ class Remark:
     Attributes:
         text: the remark, one line.
         span: source location to which the remark refers; None if it refers to no single place.
+        claim: what the robot file must contain, or else `Draft.settle` drops the remark; None if the text does not describe it.
+        subject: noun and name of the part that the text describes. `Draft.settle` puts them before the text, and combines
+            remarks with the same noun and text. Empty if the text is complete.
     """
 
     text: str
     span: Span | None = None
+    claim: Claim | None = None
+    subject: tuple[str, str] | tuple[()] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -137,6 +160,25 @@ class Draft:
         """Return the names of links to which the draft binds a material."""
         return {link for entry in self.sections["materials"].values() for link in entry.value.get("bind", ())}
 
+    def data(self) -> dict[str, Any]:
+        """Return the values of the robot file."""
+        fixed = {"fixed_base": True} if self.fixed_base and self.urdf.moves_freely else {}
+        sections = {name: {key: each.value for key, each in part.items()} for name, part in self.sections.items()}
+        return self.settings | fixed | sections
+
+    def settle(self) -> None:
+        """Drop the remarks whose claims do not hold, because later parts of the import changed the entry, and combine the others.
+
+        Remarks on several parts with the same noun and text become one remark with the names of all these parts.
+        """
+        data = self.data()
+        for remarks in (self.carried, self.guessed, self.lost, self.noticed):
+            alike: dict[Any, list[Remark]] = {}
+            for number, remark in enumerate(remarks):
+                if remark.claim is None or remark.claim(data):
+                    alike.setdefault((remark.subject[0], remark.text) if remark.subject else number, []).append(remark)
+            remarks[:] = map(_combined, alike.values())
+
     def entry(self, section: str, key: str) -> Entry:
         """Return the entry with this key in a section; create it if the section does not have it."""
         return self.sections[section].setdefault(key, Entry())
@@ -164,3 +206,15 @@ class Draft:
     def used(self, element: Element) -> bool:
         """Return whether an element of the description is marked as used."""
         return id(element) in self._used
+
+
+def _combined(remarks: Sequence[Remark]) -> Remark:
+    """Return one remark for remarks of the same text on several parts; its claim is that all of theirs hold."""
+    first = remarks[0]
+    if not first.subject:
+        return first
+    names = ", ".join(dict.fromkeys(remark.subject[1] for remark in remarks if remark.subject))
+    claims = [remark.claim for remark in remarks if remark.claim is not None]
+    together = (lambda data: all(claim(data) for claim in claims)) if claims else None
+    text = f"{first.subject[0]}{'s' if len(remarks) > 1 else ''} {names}: {first.text}"
+    return Remark(text, first.span, together)

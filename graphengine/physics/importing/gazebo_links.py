@@ -10,7 +10,7 @@ from graphengine.devices.stage import prim_name
 from graphengine.format.wording import printable
 from graphengine.physics.description.urdf import Urdf
 from graphengine.physics.files.xml import Element, numbers
-from graphengine.physics.importing.draft import Draft, Remark
+from graphengine.physics.importing.draft import Claim, Draft, Remark, RobotData, says
 from graphengine.physics.importing.gazebo_values import Notes, Subject, UnusableError, Values
 
 COLOURS = {
@@ -93,7 +93,7 @@ def _friction(
     direction = values.find(*path, "fdir1")
     if along == across:
         surfaces.setdefault(link, (along,))
-        subject.carried(f"friction {along:g}")
+        subject.carried(f"friction {along:g}", _bound(link, along))
     elif direction is None:
         surfaces.setdefault(link, (along,))
         draft.second_frictions[link] = across
@@ -104,7 +104,17 @@ def _friction(
     else:
         vector, frame = _direction(draft.urdf, link, direction, subject)
         surfaces.setdefault(link, (along, across, vector, frame))
-        subject.carried(f"friction {along:g} along fdir1, {across:g} across it")
+        subject.carried(f"friction {along:g} along fdir1, {across:g} across it", _bound(link, along, across))
+
+
+def _bound(link: str, along: float, across: float | None = None) -> Claim:
+    """Return the claim that a material with the given friction is bound to a link."""
+
+    def holds(data: RobotData) -> bool:
+        bound = (each for each in data.get("materials", {}).values() if link in each.get("bind", ()))
+        return any((each["static_friction"], each.get("across")) == (along, across) for each in bound)
+
+    return holds
 
 
 def _friction_paths() -> Iterator[tuple[str, ...]]:
@@ -183,14 +193,14 @@ def _colour(draft: Draft, element: Element, link: str, subject: Subject, _: obje
         subject.lost(f"material {printable((name or diffuse)[:60])!r} is not a known colour")
         return
     draft.entry("links", link).value["colour"] = [round(part, 4) for part in colour]
-    subject.carried("a colour")
+    subject.carried("a colour", says("links", link, "colour", value=draft.entry("links", link).value["colour"]))
 
 
 def _gravity(draft: Draft, element: Element, link: str, subject: Subject, _: object) -> None:
     values = Values(element)
     if values.flag("gravity") is False or values.flag("turnGravityOff"):
         draft.entry("links", link).value["gravity"] = False
-        subject.carried("no gravity")
+        subject.carried("no gravity", says("links", link, "gravity", value=False))
     _use(draft, element, "gravity", "turnGravityOff")
 
 
@@ -200,7 +210,8 @@ def _static(draft: Draft, gazebo: Element) -> None:
     if static is not None and static.text.strip().lower() in ("true", "1"):
         draft.fixed_base = True
         draft.use(static)
-        draft.carried.append(Remark("the base is fixed to the world, because the robot is static", static.span))
+        claim = says("fixed_base", value=True)
+        draft.carried.append(Remark("the base is fixed to the world, because the robot is static", static.span, claim))
 
 
 def _self_collision(draft: Draft) -> None:

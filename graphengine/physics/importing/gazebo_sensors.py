@@ -18,7 +18,7 @@ from graphengine.format.wording import printable
 from graphengine.physics.description.urdf import Urdf
 from graphengine.physics.files.xml import Element, numbers
 from graphengine.physics.importing import gazebo_profiles, gazebo_topics
-from graphengine.physics.importing.draft import Draft, Remark
+from graphengine.physics.importing.draft import Claim, Draft, Remark, RobotData, says
 from graphengine.physics.importing.gazebo_figures import Figures
 from graphengine.physics.importing.gazebo_values import Notes, Subject, UnusableError, Values
 from graphengine.physics.sensors.implementations import IMPLEMENTATIONS
@@ -197,7 +197,18 @@ def _publish(draft: Draft, sensor: _Found, *, alone: bool) -> None:
     _use(draft, sensor.name, f"graphs/publishers/{figures.graph}.yaml", parameters)
     rate = f" at {figures.profile['rate']:g} Hz" if "rate" in figures.profile else ""
     text = f"{figures.told} on {printable(sensor.link)}{rate}, published on {', '.join(names.values())}"
-    sensor.subject.carried(text)
+    sensor.subject.carried(text, _published(sensor, parameters))
+
+
+def _published(sensor: _Found, parameters: dict[str, Any]) -> Claim:
+    """Return the claim that a sensor is mounted on its link with its profile, and that a graph publishes it."""
+    profile = sensor.figures.profile or None
+
+    def holds(data: RobotData) -> bool:
+        graphs = (graph.get("parameters") for graph in data.get("graphs", {}).values())
+        return says("sensors", sensor.name, "profile", value=profile)(data) and parameters in graphs
+
+    return holds
 
 
 def _use(draft: Draft, name: str, graph: str, parameters: dict[str, Any]) -> None:

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Literal
 
 from graphengine.format.diagnostics import Span
 from graphengine.format.wording import printable
 from graphengine.physics.files.xml import Element, number
-from graphengine.physics.importing.draft import Draft, Remark
+from graphengine.physics.importing.draft import Claim, Draft, Remark
 
 TRUE = ("true", "1", "yes", "on")
 
@@ -89,18 +89,23 @@ class Values:
 class Notes:
     """Collects remarks on parts of a description; the same remark on several parts becomes one line with all their names."""
 
-    _said: dict[tuple[str, str], list[tuple[str, Span]]] = field(default_factory=dict)
+    _said: list[tuple[str, str, Remark]] = field(default_factory=list)
 
-    def add(self, kind: Literal["carried", "guessed", "lost"], subject: str, text: str, span: Span) -> None:
+    def add(
+        self,
+        kind: Literal["carried", "guessed", "lost"],
+        subject: str,
+        text: str,
+        span: Span,
+        claim: Claim | None = None,
+    ) -> None:
         """Add a remark on the part named `subject`, e.g. a sensor; `kind` is the list of the draft that receives the remark."""
-        self._said.setdefault((kind, text), []).append((subject, span))
+        self._said.append((kind, subject, Remark(text, span, claim)))
 
     def tell(self, draft: Draft, noun: str) -> None:
         """Add all remarks to a draft; the names of the parts are preceded by a noun, such as `sensor`."""
-        for (kind, text), subjects in self._said.items():
-            names = ", ".join(dict.fromkeys(printable(subject[:60]) for subject, _ in subjects))
-            several = "s" if len(subjects) > 1 else ""
-            getattr(draft, kind).append(Remark(f"{noun}{several} {names}: {text}", subjects[0][1]))
+        for kind, subject, remark in self._said:
+            getattr(draft, kind).append(replace(remark, subject=(noun, printable(subject[:60]))))
 
 
 @dataclass(frozen=True, slots=True)
@@ -111,9 +116,9 @@ class Subject:
     name: str
     span: Span
 
-    def carried(self, text: str) -> None:
-        """Add a remark on a value that was carried over to the robot file."""
-        self.notes.add("carried", self.name, text, self.span)
+    def carried(self, text: str, claim: Claim) -> None:
+        """Add a remark on a value that was carried over to the robot file, with the claim that the file contains the value."""
+        self.notes.add("carried", self.name, text, self.span, claim)
 
     def guessed(self, text: str) -> None:
         """Add a remark on a value that the import chose, because the description lacks it."""

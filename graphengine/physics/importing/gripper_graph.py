@@ -12,7 +12,7 @@ from graphengine.physics.importing.arm_chains import gripper_joints
 from graphengine.physics.importing.arm_gains import DEVIATION
 from graphengine.physics.importing.arm_graph import flaw
 from graphengine.physics.importing.controllers_file import Controller
-from graphengine.physics.importing.draft import Draft, Remark
+from graphengine.physics.importing.draft import Draft, Remark, says
 
 _CONTROLLER = "gripper_controller"
 """Default name of the controller in the graph of a gripper."""
@@ -57,7 +57,8 @@ def fill(draft: Draft, held: Collection[str], controllers: Iterable[Controller],
         draft.add_graph(name, "graphs/arm/gripper.yaml", {"joint": gripper.joint} | controller | gripper.parameters)
         text = f"gripper: {gripper.joint} on {gripper.controller}/gripper_cmd, from {gripper.source}"
         text += _press(draft, gripper.joint)
-        (draft.guessed if gripper.guessed else draft.carried).append(Remark(printable(text), gripper.span))
+        claim = says("graphs", name, "parameters", "joint", value=gripper.joint)
+        (draft.guessed if gripper.guessed else draft.carried).append(Remark(printable(text), gripper.span, claim))
 
 
 def _press(draft: Draft, name: str) -> str:

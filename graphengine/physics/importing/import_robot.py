@@ -168,6 +168,7 @@ def import_robot(origin: Origin, findings: Findings) -> Imported | None:
     draft.position_drives = origin.position_drives
     for fill in _PARTS if origin.model is None else _PARTS_OF_MODELS:
         fill(draft)
+    draft.settle()
     graphs = bundle_graphs(draft) if origin.bundled else {}
     text = render(draft)
     file = robot_file(text, origin.target, findings)

@@ -8,7 +8,7 @@ are guessed.
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from graphengine.format.wording import printable
@@ -16,7 +16,7 @@ from graphengine.format.yaml_text import flow
 from graphengine.physics.description.urdf import UrdfJoint
 from graphengine.physics.importing.base import Drivetrain
 from graphengine.physics.importing.base_wheels import BaseWheel
-from graphengine.physics.importing.draft import Draft, Remark, rounded
+from graphengine.physics.importing.draft import Claim, Draft, Remark, RobotData, rounded, says
 from graphengine.physics.importing.joint_commands import KINDS, JointCommands
 
 WHEEL_DAMPING = 50.0
@@ -90,10 +90,10 @@ def fill(
         if joint.name in commands:
             drive = entry.value.get("drive") if joint.name not in driven else None
             entry.value |= _bounds(joint, drive, commands[joint.name])
-    starts = {name: each for name, each in commands.items() if each.start}
-    if starts:
-        text = ", ".join(f"{printable(name)} {each.start:g}" for name, each in starts.items())
-        draft.carried.append(Remark(f"start positions: {text}", next(iter(starts.values())).span))
+    for name, each in commands.items():
+        if each.start:
+            claim = says("joints", name, "start", value=each.start)
+            draft.carried.append(Remark(f"start position {each.start:g}", each.span, claim, ("joint", printable(name))))
     drives = [entry.value.get("drive", {}) for entry in draft.sections["joints"].values()]
     if gains := sorted({drive["damping"] for drive in drives if drive.get("damping") and not drive.get("stiffness")}):
         told = ", ".join(f"{damping:g}" for damping in gains)
@@ -101,6 +101,7 @@ def fill(
     for decision, joints in decisions.items():
         names = ", ".join(printable(joint.name) for joint in joints)
         remark = Remark(f"{_TOLD[decision.kind]}: {names}; {decision.why}", joints[0].element.span)
+        remark = replace(remark, claim=_drives([joint.name for joint in joints], decision.kind))
         (draft.guessed if decision.guessed else draft.carried).append(remark)
 
 
@@ -113,6 +114,18 @@ def _carrying(draft: Draft) -> set[str]:
             found.add(carrier.name)
             carrier = draft.urdf.links[carrier.parent].carrier
     return found
+
+
+def _drives(joints: Sequence[str], kind: str) -> Claim:
+    """Return the claim that joints have drives of a kind, or none for a kind without a drive."""
+
+    def holds(data: RobotData) -> bool:
+        drives = [data.get("joints", {}).get(joint, {}).get("drive") for joint in joints]
+        if kind not in ("velocity", "position"):
+            return not any(drives)
+        return all(drive is not None and ("stiffness" in drive) == (kind == "position") for drive in drives)
+
+    return holds
 
 
 @dataclass(frozen=True, slots=True)

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from graphengine.format.wording import printable
 from graphengine.physics.description.urdf import UrdfJoint
 from graphengine.physics.files.xml import Element, number
-from graphengine.physics.importing.draft import Draft, Remark
+from graphengine.physics.importing.draft import Draft, Remark, says
 
 
 def fill(draft: Draft) -> None:
@@ -34,7 +34,8 @@ def _soft_limits(draft: Draft, joint: UrdfJoint) -> None:
     low, high = max(lower, limits[0]), min(upper, limits[1])
     if (low, high) != limits and low < high:
         draft.entry("joints", joint.name).value["limits"] = [low, high]
-        draft.carried.append(Remark(f"joint {joint.name}: soft limits {low:g} to {high:g}", safety.span))
+        claim = says("joints", joint.name, "limits", value=[low, high])
+        draft.carried.append(Remark(f"joint {joint.name}: soft limits {low:g} to {high:g}", safety.span, claim))
 
 
 def _limits(draft: Draft, joint: UrdfJoint) -> tuple[float, float] | None:
@@ -53,7 +54,8 @@ def _spring(draft: Draft, joint: UrdfJoint, gazebo: Element) -> None:
     if rest is not None and (at := number(rest.text)) is not None:
         spring["rest"] = at
     draft.entry("joints", joint.name).value["spring"] = spring
-    draft.carried.append(Remark(f"joint {joint.name}: a spring with stiffness {force:g}", stiffness.span))
+    claim = says("joints", joint.name, "spring", value=spring)
+    draft.carried.append(Remark(f"joint {joint.name}: a spring with stiffness {force:g}", stiffness.span, claim))
     for part in gazebo.children:
         if part.tag in ("springStiffness", "springReference", "implicitSpringDamper", "provideFeedback"):
             draft.use(part)
@@ -74,7 +76,7 @@ def _start(draft: Draft, joint: UrdfJoint) -> None:
 
 def _velocities(draft: Draft, joints: Sequence[UrdfJoint]) -> None:
     """Add the velocity limits of the description to drives; a joint without a drive has no set point to limit."""
-    bounded: dict[str, Element] = {}
+    bounded: dict[str, tuple[float, Element]] = {}
     for joint in joints:
         limit, drive = joint.element.first("limit"), draft.entry("joints", joint.name).value.get("drive")
         fastest = number(limit.get("velocity")) if limit is not None else None
@@ -83,7 +85,11 @@ def _velocities(draft: Draft, joints: Sequence[UrdfJoint]) -> None:
         draft.use(limit)
         if "max_velocity" not in drive:
             drive["max_velocity"] = fastest
-            bounded[f"{joint.name} {fastest:g}"] = limit
+            bounded[joint.name] = (fastest, limit)
     if bounded:
-        told = ", ".join(map(printable, bounded))
-        draft.carried.append(Remark(f"velocity limits of drives: {told}", next(iter(bounded.values())).span))
+        told = ", ".join(f"{printable(name)} {fastest:g}" for name, (fastest, _) in bounded.items())
+        claims = [says("joints", name, "drive", "max_velocity", value=each[0]) for name, each in bounded.items()]
+        span = next(iter(bounded.values()))[1].span
+        draft.carried.append(
+            Remark(f"velocity limits of drives: {told}", span, lambda data: all(c(data) for c in claims))
+        )

@@ -13,7 +13,7 @@ from graphengine.devices.stage import prim_name
 from graphengine.format.wording import printable
 from graphengine.physics.description.mjcf_model import MjcfModel
 from graphengine.physics.engine import mujoco
-from graphengine.physics.importing.draft import Draft, Remark, rounded
+from graphengine.physics.importing.draft import Claim, Draft, Remark, rounded, says
 from graphengine.physics.importing.legs_graph import KEYFRAME
 from graphengine.physics.model.drives import Drive
 
@@ -110,10 +110,9 @@ def _cameras(draft: Draft, spec: mujoco.MjSpec) -> None:
             )
             continue
         profile = {"size": [width, height], "fov_deg": [rounded(wide), rounded(tall)], "rate": 30.0}
-        _mount(draft, f"{link}_sensor", {"type": "camera", "parent": link, "profile": profile})
-        draft.carried.append(
-            Remark(f"camera {printable(camera.name)}: {width} x {height} pixels, 30 images per second")
-        )
+        claim = _mount(draft, f"{link}_sensor", {"type": "camera", "parent": link, "profile": profile})
+        text = f"camera {printable(camera.name)}: {width} x {height} pixels, 30 images per second"
+        draft.carried.append(Remark(text, claim=claim))
 
 
 def _sensors(draft: Draft, spec: mujoco.MjSpec) -> None:
@@ -130,10 +129,9 @@ def _sensors(draft: Draft, spec: mujoco.MjSpec) -> None:
             lost.append(sensor.name or sensor.type.name.removeprefix("mjSENS_").lower())
     for site in units:
         if link := _link(draft, site, "site"):
-            _mount(draft, f"{link}_sensor", {"type": "imu", "parent": link, "profile": {"rate": 100.0}})
-            draft.carried.append(
-                Remark(f"IMU at site {printable(site)}: 100 samples per second, without noise or bias")
-            )
+            claim = _mount(draft, f"{link}_sensor", {"type": "imu", "parent": link, "profile": {"rate": 100.0}})
+            text = f"IMU at site {printable(site)}: 100 samples per second, without noise or bias"
+            draft.carried.append(Remark(text, claim=claim))
     if lost:
         text = "sensors of the model that no node publishes; they stay in the model"
         draft.lost.append(Remark(f"{text}: {', '.join(map(printable, lost))}"))
@@ -147,5 +145,7 @@ def _link(draft: Draft, name: str, kind: str) -> str:
     return given if given in draft.urdf.links else name if name in draft.urdf.links else ""
 
 
-def _mount(draft: Draft, name: str, value: dict[str, Any]) -> None:
+def _mount(draft: Draft, name: str, value: dict[str, Any]) -> Claim:
+    """Add a sensor, and return the claim that the robot file has it."""
     draft.entry("sensors", prim_name(name)).value = value
+    return says("sensors", prim_name(name), value=value)
