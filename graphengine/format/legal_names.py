@@ -30,13 +30,13 @@ def _robot_path(path: str) -> str:
     return path
 
 
-_NAMESPACE = re.compile(rf"[^A-Za-z0-9_]*({_PART}(/{_PART})*)?[^A-Za-z0-9_]*")
+_NAMESPACE = re.compile(rf"\W*({_PART}(/{_PART})*)?\W*")  # \W does not match letters of other alphabets
 NAMESPACE_FIELD = re.compile(r"\{(name|index)(?::0([1-9]))?\}")
 """Pattern of the placeholders `{name}`, `{index}` and `{index:04}`, which stand for a robot's name and number in a namespace."""
 
 
 def _namespace(value: str) -> str:
-    """Return `value` if it can be part of a ROS 2 namespace; illegal characters at its ends are accepted and trimmed later.
+    """Return `value` if it can be part of a ROS 2 namespace; slashes and punctuation at its ends are accepted and trimmed later.
 
     Raises:
         ValueError: the value has other illegal characters, an empty part, or a part that begins with a digit.

@@ -19,13 +19,17 @@ ACTION_PART = "/_action/"
 _PARTS_HELP = "legal: letters A-Z a-z, digits and _, in parts separated by /; no part is empty or starts with a digit"
 _NODE_HELP = "legal: letters A-Z a-z, digits and _; the first is not a digit"
 
-_ENDS = re.compile(r"\A[^A-Za-z0-9]+|[^A-Za-z0-9]+\Z")
+_ENDS = re.compile(r"\A[\W_]+|[\W_]+\Z")
+_PUNCTUATION_AT_ENDS = re.compile(r"\A\W+|\W+\Z")
 _ILLEGAL_IN_TOPIC = re.compile(r"[^A-Za-z0-9_/]")
 _ILLEGAL_IN_NODE = re.compile(r"[^A-Za-z0-9_]")
 
 
 def strip(name: str) -> str:
-    """Return a name without the non-alphanumeric characters, such as slashes, underscores and blanks, at both ends."""
+    """Return a name without the characters at both ends that are no letters or digits, such as slashes, underscores and blanks.
+
+    Letters of other alphabets stay, so that `check_topic` reports them.
+    """
     return _ENDS.sub("", name)
 
 
@@ -58,13 +62,13 @@ def full_topic(namespace: str, topic: str, what: str = "topic name") -> str:
 
 
 def join_namespaces(values: Iterable[str], outermost: bool = False) -> str:
-    """Return the namespaces of a prim and its ancestors, joined with slashes.
+    """Return the namespaces of a prim and its ancestors, joined with one slash each.
 
     Args:
         values: namespaces from the root of the stage to the prim; empty ones are ignored.
         outermost: whether to return only the outermost namespace, which TF nodes use.
     """
-    authored = [value for value in values if value]
+    authored = [value for value in (_PUNCTUATION_AT_ENDS.sub("", value) for value in values) if value]
     return "/".join(authored[:1] if outermost else authored)
 
 

@@ -102,6 +102,12 @@ def test_an_input_overrides_what_is_collected_and_a_topic_never_escapes_it(
     assert [claim.topic for claim in assembly.claims if claim.graph == "say"] == expected
 
 
+@pytest.mark.parametrize("written", ["/a/", "/a", "a/", "//a//"])
+def test_slashes_around_a_namespace_do_not_count(tmp_path: Path, written: str) -> None:
+    path = files(tmp_path, CHASSIS, f'/bot: "{written}", /bot/base_link: "/b/"')
+    assert topics(build.load(path))[0] == "/a/b/joint_states"
+
+
 def test_what_a_scene_says_of_a_prim_replaces_what_the_robot_file_says(tmp_path: Path) -> None:
     path = files(tmp_path, CHASSIS, "/bot/base_link: scene")
     (tmp_path / "bot.yaml").write_text(ROBOT.replace('base_link: ""', "base_link: robot"), encoding="utf-8")
@@ -128,6 +134,8 @@ def test_a_robot_that_comes_back_has_the_namespaces_that_the_scene_gives_it(tmp_
         ("/bot: 2nd", "scene.yaml:8:20: error G109", "'2nd' cannot be part of a ROS 2 namespace"),
         ("/bot: a b", "scene.yaml:8:20: error G109", "'a b' cannot be part"),
         ("/bot: a//b", "scene.yaml:8:20: error G109", "no part is empty"),
+        ("/bot: über", "scene.yaml:8:20: error G109", "'über' cannot be part"),
+        ("/bot: robotä", "scene.yaml:8:20: error G109", "'robotä' cannot be part"),
     ],
 )
 def test_a_namespace_that_cannot_be_is_told_where_it_is_written(

@@ -176,3 +176,9 @@ def test_names_are_checked_without_loading_a_middleware() -> None:
     modules = "graphengine.messages.names, graphengine.ros.domain, graphengine.ros.transports.select"
     code = f"import sys, {modules}; assert not {heavy!r} & set(sys.modules)"
     subprocess.run([sys.executable, "-c", code], check=True)
+
+
+@pytest.mark.parametrize("name", ["über", "odomä", "²odom"])
+def test_letters_of_other_alphabets_are_refused_and_not_trimmed(name: str) -> None:
+    with pytest.raises(TopicError, match="character"):
+        names.full_topic("", name)
