@@ -577,6 +577,23 @@ def test_meshes_of_a_package_can_be_left_out_of_a_plain_urdf(graphrun: Graphrun,
     assert "elsewhere" not in (cart / "scenes/robots/cart.urdf").read_text(encoding="utf-8")
 
 
+def test_a_written_description_names_the_file_of_controllers_by_its_package(graphrun: Graphrun, cart: Path) -> None:
+    plugin = '<gazebo><plugin name="c" filename="libgz_ros2_control-system.so">'
+    plugin += "<parameters>$(find cart)/config/c.yaml</parameters></plugin></gazebo></robot>"
+    (cart / "ws/cart/urdf/cart.urdf.xacro").write_text(XACRO.replace("</robot>", plugin), encoding="utf-8")
+    (cart / "ws/cart/config").mkdir()
+    controllers = "grip: {type: position_controllers/JointGroupPositionController, joints: [grip_joint]}\n"
+    (cart / "ws/cart/config/c.yaml").write_text(controllers, encoding="utf-8")
+    first = imported(graphrun, "ws/cart/urdf/cart.urdf.xacro", code=0)
+    written = (cart / "scenes/robots/cart.urdf").read_text(encoding="utf-8")
+    assert "<parameters>package://cart/config/c.yaml</parameters>" in written
+    assert str(cart) not in "".join(line for line in written.splitlines() if "mesh" not in line)
+    commanded = "carried over: position drive: grip_joint; position command of controller"
+    again = graphrun("import-robot", "scenes/robots/cart.urdf", "-o", "again.yaml", "--package-path", "ws", code=0)
+    assert any(line.startswith(commanded) for line in first.lines)
+    assert any(line.startswith(commanded) for line in again.lines)
+
+
 def test_the_old_name_of_the_verb_still_works(graphrun: Graphrun, cart: Path) -> None:
     (cart / "new").mkdir()
     assert graphrun("import-urdf", CART, "-o", "new/cart.yaml").code == 0

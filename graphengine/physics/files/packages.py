@@ -7,12 +7,13 @@ folders that the user allows.
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from urllib.parse import unquote
 
 from graphengine.format.files import INCLUDED, Files
-from graphengine.format.ros_packages import MANIFEST, manifest_name, walk
+from graphengine.format.ros_packages import MANIFEST, manifest_name, package_folder, walk
 from graphengine.format.wording import did_you_mean, listing
 
 SCHEMES = ("package://", "model://")
@@ -68,6 +69,18 @@ class Packages:
             return [package / rest]
         around = [self.folder, *self.folder.resolve().parents]
         return [folder / rest for folder in around if self._name_of(folder) is None]
+
+    def reference(self, text: str, folder: Path) -> str:
+        """Return a reference for the absolute path of a file: `package://`, or a path relative to `folder` outside of packages.
+
+        Any other text is returned unchanged, and so is the path of a file that may not be read.
+        """
+        path = Path(text)
+        if not text.startswith("/") or not self.files.may_read(path) or not path.is_file():
+            return text
+        package = package_folder(path)
+        name = self._name_of(package)
+        return f"{SCHEMES[0]}{name}/{path.resolve().relative_to(package)}" if name else os.path.relpath(path, folder)
 
     def searched(self) -> list[str]:
         """Return the folders in which packages are looked up, as text for a message."""

@@ -140,7 +140,7 @@ def _open(draft: Draft, reference: str, span: Span) -> Document | None:
     """Return the parameter file to which a plugin refers; None if it cannot be read, which is added to `draft.lost`."""
     packages = draft.urdf.packages
     told = f"the controllers of {printable(reference)}"
-    path = packages.folder / reference
+    path = next(iter(packages.places(reference)), packages.folder / reference)
     if reference.startswith(_FIND):
         package, _, rest = reference.removeprefix(_FIND).partition(")")
         folder = packages.find(package.strip())

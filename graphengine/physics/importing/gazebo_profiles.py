@@ -208,6 +208,9 @@ class _Arc:
         if found is not None and not 0.5 <= count <= 1e9:
             raise UnusableError(f"{count:g} samples: not a valid number of rays", found.span)
         first, last = (round(math.degrees(values.number(*path, end)), 6) for end in ("min_angle", "max_angle"))
+        if found is not None and first > last:
+            text = f"{plane} min_angle {first:g} degrees is above max_angle {last:g}: "
+            sensor.guessed(text + "the beams are listed from the smaller to the larger angle")
         return cls(first, last, max(1, round(count)))
 
 

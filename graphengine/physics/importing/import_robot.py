@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Collection, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -44,6 +44,7 @@ from graphengine.physics.importing import (
 )
 from graphengine.physics.importing.bundle import bundle_graphs, bundle_meshes, bundle_model
 from graphengine.physics.importing.draft import Draft
+from graphengine.physics.importing.joint_commands import add_mimics
 from graphengine.physics.importing.robot_source import WRAPPER
 from graphengine.physics.importing.trial import FLOOR_FRICTION
 from graphengine.physics.importing.writer import render
@@ -147,6 +148,11 @@ def import_robot(origin: Origin, findings: Findings) -> Imported | None:
 
     No file is written.
     """
+    written_to = origin.target.with_suffix(".urdf")
+    if origin.model is None and add_mimics(origin.element, findings) and origin.path is not None:
+        beside = origin.path.resolve() == written_to.resolve()
+        written_to = origin.target.with_suffix(".imported.urdf") if beside else written_to
+        origin = replace(origin, path=None)
     name, files = origin.target.stem, origin.packages.files
     library = Library(files, findings)
     model_files: dict[Path, Path] = {}
@@ -158,7 +164,7 @@ def import_robot(origin: Origin, findings: Findings) -> Imported | None:
     if urdf is None:
         return None
     packages = [] if origin.bundled else list(_used_packages(urdf))
-    path = origin.path or origin.target.with_suffix(".urdf")
+    path = origin.path or written_to
     if origin.model is not None:
         copied = next((to for to, source in model_files.items() if source == origin.model.resolve()), None)
         path = origin.target.parent / copied if copied is not None else origin.model
@@ -184,7 +190,9 @@ def import_robot(origin: Origin, findings: Findings) -> Imported | None:
     if len(findings.errors) > before:
         return None
     meshes = bundle_meshes(urdf) if origin.bundled and origin.model is None else model_files
-    written = {} if origin.path is not None or origin.model is not None else {path: _portable(urdf, meshes)}
+    written = (
+        {} if origin.path is not None or origin.model is not None else {path: _portable(urdf, meshes, path.parent)}
+    )
     if origin.wrapper:
         written = {origin.target.with_suffix(WRAPPER): origin.wrapper, **written}
     return Imported(
@@ -246,16 +254,18 @@ def _used_packages(urdf: Urdf) -> Iterator[Path]:
             yield folder.resolve()
 
 
-def _portable(urdf: Urdf, beside: Collection[Path]) -> str:
-    """Return the text of the description for a file in another folder.
+def _portable(urdf: Urdf, beside: Collection[Path], folder: Path) -> str:
+    """Return the text of the description for a file in the given folder.
 
-    Relative references become absolute, except those to files copied beside the description, whose paths are in `beside`.
+    Relative references become absolute, except those to files copied beside the description, whose paths are in `beside`. Texts
+    that are absolute paths, which xacro writes for `$(find NAME)`, become references to packages or relative paths.
     """
     escaped = is_xacro(Path("robot.urdf"), urdf.element)  # the written file would be expanded again
     for element in urdf.element.walk():
         reference = element.get("filename")
         if element.tag in _MESHES and reference and "://" not in reference and Path(reference) not in beside:
             element.attributes["filename"] = (urdf.packages.folder / reference).resolve().as_uri()
+        element.text = urdf.packages.reference(element.text, folder)
         if escaped:
             element.text = literal(element.text)
             element.attributes |= {name: literal(value) for name, value in element.attributes.items()}

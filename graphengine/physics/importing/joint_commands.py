@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 
-from graphengine.format.diagnostics import Span
+from graphengine.format.diagnostics import Findings, Span
 from graphengine.format.wording import printable
 from graphengine.physics.files.xml import Element, number
 from graphengine.physics.importing.controllers_file import Controller
@@ -57,6 +57,31 @@ def joint_commands(draft: Draft, controllers: Iterable[Controller]) -> dict[str,
     for element in draft.urdf.element.all("transmission"):
         _transmission(draft, element, found)
     return found
+
+
+def add_mimics(root: Element, findings: Findings) -> bool:
+    """Write a `<mimic>` into joints that follow another one by `<param name="mimic">` of a `<ros2_control>`, as older files do.
+
+    Args:
+        root: root element of the description, which is changed.
+        findings: receives a note for each joint.
+
+    Returns:
+        whether the description was changed.
+    """
+    changed, joints = False, {joint.get("name"): joint for joint in root.all("joint")}
+    listed = [(control, joint) for control in root.all("ros2_control") for joint in control.all("joint")]
+    for control, joint in listed:
+        name, leader = joint.get("name"), _text(joint, "mimic")
+        follower = joints.get(name)
+        if follower is None or leader not in joints or follower.first("mimic") is not None:
+            continue
+        factors = {key: text for key in ("multiplier", "offset") if (text := _text(joint, key))}
+        follower.children.append(Element("mimic", {"joint": leader} | factors, joint.span))
+        text = f"joint {name!r} follows {leader!r}, as ros2_control {control.get('name')!r} says: its <mimic> is added"
+        findings.add("N103", text, joint.span)
+        changed = True
+    return changed
 
 
 def _controller(draft: Draft, controller: Controller, found: dict[str, JointCommands]) -> None:

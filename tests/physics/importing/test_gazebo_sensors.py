@@ -70,6 +70,16 @@ def test_a_lidar_has_its_rings_and_noise(tmp_path: Path) -> None:
     assert list(uses(tmp_path, sensor("base_scan", "gpu_lidar", inside))) == ["points"]
 
 
+def test_a_lidar_whose_angles_are_reversed_is_told(tmp_path: Path) -> None:
+    inside = LIDAR.replace(">0<", ">1<").replace("6.28", "-1")
+    beams = profile(tmp_path, "lidar", inside)["beams"]
+    assert (beams["first_deg"], beams["last_deg"]) == pytest.approx((-57.29578, 57.29578))
+    (told,) = [
+        text for text in remarks(tmp_path, "guessed", sensor("base_scan", "lidar", inside)) if "min_angle" in text
+    ]
+    assert "horizontal min_angle 57.2958 degrees is above max_angle -57.2958" in told
+
+
 def test_beams_that_overlap_by_rounding_go_once_around(tmp_path: Path) -> None:
     inside = LIDAR.replace(">0<", ">-3.14160<").replace("6.28", "3.14160")
     assert profile(tmp_path, "lidar", inside)["beams"] == {
