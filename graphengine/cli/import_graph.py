@@ -103,16 +103,17 @@ def execute(arguments: argparse.Namespace) -> int:
     if not graphs and not found.namespaces and not findings.errors:
         hints = [f"a variant may have one: {choice}" for choice in found.choices]
         findings.add("G401", f"{str(arguments.file)!r} has no graph", None, *hints)
-    names = file_names(graphs)
+    names, robot = file_names(graphs), arguments.robot or ""
+    used = [bool(robot and graph.use_parameter("robot", robot)) for graph in graphs]
+    if robot and graphs and not any(used) and not findings.errors:
+        at = ", ".join(dict.fromkeys(graph.path for graph in graphs[:LONGEST]))
+        raise UsageError(f"--robot {robot}: no graph names this prim; the graphs are at {at}")
     files = {
         arguments.output / f"{name}.yaml": compose(
-            graph, name, registry, findings, _origin(arguments.file, graph), arguments.robot or ""
+            graph, name, registry, findings, _origin(arguments.file, graph), robot if named else ""
         )
-        for graph, name in zip(graphs, names, strict=True)
+        for graph, name, named in zip(graphs, names, used, strict=True)
     }
-    if arguments.robot and not findings.errors and not any("\nparameters:\n" in text for text in files.values()):
-        at = ", ".join(dict.fromkeys(graph.path for graph in graphs[:LONGEST]))
-        raise UsageError(f"--robot {arguments.robot}: no graph names this prim; the graphs are at {at}")
     print_findings(findings, notes=False)
     if findings.errors:
         print(clean("\n".join(_notes(findings))), file=sys.stderr)

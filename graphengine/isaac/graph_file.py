@@ -90,9 +90,8 @@ def compose(
         registry: registry of the available node types.
         findings: receives a finding for each part that is left out of the file or changed.
         origin: text after "Imported from" in the first line of the file.
-        robot: prim path that the parameter `robot` of the file replaces; empty for none.
+        robot: default of the parameter `robot`, to which the graph refers after `use_parameter`; empty for a file without it.
     """
-    robot = robot if robot and graph.use_parameter("robot", robot) else ""
     return "\n".join([*_Composer(graph, registry, findings).lines(name, origin, robot), ""])
 
 
