@@ -85,6 +85,7 @@ CODES: dict[str, str] = {
     "W214": "velocity command that the stiffness of a drive holds back",
     "W215": "array of the wrong length",
     "W216": "value that is probably a mistake",
+    "W217": "value of a description in an improbable unit",
     "W301": "imported node of an unavailable type",
     "W302": "omitted part of an imported file",
     "W303": "omitted part of an exported graph",

@@ -21,6 +21,7 @@ from graphengine.physics.engine import body_names
 from graphengine.physics.files.references import Library
 from graphengine.physics.loaded_world import LoadedWorld
 from graphengine.physics.model.fleet_expansion import place, placements
+from graphengine.physics.model.mesh_units import check_mesh_units
 from graphengine.physics.model.robot import RobotInstance, load_robot
 from graphengine.physics.model.robot_prims import add_robot
 from graphengine.physics.model.scenery import Scenery
@@ -70,6 +71,7 @@ def load_world(
     model = scenery.compile(robots, findings)
     if model is None:
         return None
+    check_mesh_units(model, ((f"{name}/", robot) for name, robot in robots.items()), findings)
     stage = Stage()
     stage.global_tf = scene.spec.tf == "global"
     add_world(stage, model, robots)

@@ -12,6 +12,7 @@ from collections.abc import Iterator, Mapping
 from graphengine.devices.rotation import Vector3
 from graphengine.format.diagnostics import Findings
 from graphengine.format.wording import did_you_mean, listing
+from graphengine.physics.description.joint_units import check_degrees, swapped_limits
 from graphengine.physics.description.urdf import MOVING, Mimic, Urdf, UrdfJoint, UrdfLink, origin_of, shape_of
 from graphengine.physics.files.packages import Packages
 from graphengine.physics.files.xml import Element, numbers
@@ -64,7 +65,10 @@ def read_urdf(root: Element, packages: Packages, findings: Findings) -> Urdf | N
         if joint.type not in LEGAL:
             _not_simulated(joint, findings)
         joint.mimic = _mimic(joint, joints, findings)
+    for joint in joints.values():
+        check_degrees(joint, findings)
     boundless = [joint for joint in joints.values() if joint.type in ("revolute", "prismatic") and joint.limits is None]
+    boundless = [joint for joint in boundless if not swapped_limits(joint, findings)]
     if boundless:
         names = listing((joint.name for joint in boundless), "joints")
         findings.add(

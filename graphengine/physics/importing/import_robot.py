@@ -50,6 +50,7 @@ from graphengine.physics.importing.trial import FLOOR_FRICTION
 from graphengine.physics.importing.writer import render
 from graphengine.physics.model.fleet_expansion import place
 from graphengine.physics.model.geoms import extents
+from graphengine.physics.model.mesh_units import check_mesh_units
 from graphengine.physics.model.robot import RobotInstance, load_robot
 from graphengine.physics.model.robot_model import robot_spec
 from graphengine.physics.model.robot_prims import add_robot
@@ -184,6 +185,7 @@ def import_robot(origin: Origin, findings: Findings) -> Imported | None:
     model = _compiled(spec, draft, findings) if spec is not None else None
     if robot is None or model is None:
         return None
+    check_mesh_units(model, [("", robot)], findings)
     bodies = {f"{name}/{body}" for body in body_names(model)}
     before = len(findings.errors)
     add_robot(Stage(), robot, bodies, findings)
