@@ -1,217 +1,32 @@
 """Public robots by `graphrun new`, as tables: `python -m tests.bench.public_robots FOLDER [NAME …]`.
 
 FOLDER holds clones of the repositories by their own names. Each description is imported with nothing but the arguments that its
-vendor's launch file passes; no file is edited. `graphrun calibrate` measures bases, tests/bench/arm_figures.py measures arms in a
-bent pose that the scene gives, and tests/bench/leg_figures.py legs. `--write` renews the tables in docs/reference/robots.md.
+vendor's launch file passes; no file is edited. tests/bench/base_figures.py measures bases, and `graphrun calibrate` their
+odometry; tests/bench/arm_figures.py measures arms in a bent pose that the scene gives, and tests/bench/leg_figures.py legs.
+`--write` renews the tables in docs/reference/robots.md.
 """
 
 from __future__ import annotations
 
 import argparse
 import json
+import math
 import subprocess
 import sys
 import tempfile
 import time
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
+
+from tests.bench.base_figures import outside
+from tests.bench.public_descriptions import NEVER_TUNED_TO, ROBOTS, Robot
 
 ROOT = Path(__file__).resolve().parents[2]
 PAGE = ROOT / "docs/reference/robots.md"
 BEGIN, END = "<!-- table: python -m tests.bench.public_robots FOLDER --write -->", "<!-- end of table -->"
 LIMIT = 600.0
 """Seconds for one command."""
-
-
-@dataclass(frozen=True)
-class Robot:
-    """A public description.
-
-    Attributes:
-        name: for people.
-        repository: owner and name on GitHub.
-        file: the description in the repository.
-        arguments: what `graphrun new` gets besides `--from` and the package path.
-        pose: in which an arm starts, rad or m by joint; none for a base without an arm.
-        flange: link that carries an arm's payload.
-        legs: whether it stands on legs.
-    """
-
-    name: str
-    repository: str
-    file: str
-    arguments: tuple[str, ...] = ()
-    pose: dict[str, float] = field(default_factory=dict)
-    flange: str = ""
-    legs: bool = False
-
-    @property
-    def folder(self) -> str:
-        """Name of the clone."""
-        return self.repository.partition("/")[2]
-
-
-ROBOTS = (
-    Robot(
-        "TurtleBot3 burger",
-        "ROBOTIS-GIT/turtlebot3",
-        "turtlebot3_description/urdf/turtlebot3_burger.urdf",
-        ("namespace:=",),
-    ),
-    Robot(
-        "TurtleBot4",
-        "turtlebot/turtlebot4",
-        "turtlebot4_description/urdf/standard/turtlebot4.urdf.xacro",
-        ("gazebo:=ignition", "namespace:="),
-    ),
-    Robot(
-        "Clearpath A200",
-        "clearpathrobotics/clearpath_common",
-        "clearpath_platform_description/urdf/a200/a200.urdf.xacro",
-        ("--macro", "a200", "--controllers", "{repository}/clearpath_control/config/a200/control.yaml"),
-    ),
-    Robot(
-        "Clearpath Dingo-O",
-        "clearpathrobotics/clearpath_common",
-        "clearpath_platform_description/urdf/do100/do100.urdf.xacro",
-        ("--macro", "do100", "--controllers", "{repository}/clearpath_control/config/do100/control.yaml"),
-    ),
-    Robot(
-        "ROSbot",
-        "husarion/rosbot_ros",
-        "rosbot_description/urdf/rosbot.urdf.xacro",
-        (
-            "mecanum:=true",
-            "use_sim:=true",
-            "--controllers",
-            "{repository}/rosbot_controller/config/mecanum_drive_controller.yaml",
-        ),
-    ),
-    Robot(
-        "Ackermann demo",
-        "ros-controls/gz_ros2_control",
-        "gz_ros2_control_demos/urdf/test_ackermann_drive.xacro.urdf",
-    ),
-    Robot("racecar", "mit-racecar/racecar_gazebo", "racecar_description/urdf/racecar.xacro"),
-    Robot(
-        "Fetch",
-        "ZebraDevs/fetch_ros",
-        "fetch_description/robots/fetch.urdf",
-        pose={
-            "torso_lift_joint": 0.1,
-            "shoulder_pan_joint": 0.4,
-            "shoulder_lift_joint": -0.4,
-            "elbow_flex_joint": 1.2,
-            "wrist_flex_joint": 0.8,
-        },
-        flange="gripper_link",
-    ),
-    Robot(
-        "UR5e",
-        "UniversalRobots/Universal_Robots_ROS2_Description",
-        "urdf/ur.urdf.xacro",
-        ("name:=ur", "ur_type:=ur5e"),
-        {"shoulder_lift_joint": -1.57, "elbow_joint": 1.57, "wrist_1_joint": -1.57, "wrist_2_joint": -1.57},
-        "tool0",
-    ),
-    Robot(
-        "FR3",
-        "frankarobotics/franka_description",
-        "robots/fr3/fr3.urdf.xacro",
-        pose={
-            "fr3_joint2": -0.785,
-            "fr3_joint4": -2.356,
-            "fr3_joint6": 1.571,
-            "fr3_joint7": 0.785,
-        },
-        flange="fr3_link8",
-    ),
-    Robot(
-        "Gen3",
-        "Kinovarobotics/ros2_kortex",
-        "kortex_description/robots/kinova.urdf.xacro",
-        ("arm:=gen3", "name:=gen3"),
-        {"joint_2": 0.26, "joint_3": 3.14, "joint_4": -2.2, "joint_6": 0.96, "joint_7": 1.57},
-        "end_effector_link",
-    ),
-    Robot("Go2", "unitreerobotics/unitree_mujoco", "unitree_robots/go2/go2.xml", legs=True),
-)
-NEVER_TUNED_TO = (
-    Robot("Andino", "Ekumen-OS/andino", "andino_description/urdf/andino.urdf.xacro"),
-    Robot("Leo Rover", "LeoRover/leo_common-ros2", "leo_description/urdf/leo.urdf.xacro", ("mecanum_wheels:=false",)),
-    Robot("PMB-2", "pal-robotics/pmb2_robot", "pmb2_description/robots/pmb2.urdf.xacro"),
-    Robot("Scout 2", "agilexrobotics/scout_ros2", "scout_description/urdf/scout_v2.xacro"),
-    Robot(
-        "Summit XL",
-        "RobotnikAutomation/summit_xl_common",
-        "summit_xl_description/robots/summit_xl_std.urdf.xacro",
-        ("prefix:=summit_xl_", "omni_wheels:=false", "gpu:=false", "ros_planar_move_plugin:=false"),
-    ),
-    Robot("Linorobot2 4wd", "linorobot/linorobot2", "linorobot2_description/urdf/robots/4wd.urdf.xacro"),
-    Robot("Linorobot2 mecanum", "linorobot/linorobot2", "linorobot2_description/urdf/robots/mecanum.urdf.xacro"),
-    Robot("Magni", "UbiquityRobotics/magni_robot", "magni_description/urdf/magni.urdf.xacro"),
-    Robot(
-        "Panther",
-        "husarion/husarion_ugv_ros",
-        "husarion_ugv_description/urdf/panther.urdf.xacro",
-        (
-            "use_sim:=True",
-            "imu_xyz:=0.168 0.028 0.083",
-            "imu_rpy:=3.14 -1.57 0.0",
-            "namespace:=",
-            "battery_config_file:={repository}/husarion_ugv_gazebo/config/battery_plugin.yaml",
-        ),
-    ),
-    Robot(
-        "MiR100",
-        "DFKI-NI/mir_robot",
-        "mir_description/urdf/mir.urdf.xacro",
-        (
-            "mir_type:=mir_100",
-            "tf_prefix:=",
-            "--controllers",
-            "{repository}/mir_description/config/diffdrive_controller.yaml",
-        ),
-    ),
-    Robot("MPO-500", "neobotix/neo_simulation2", "robots/mpo_500/mpo_500.urdf"),
-    Robot(
-        "articubot_one",
-        "joshnewans/articubot_one",
-        "description/robot.urdf.xacro",
-        ("use_ros2_control:=true", "sim_mode:=true"),
-    ),
-    Robot("Kobuki", "kobuki-base/kobuki_ros", "kobuki_description/urdf/kobuki_standalone.urdf.xacro"),
-    Robot(
-        "xArm6",
-        "xArm-Developer/xarm_ros2",
-        "xarm_description/urdf/xarm_device.urdf.xacro",
-        (
-            *("prefix:=", "dof:=6", "robot_type:=xarm", "add_gripper:=False", "add_vacuum_gripper:=False"),
-            *("hw_ns:=xarm", "limited:=False", "effort_control:=False", "velocity_control:=False"),
-            *("ros2_control_plugin:=gazebo_ros2_control/GazeboSystem", "add_other_geometry:=False"),
-        ),
-        pose={"joint2": -0.6, "joint3": -0.9, "joint5": 0.8},
-        flange="link6",
-    ),
-    Robot(
-        "iiwa7",
-        "lbr-stack/lbr_fri_ros2_stack",
-        "lbr_description/urdf/iiwa7/iiwa7.xacro",
-        ("robot_name:=lbr", "mode:=gazebo"),
-        pose={"lbr_A2": 0.6, "lbr_A4": -1.4, "lbr_A6": 1.0},
-        flange="lbr_link_ee",
-    ),
-    Robot(
-        "A1",
-        "unitreerobotics/unitree_ros",
-        "robots/a1_description/xacro/robot.xacro",
-        ("DEBUG:=false",),
-        legs=True,
-    ),
-)
-"""Chosen before anything of them was imported; no code was changed for them."""
 
 
 def graphrun(*arguments: str, folder: Path) -> subprocess.CompletedProcess[str]:
@@ -241,7 +56,8 @@ def measure(robot: Robot, clones: Path, folder: Path) -> dict[str, dict[str, Any
     }
     rows = {}
     if "graphs/base/" in (scene.parent / "robots" / scene.name).read_text(encoding="utf-8"):
-        rows["base"] = row | _base(scene, folder / f"{project}.calibrate")
+        skid = "skid-steered" in made.stdout
+        rows["base"] = row | _base(scene, folder / project, skid=skid)
     elif kind == "base":
         rows["base"] = row | {"result": f"not driven: {_last_remark(made.stdout, 'noticed: nothing moves')}"}
     if robot.pose:
@@ -268,20 +84,37 @@ def _bend(scene: Path, pose: dict[str, float]) -> None:
         )
 
 
-def _base(scene: Path, log: Path) -> dict[str, Any]:
+def _base(scene: Path, log: Path, *, skid: bool) -> dict[str, Any]:
     """How the base of a scene follows its commands."""
-    done = graphrun("calibrate", scene.name, "--format", "json", "--check", "0.02", folder=scene.parent)
-    log.write_text(done.stdout + done.stderr)
+    done = graphrun("calibrate", scene.name, "--format", "json", folder=scene.parent)
+    log.with_suffix(".calibrate").write_text(done.stdout + done.stderr)
     try:
-        found = json.loads(done.stdout)
+        calibrated = json.loads(done.stdout)
     except ValueError:
         return {"result": f"not calibrated: {_first_error(done.stderr)}"}
+    found = _figures("base_figures", [str(scene.resolve())], log.with_suffix(".figures"))
+    if "result" in found:
+        return found
+    bad = outside(found, skid=skid)
     return {
-        "kinematics": found["kinematics"] or "unknown",
-        **{kind: _shares(found["motions"], kind) for kind in ("straight", "turn", "sideways")},
-        "odometry": _odometry(found["odometry"]),
-        "result": "in bounds" if done.returncode == 0 else "out of bounds",
+        "kinematics": "skid-steered" if skid else calibrated["kinematics"] or "unknown",
+        **{name: _cell(found.get(name)) for name in ("straight", "spot", "sideways", "slope_spot")},
+        **{name: f"{_cell(found[name])}; {_cell(found[f'{name}_turn'])}" for name in ("arc_0.3", "arc_1.0")},
+        "slope": f"{_cell(found['slope_up'])}; {_cell(found['slope_across'])}",
+        "creep": f"{found['creep_across']:.1f}",
+        "stop": f"{found['stop']:.2f}" if "stop" in found else "no limit",
+        "odometry": _odometry(calibrated["odometry"]),
+        "result": "as told" if not bad else f"not: {', '.join(bad)}",
     }
+
+
+def _cell(share: float | list[float] | None) -> str:
+    """Return shares as per cent, that of each direction."""
+    if share is None:
+        return "-"
+    return " / ".join(
+        "falls" if math.isnan(one) else f"{100 * one:.1f}" for one in (share if isinstance(share, list) else [share])
+    )
 
 
 BOUNDS = {"hold": 1.0, "points": 5.0, "end": 1.0, "points_payload": 10.0}
@@ -336,11 +169,6 @@ def _first_error(text: str) -> str:
     return lines[0].rpartition("error ")[2]
 
 
-def _shares(motions: list[dict[str, Any]], kind: str) -> str:
-    shares = [motion["share"] for motion in motions if motion["kind"] == kind and motion["share"] is not None]
-    return " / ".join(f"{100 * share:.1f}" for share in shares) or "-"
-
-
 def _odometry(found: list[dict[str, Any]]) -> str:
     """What the wheels' odometry errs by; ground truth is not shown."""
     wheels = [each for each in found if "ground_truth" not in each["topic"]]
@@ -354,11 +182,17 @@ BASES = {
     "robot": "robot",
     "kinematics": "kinematics",
     "straight": "straight, %",
-    "turn": "turn, %",
+    "spot": "on the spot, %",
     "sideways": "sideways, %",
+    "arc_0.3": "arcs at 0.3 of the limits: speed; turn rate, %",
+    "arc_1.0": "arcs at the limits: speed; turn rate, %",
+    "slope": "5 degrees: up; across, %",
+    "slope_spot": "5 degrees: on the spot, %",
+    "creep": "parked across 5 degrees, mm/s",
+    "stop": "way to stop from full speed, v²/2a",
     "odometry": "odometry error",
     "check": "`check --strict`",
-    "result": "within 2 % straight, 3 % otherwise",
+    "result": "as told",
     "seconds": "import and test, s",
 }
 ARMS = {

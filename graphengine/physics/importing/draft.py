@@ -118,7 +118,7 @@ class Draft:
         position_drives: whether joints that take efforts get position drives.
         library: reads the meshes; None if the draft is only for a description without a robot file.
         wheels: wheels by joint, in order of the joints.
-        standing: links whose colliders reach down to the lowest point of the robot.
+        standing: height (m) in the root link's frame of the lowest point of each link that reaches down to the floor.
         servos: joints with position drives whose gains are not in the description.
         settings: top-level keys with plain values, such as `self_collision`.
         sections: entries by section (`joints`, `materials`, `sensors`, `graphs`, …) and key, in order of the robot file.
@@ -142,7 +142,7 @@ class Draft:
     library: Library | None = None
     position_drives: bool = False
     wheels: dict[str, WheelShape] = field(default_factory=dict)
-    standing: set[str] = field(default_factory=set)
+    standing: dict[str, float] = field(default_factory=dict)
     servos: list[str] = field(default_factory=list)
     settings: dict[str, Any] = field(default_factory=dict)
     sections: defaultdict[str, dict[str, Entry]] = field(default_factory=lambda: defaultdict(dict))

@@ -28,6 +28,12 @@ _ANGLE_ERROR = 0.01
 _ACCELERATION = 1.0
 """Default acceleration limit of a mecanum or omni base, m/s2; the controllers of such bases have no ramps."""
 _GRAVITY = 9.81
+_CASTERS = "joints of casters, which carry links on the floor"
+_LIGHTEST = 0.005
+"""Armature of a caster's joint as a fraction of the robot's mass times the square of the joint's height above the floor.
+
+The parts of a caster in a description are often so light that the contact with the floor makes them jump.
+"""
 _MOST = 1e9
 """Maximum stiffness or damping of a drive, in SI units."""
 
@@ -68,7 +74,7 @@ def fill(
     """
     decisions: dict[_Decision, list[UrdfJoint]] = {}
     rollers = {name for wheel in draft.wheels.values() for name in wheel.rollers.joints}
-    carrying = _carrying(draft) if drivetrain is not None else set()
+    carrying = _carrying(draft) if drivetrain is not None else {}
     driven = [wheel.joint for wheel in drivetrain.wheels] if drivetrain is not None else []
     ranged = [joint for joint in driven if joint in commands and any(commands[joint].ranges.get("velocity", ()))]
     if ranged:
@@ -85,6 +91,8 @@ def fill(
         entry.value |= _drive(draft, joint, decision.kind, wheels, drivetrain)
         if decision.kind == "position" and (drivetrain is None or joint not in drivetrain.steering):
             draft.servos.append(joint.name)
+        if decision.why == _CASTERS:
+            entry.value["armature"] = _gain(_LIGHTEST * draft.urdf.mass * carrying[joint.name] ** 2)
         if decision.kind not in ("velocity", "position"):
             entry.hint = _TOLD[decision.kind]
         if joint.name in commands:
@@ -105,13 +113,13 @@ def fill(
         (draft.guessed if decision.guessed else draft.carried).append(remark)
 
 
-def _carrying(draft: Draft) -> set[str]:
-    """Return the names of joints between the root link and links that stand on the floor."""
-    found: set[str] = set()
-    for link in draft.standing:
+def _carrying(draft: Draft) -> dict[str, float]:
+    """Return the height above the floor (m) of each joint between the root link and a link that stands on the floor, by name."""
+    found: dict[str, float] = {}
+    for link, lowest in draft.standing.items():
         carrier = draft.urdf.links[link].carrier if link in draft.urdf.links else None
         while carrier is not None:
-            found.add(carrier.name)
+            found[carrier.name] = draft.urdf.pose_in_root(carrier.child)[0][2] - lowest
             carrier = draft.urdf.links[carrier.parent].carrier
     return found
 
@@ -179,7 +187,7 @@ def _decide(
     if joint.name in [wheel.swivel for wheel in wheels]:
         return _Decision("free", "swivels of casters", guessed=True)
     if joint.name in carrying and joint.limits is None:
-        return _Decision("free", "joints of casters, which carry links on the floor", guessed=True)
+        return _Decision("free", _CASTERS, guessed=True)
     if joint.type == "continuous" and "wheel" in joint.name.lower():
         return _Decision("velocity", "wheels by their names, though not by their colliders", guessed=True)
     if joint.effort is not None:

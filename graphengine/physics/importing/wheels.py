@@ -55,7 +55,7 @@ def fill(draft: Draft) -> None:
         geoms[int(model.geom_bodyid[geom])].append(geom)
     for body, colliders in geoms.items():
         if (reach := extents(model, data, colliders)) is not None and reach[0][2] < below[0][2] + STANDING:
-            draft.standing.add(model.body(body).name)
+            draft.standing[model.body(body).name] = float(reach[0][2] - data.body(draft.urdf.root).xpos[2])
     axes = draft.urdf.axes_in_root()
     swivelling, rollers = _swivelling(draft, axes), rollers_of(draft.urdf)
     rolling = {name for each in rollers.values() for name in each.joints}
