@@ -112,7 +112,7 @@ def _joints(sim: Session, robot: RobotInstance) -> list[str]:
         described = robot.urdf.joints[name]
         if np.isfinite(targets[name]):
             sagging.append((name, joint.position - targets[name]))
-        elif described.limits is not None and described.mimic is None:
+        elif described.mimic is None and (described.limits is not None or robot.disabled.free_link is None):
             hanging.append((name, joint.position - robot.starts.get(name, 0.0)))
     without = "joints without a drive hang, rad or m: {}; --position-drives holds joints that take efforts"
     if robot.urdf.mjcf is not None:

@@ -10,6 +10,7 @@ from collections import defaultdict
 
 import numpy as np
 
+from graphengine.format.wording import printable
 from graphengine.physics.description.urdf import WORLD
 from graphengine.physics.dynamics.contact_forces import contact_points
 from graphengine.physics.engine import Floats, body_names, collides, mujoco
@@ -66,6 +67,7 @@ def fill(draft: Draft) -> None:
     _tell_centre(draft, model, data, driven)
     wheels = {link for wheel in standing for link in (wheel.link, *wheel.rollers.links)}
     forces = _forces(model, data)
+    _tell_idle(draft, standing, forces)
     near = [link for link in _near(draft, model, data) if link not in wheels]
     _free(draft, {link: force for link, force in forces.items() if link not in wheels}, near, sum(forces.values()))
 
@@ -123,6 +125,19 @@ def _forces(model: mujoco.MjModel, data: mujoco.MjData) -> dict[str, float]:
             if 0 in bodies:
                 forces[names[max(bodies)]] += abs(float(force[2])) / steps
     return forces
+
+
+def _tell_idle(draft: Draft, standing: list[WheelShape], forces: dict[str, float]) -> None:
+    """Add a remark on wheels near the floor that carry no weight, because others reach further down."""
+    weight = sum(forces.values())
+    idle = [
+        wheel.link
+        for wheel in standing
+        if sum(forces.get(link, 0.0) for link in (wheel.link, *wheel.rollers.links)) < LEAST_SHARE * weight
+    ]
+    if idle:
+        text = f"wheels that carry no weight, as others reach further down: {', '.join(map(printable, idle))}"
+        draft.noticed.append(Remark(f"{text}; they do not drive the base, and a mecanum base slides on a slope"))
 
 
 def _near(draft: Draft, model: mujoco.MjModel, data: mujoco.MjData) -> list[str]:

@@ -63,3 +63,13 @@ def test_nothing_slides_on_a_fixed_base_or_without_wheels(tmp_path: Path) -> Non
 
 def test_the_same_description_gives_the_same_file(tmp_path: Path) -> None:
     assert imported(tmp_path, rover(CASTER)).files == imported(tmp_path, rover(CASTER)).files
+
+
+def test_a_wheel_that_hangs_above_the_floor_is_told(tmp_path: Path) -> None:
+    """As in a description from CAD: one of four wheels is 1 mm higher than the others."""
+    wheels = "".join(
+        wheel(name, y).replace(f'<origin xyz="0 {y} 0"', f'<origin xyz="{x} {y} {z}"')
+        for name, x, y, z in (("a", 0.2, 0.2, 0.001), ("b", 0.2, -0.2, 0), ("c", -0.2, 0.2, 0), ("d", -0.2, -0.2, 0))
+    )
+    (told,) = noticed(imported(tmp_path, rover(wheels=wheels)))
+    assert told.startswith("wheels that carry no weight, as others reach further down: a_wheel; ")
