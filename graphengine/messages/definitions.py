@@ -7,9 +7,10 @@ but never change a known type, so the messages of a node do not depend on these 
 The files in `share/` have only the fields and constants of their types, without comments. They define types of ackermann_msgs
 2.0.2, vision_msgs 4.1.1, simulation_interfaces 1.5.1 and control_msgs 5.8.0 (trajectories, grippers, single joints), the
 services of Isaac Sim's isaac_ros2_messages (github.com/isaac-sim/IsaacSim-ros_workspaces, jazzy_ws), and those types of Jazzy's
-common interfaces that rosbags does not have: nav_msgs/Goals, services, and example_interfaces/Fibonacci. A file in
+common interfaces that rosbags does not have: nav_msgs/Goals, services, and example_interfaces 0.12.0. A file in
 `share_by_distro/DISTRO/` replaces the file in `share/` for DISTRO and later distributions: since Kilted (control_msgs 6.3.0),
-the feedback of FollowJointTrajectory has the index of a trajectory point.
+the feedback of FollowJointTrajectory has the index of a trajectory point, and since Lyrical (nav2_msgs 1.5), the feedback of
+NavigateToPose has two tracking errors.
 """
 
 from __future__ import annotations

@@ -21,9 +21,11 @@ POSE_2D = "geometry_msgs/msg/Pose2D"
 
 def test_these_fields_differ_between_the_distributions() -> None:
     index, stamp = ("int32 index", "int32 multi_dof_index"), ("uint64 timestamp",)
+    tracking = ("float32 position_tracking_error", "float32 heading_tracking_error")
     assert distros.fields() == {
         FEEDBACK: [(), index, index],
         TRANSITION: [stamp, stamp, ("builtin_interfaces/Time stamp",)],
+        "nav2_msgs/action/NavigateToPose_Feedback": [(), (), tracking],
     }
 
 

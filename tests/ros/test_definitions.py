@@ -20,7 +20,7 @@ from graphengine.messages.interfaces import MAX_BYTES, MessageTypeError
 from graphengine.ros.transports.dds.idl import idl_type
 
 # From the files that rosidl of ROS 2 Jazzy generates, <package>/<kind>/<name>.json; those of simulation_interfaces 1.5.1,
-# vision_msgs 4.1.1, control_msgs 5.8.0 and of TAG and its like were generated for this test.
+# vision_msgs 4.1.1, control_msgs 5.8.0, example_interfaces 0.12.0 and of TAG and its like were generated for this test.
 HASHES = {
     "ackermann_msgs/msg/AckermannDrive": "acf287a224a947dd1b0b87d6d76cdb73f497b0237b8fc73be2173b2ebbb82c99",
     "ackermann_msgs/msg/AckermannDriveStamped": "48ca7612a08d3bb72744fd98b71b7cf2ea24c6ad50fa4e1aa0bbad963c90d8cf",
@@ -38,6 +38,9 @@ HASHES = {
     "control_msgs/msg/JointTrajectoryControllerState": "51d8dd89cc624cbe9daaeeb4d80d6de9b86168ffdc3be41fefc0953e3c26e480",
     "control_msgs/srv/QueryTrajectoryState": "4a0935dffef18bc5b9e101c9d03d84e681ecd4cebd724b8f11fde008751a325a",
     "example_interfaces/action/Fibonacci": "9508051da1ea4658de144b09bd0690ff3de52104683d847aed764d2915906f51",
+    "example_interfaces/msg/Float64MultiArray": "62a0985e7920b7bc489d1392f08c06ba0080fff5b8eaa09b27dcac122f50ad95",
+    "example_interfaces/msg/WString": "32033e06d9dfe5468c5d6e1dc8b7a23c8910bad071cfd4e151a951d580e68dd8",
+    "example_interfaces/srv/AddTwoInts": "e118de6bf5eeb66a2491b5bda11202e7b68f198d6f67922cf30364858239c81a",
     "nav_msgs/msg/Goals": "02305a51633b5c04d8979b878a7577cafd422f8a07465c878b17a920af3759e9",
     "std_srvs/srv/Trigger": "eeff2cd6fa5ad9d27cdf4dec64818317839b62f212a91e6b5304b634b2062c5f",
     "std_srvs/srv/Trigger_Event": "ec4a1d26b0575e61906890342aba9523a2360e9845857c5590fa6e23bc39e1c2",
