@@ -9,7 +9,7 @@ from concurrent.futures import Future
 from contextlib import closing
 from os import PathLike
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, overload
+from typing import TYPE_CHECKING, Any, Literal, overload
 
 import numpy as np
 from numpy.typing import NDArray
@@ -391,6 +391,7 @@ class Session:
         angular: Vector3 | None = None,
         *,
         force: bool = False,
+        odometry: Literal["continues", "jumps"] = "continues",
     ) -> None:
         """Move a robot or object to a pose; joint states do not change. A pose at which it overlaps others is refused.
 
@@ -403,6 +404,8 @@ class Session:
             linear: linear velocity after the move, in the world frame, m/s; None means zero.
             angular: angular velocity after the move, in the world frame, rad/s; None means zero.
             force: whether to place the entity even if it overlaps others, with a warning; physics then pushes them apart.
+            odometry: whether ground-truth odometry (`IsaacComputeOdometry`) continues, as REP 105 demands, or jumps with the
+                robot. Wheel odometry never jumps, because the wheels do not roll.
 
         Raises:
             BlockedPoseError: the entity would overlap others by 5 mm or more; planes below the entity, such as the floor, do
@@ -412,7 +415,7 @@ class Session:
         """
         turned = {"quaternion_xyzw": plain(orientation)} if orientation is not None else None
         where = {"position": position, "orientation": turned, "linear": linear, "angular": angular}
-        self._runner.command("move", entity=entity, force=force, **plain(where))
+        self._runner.command("move", entity=entity, force=force, odometry=odometry, **plain(where))
 
     @acting
     def push(

@@ -152,6 +152,8 @@ def _add_robots(add: Callable[..., Any]) -> None:
     move.add_argument("--linear", metavar="X,Y,Z", type=vector(3), help=linear)
     move.add_argument("--angular", metavar="X,Y,Z", type=vector(3), help=angular)
     move.add_argument("--force", action="store_true", help=force)
+    jumps = "let ground-truth odometry jump with the robot (default: it continues, as REP 105 demands)"
+    move.add_argument("--odometry-jumps", action="store_true", help=jumps)
 
 
 def _add_forces(add: Callable[..., Any]) -> None:
@@ -220,6 +222,7 @@ def _move(given: argparse.Namespace) -> dict[str, Any]:
         "orientation": _rotation(given),
         "linear": given.linear,
         "angular": given.angular,
+        **({"odometry": "jumps"} if given.odometry_jumps else {}),
         **_force(given),
     }
 

@@ -7,6 +7,7 @@ the object. The services of simulation_interfaces and the keyboard of a run crea
 from __future__ import annotations
 
 import contextlib
+import itertools
 import json
 from abc import abstractmethod
 from collections.abc import Mapping
@@ -18,7 +19,7 @@ from typing import Annotated, Any, ClassVar, Literal
 from pydantic import BeforeValidator, Field, model_validator
 
 from graphengine.devices import entity as entities
-from graphengine.devices.rotation import Vector3, from_orientation
+from graphengine.devices.rotation import Pose, Vector3, from_orientation
 from graphengine.devices.stage import Prim
 from graphengine.format import document as documents
 from graphengine.format.diagnostics import Findings
@@ -182,6 +183,11 @@ class Move(_Placing):
     """Linear velocity along the axes of the world, m/s."""
     angular: Vector | None = None
     """Angular velocity about the axes of the world, rad/s."""
+    odometry: Literal["continues", "jumps"] | None = None
+    """Whether ground-truth odometry continues with its pose before the move (REP 105), or jumps with the entity.
+
+    None stands for `continues`, but in recordings of older versions, which have no such argument, for `jumps`.
+    """
 
     @model_validator(mode="after")
     def _something(self) -> Move:
@@ -196,13 +202,26 @@ class Move(_Placing):
         position, turned = self._place(session), self.orientation
         # A quaternion as it was given, to the last bit, so that a replay does the same.
         orientation = (turned.quaternion_xyzw or from_orientation(turned)) if turned is not None else None
-        to = entities.Move(position, orientation, self.linear, self.angular)
-        session.services.world.entities.place(self.entity, to, forced=self._forced(session))
+        to, world = entities.Move(position, orientation, self.linear, self.angular), session.services.world
+        odometry = self.odometry or ("jumps" if session.inbox.replays else "continues")
+        before = world.entities.state(self.entity)
+        world.entities.place(self.entity, to, forced=self._forced(session))
         session.services.disturbed = True
+        if odometry == "continues":
+            self._carry(session, (before.position, before.orientation))
         turn = {"quaternion_xyzw": orientation} if orientation is not None else None
         where = {"position": position, "orientation": turn, "linear": self.linear, "angular": self.angular}
-        self._record(session, entity=self.entity, **where)
+        self._record(session, entity=self.entity, odometry=odometry, **where)
         return _overlaps(session, self.entity)
+
+    def _carry(self, session: SessionCore, before: Pose) -> None:
+        """Tell all nodes that have a method `carry` that the entity was moved from a pose in the world frame."""
+        world = session.services.world.entities
+        path = next(entity.prim_path for entity in world.all() if entity.name == self.entity)
+        after = world.state(self.entity)
+        for node in itertools.chain.from_iterable(run.executor.nodes for run in session.graphs):
+            if (carry := getattr(node, "carry", None)) is not None:
+                carry(path, before, (after.position, after.orientation))
 
     def _place(self, session: SessionCore) -> Vector3 | None:
         if self.position is None:

@@ -7,6 +7,8 @@ from collections.abc import Iterable
 
 from graphengine.devices import rotation
 from graphengine.devices.motion import Body
+from graphengine.devices.rotation import Pose
+from graphengine.devices.stage import at_or_below
 from graphengine.node import Bound, Clock, Context, ExecIn, ExecOut, In, Node, Out, Quaterniond, State, Target, Vector3d
 from graphengine.nodes.touched import reading_poses
 
@@ -14,8 +16,9 @@ from graphengine.nodes.touched import reading_poses
 class IsaacComputeOdometry(Node, type="isaacsim.core.nodes.IsaacComputeOdometry"):
     """Computes the ground-truth odometry of a body: its pose relative to its start pose, its velocities and its accelerations.
 
-    The start pose is the body's pose at the first execution after play. Accelerations are differences between the velocities at
-    this execution and at the previous one, divided by the simulation time between the two.
+    The start pose is the body's pose at the first execution after play. When a command moves the robot, the start pose moves with
+    it, so the output pose does not jump (REP 105), unless the command says that odometry jumps. Accelerations are differences
+    between the velocities at this execution and at the previous one, divided by the simulation time between the two.
     """
 
     exec_in = ExecIn()
@@ -66,6 +69,17 @@ class IsaacComputeOdometry(Node, type="isaacsim.core.nodes.IsaacComputeOdometry"
             self.angular_acceleration = _slope(angular, self.angular_velocity, elapsed)
         self.last_time = self.clock.time
         self.linear_velocity, self.global_linear_velocity, self.angular_velocity = local, velocity, angular
+
+    def carry(self, entity: str, before: Pose, after: Pose) -> None:
+        """Move the start pose along with an entity that a command has moved, if the body belongs to the entity.
+
+        Args:
+            entity: prim path of the entity.
+            before: pose of the entity in the world frame before the command.
+            after: pose of the entity in the world frame after the command.
+        """
+        if self.start is not None and at_or_below(self.chassis_prim[0], entity):
+            self.start = rotation.compose(after, rotation.relative(before, self.start))
 
     def reads(self) -> Iterable[str]:
         """Return the resource keys of the body's pose."""

@@ -34,8 +34,24 @@ def job(tmp_path: Path) -> Any:
 # Disturbances
 
 
-def test_a_robot_that_is_moved_is_elsewhere_in_odometry_and_tf_in_the_next_tick(job: Job) -> None:
+def test_the_odometry_of_a_robot_that_is_moved_continues_as_rep_105_demands(job: Job) -> None:
+    job.drive("/one/cmd_vel", 0.5, 0.3, 1.0)
+    job.drive("/one/cmd_vel", 0.0, 0.0, 1.0)
+    before = place(job)
     job.ask("move", entity="one", position=[2.0, -1.0], orientation={"rpy_deg": [0.0, 0.0, 90.0]})
+    for _ in range(5):
+        job.session.step()
+        assert place(job) == pytest.approx(before, abs=2e-3)
+    job.drive("/one/cmd_vel", 0.5, 0.0, 1.0)
+    x, y, turned = place(job)
+    ahead = (x - before[0]) * math.cos(turned) + (y - before[1]) * math.sin(turned)
+    assert ahead == pytest.approx(math.hypot(x - before[0], y - before[1]), abs=0.01)
+    assert ahead > 0.3
+    assert turned == pytest.approx(before[2], abs=0.02)
+
+
+def test_the_odometry_of_a_robot_that_is_moved_jumps_where_that_is_asked_for(job: Job) -> None:
+    job.ask("move", entity="one", position=[2.0, -1.0], orientation={"rpy_deg": [0.0, 0.0, 90.0]}, odometry="jumps")
     job.session.step()
     assert place(job) == pytest.approx((2.0, -1.0, math.pi / 2), abs=2e-3)
     (odom,) = [t for t in job.newest("/one/tf").transforms if t.child_frame_id == "base_link"]
@@ -45,7 +61,8 @@ def test_a_robot_that_is_moved_is_elsewhere_in_odometry_and_tf_in_the_next_tick(
 
 def test_a_robot_that_is_moved_drives_on_from_there(job: Job) -> None:
     job.drive("/one/cmd_vel", 0.5, 0.0, 1.0)
-    job.ask("move", entity="one", position=[0.0, 3.0], orientation={"rpy_deg": [0.0, 0.0, 180.0]})
+    turned = {"rpy_deg": [0.0, 0.0, 180.0]}
+    job.ask("move", entity="one", position=[0.0, 3.0], orientation=turned, odometry="jumps")
     job.drive("/one/cmd_vel", 0.5, 0.0, 2.0)
     x, y, _ = place(job)
     assert x < -0.7
