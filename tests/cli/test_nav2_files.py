@@ -66,7 +66,8 @@ def test_ros_loads_the_launch_file(options: tuple[str, ...], graphrun: Graphrun,
     graphrun("nav2", "files", "dd100_flat", "-o", str(tmp_path), "--no-calibrate", *options, code=0)
     module = loaded(tmp_path / "nav2.launch.py")
     names = {argument.name for argument in module.generate_launch_description().get_launch_arguments()}
-    assert names == {"params_file", "use_sim_time", "rviz"} | (set() if options else {"map", "localization"})
+    own = {"namespace", "params_file", "use_sim_time", "autostart", "use_respawn", "log_level", "rviz"}
+    assert names == own | (set() if options else {"map", "localization"})
 
 
 def loaded(launch_file: Path) -> ModuleType:
@@ -96,6 +97,8 @@ def test_rviz_shows_topics_of_the_robot(graphrun: Graphrun, tmp_path: Path) -> N
     topics = {one["Topic"]["Value"] for one in [*content["Displays"], *content["Tools"]] if "Topic" in one}
     assert "/dd100_0000/sim_lidar/scan" in topics
     assert "/dd100_0000/goal_pose" in topics
+    (model,) = [one for one in content["Displays"] if one["Name"] == "Robot"]
+    assert model["Description Topic"]["Value"] == "/dd100_0000/robot_description"
     assert content["Global Options"]["Fixed Frame"] == "map"
 
 

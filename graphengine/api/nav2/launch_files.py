@@ -15,12 +15,14 @@ _AMCL = """\
         node(
             "nav2_lifecycle_manager",
             "lifecycle_manager",
+            autostart,
             name="lifecycle_manager_localization",
             condition=by_amcl,
         ),
         node(  # `graphrun run --localization truth` publishes map -> odom
             "nav2_lifecycle_manager",
             "lifecycle_manager",
+            autostart,
             {"node_names": ["map_server"]},
             name="lifecycle_manager_localization",
             condition=by_truth,
@@ -37,7 +39,7 @@ _SLAM = """\
             name="slam_toolbox",
             remappings=[("/map", "map"), ("/map_metadata", "map_metadata")],
         ),
-        node("nav2_lifecycle_manager", "lifecycle_manager", name="lifecycle_manager_localization"),
+        node("nav2_lifecycle_manager", "lifecycle_manager", autostart, name="lifecycle_manager_localization"),
 """
 _MAP_ARGUMENT = """\
         DeclareLaunchArgument("map", default_value=str($folder / "map.yaml"), description="map to load"),
@@ -75,6 +77,7 @@ def robot_launch(robot: RobotFacts, scene: str, *, slam: bool, in_fleet: bool) -
 def fleet_launch(robots: Sequence[RobotFacts], scene: str, *, slam: bool) -> str:
     """Return the content of the launch file that starts Nav2 for several robots; each robot has a folder with its name."""
     defaults = {"use_sim_time": '"true"'}
+    defaults |= {"autostart": '"true"', "use_respawn": '"false"', "log_level": '"info"'}
     if not slam:
         defaults |= {"map": 'str(HERE / "map.yaml")', "localization": '"amcl"'}
     pairs = ", ".join(f'"{name}": {value}' for name, value in defaults.items())

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
 
+from graphengine.api.calibration.figures import Calibration, Kind
 from graphengine.api.nav2.sourced import NAV2, Sourced
 from graphengine.compiler.graph import Graph, Instance
 from graphengine.physics.engine import body_names
@@ -23,6 +24,8 @@ MOST_ACCELERATION, MOST_TURN_ACCELERATION = 2.5, 3.2
 """Linear (m/s2) and angular (rad/s2) acceleration for robots whose limits are unknown, from Nav2's own parameter file."""
 GRIP = 0.5
 """Largest acceleration and deceleration that the friction of the wheels allows, as a share of gravity."""
+FOLLOWS = 0.95
+"""Share of a commanded velocity that a robot reaches if it follows its commands; a smaller share lowers its limits."""
 SHARE_OF_FORCE = 0.8
 """Share of the drives' force that accelerates the robot; the rest overcomes friction."""
 
@@ -105,6 +108,34 @@ def motion_limits(scene: LoadedScene, robot: RobotInstance, graphs: Collection[s
     return MotionLimits(
         kinematics, speed, _least(turns), acceleration, deceleration, _least(turn_accelerations), turning_radius
     )
+
+
+def reached(limits: MotionLimits, calibration: Calibration) -> tuple[MotionLimits, list[str]]:
+    """Return limits that are lowered to the velocities that the robot reaches in a calibration, and notes about each change.
+
+    Args:
+        limits: limits of the commands.
+        calibration: measurements of the robot.
+    """
+    notes: list[str] = []
+
+    def lowered(limit: Sourced[float], kind: Kind, name: str, unit: str) -> Sourced[float]:
+        found = [
+            motion.share
+            for motion in calibration.motions
+            if motion.kind == kind and (kind != "turn" or not motion.commanded.x)
+        ]
+        share = min(found, default=1.0)
+        if not 0.0 < share < FOLLOWS:
+            return limit
+        notes.append(
+            f"{calibration.robot} reaches {100.0 * share:.0f} % of a commanded {name}, so its limit for Nav2 is "
+            f"{limit.value * share:.2f} {unit} instead of {limit.value:.2f}; `graphrun calibrate` shows which geometry is wrong"
+        )
+        return Sourced(limit.value * share, f"calibration: {100.0 * share:.0f} % of {limit.value:.6g} ({limit.source})")
+
+    speed = lowered(limits.speed, "straight", "speed", "m/s")
+    return replace(limits, speed=speed, turn=lowered(limits.turn, "turn", "turn rate", "rad/s")), notes
 
 
 _RADIUS = ("wheelRadius", "backWheelRadius")

@@ -8,13 +8,15 @@ from pathlib import Path
 
 from graphengine.api.calibration.amcl_noise import amcl_alphas
 from graphengine.api.calibration.calibrator import calibrate
-from graphengine.api.nav2.distributions import DISTRIBUTIONS, Distribution
+from graphengine.api.calibration.figures import Calibration
+from graphengine.api.nav2.choices import Choices
 from graphengine.api.nav2.launch_files import fleet_launch, robot_launch
 from graphengine.api.nav2.localization import Alphas
+from graphengine.api.nav2.motion_limits import reached
 from graphengine.api.nav2.nav2_parameters import nav2_parameters
 from graphengine.api.nav2.readme_file import readme_file
-from graphengine.api.nav2.robot_facts import RobotFacts, robot_facts
-from graphengine.api.nav2.rviz_file import rviz_file
+from graphengine.api.nav2.robot_facts import RobotFacts, robot_facts, unknown_covariances
+from graphengine.api.nav2.rviz_file import DESCRIPTION, rviz_file
 from graphengine.api.nav2.sourced import Sourced
 from graphengine.format.errors import UsageError
 from graphengine.format.wording import unknown
@@ -29,6 +31,8 @@ OPEN_FLOOR = 10.0
 """Margin of the map around the robots in a world without obstacles, m."""
 UNCALIBRATED = 0.01
 """Value of each of AMCL's five alphas if they were not measured by a calibration."""
+
+DEFAULTS = Choices()
 
 Progress = Callable[[str, float], None]
 
@@ -52,7 +56,7 @@ def nav2_files(
     scene: LoadedScene,
     *,
     robots: Sequence[str] = (),
-    distribution: str = "jazzy",
+    choices: Choices = DEFAULTS,
     slam: bool = False,
     calibrated: bool = True,
     modules: Sequence[str] = (),
@@ -63,9 +67,9 @@ def nav2_files(
     Args:
         scene: the checked scene.
         robots: names of the robots; empty takes all robots.
-        distribution: name of the ROS 2 distribution.
+        choices: distribution, controller, tolerances and machine.
         slam: whether slam_toolbox builds the map and localizes the robot, instead of map_server and AMCL.
-        calibrated: whether to calibrate the robots, which measures AMCL's noise parameters.
+        calibrated: whether to calibrate the robots, which measures AMCL's noise parameters and the speeds that they reach.
         modules: names of Python modules with node types.
         progress: function called with the name of the robot that is being calibrated and the completed share, 0 to 1.
 
@@ -76,24 +80,30 @@ def nav2_files(
     chosen = _chosen(scene, robots)
     facts = [robot_facts(scene, robot) for robot in chosen]
     notes: list[str] = []
-    noise: dict[str, Sourced[Alphas]] = {}
-    if not slam:
-        for robot in chosen:
-            kind = robot.placement.use.use
-            if kind not in noise:
-                noise[kind] = _alphas(scene, robot, calibrated, modules, progress, notes)
-    known = DISTRIBUTIONS[distribution]
+    measured: dict[str, Calibration | None] = {}
+    for place, robot in enumerate(chosen):
+        kind = robot.placement.use.use
+        if kind not in measured:
+            measured[kind] = _calibrated(scene, robot, modules, progress) if calibrated else None
+        if (result := measured[kind]) is not None:
+            limits, slower = reached(facts[place].limits, result)
+            facts[place] = replace(facts[place], limits=limits)
+            notes += [note for note in slower if note not in notes]
     contents: dict[Path, bytes] = {}
     for robot, one in zip(chosen, facts, strict=True):
         folder = Path(one.name) if len(facts) > 1 else Path()
-        texts = _robot_files(scene, one, known, noise.get(robot.placement.use.use), in_fleet=len(facts) > 1)
+        alphas = None if slam else _alphas(measured[robot.placement.use.use], notes)
+        texts = _robot_files(scene, one, choices, alphas, in_fleet=len(facts) > 1)
         contents |= {folder / name: text.encode() for name, text in texts.items()}
     name = scene.path.stem
     if len(facts) > 1:
         contents[Path("nav2.launch.py")] = fleet_launch(facts, name, slam=slam).encode()
     if not slam:
         contents |= _map(scene, facts, notes)
-    contents[Path("README.md")] = readme_file(name, facts, slam=slam, robot_state=scene.options.robot_state).encode()
+    notes += [note for one in facts for note in unknown_covariances(scene, one)]
+    described = {claim.topic for claim in scene.claims}.issuperset(one.topic(DESCRIPTION) for one in facts)
+    readme = readme_file(name, facts, slam=slam, robot_state=scene.options.robot_state, described=described)
+    contents[Path("README.md")] = readme.encode()
     return Nav2Files(contents, tuple(facts), tuple(notes))
 
 
@@ -107,20 +117,17 @@ def _chosen(scene: LoadedScene, names: Sequence[str]) -> list[RobotInstance]:
     return [robots[name] for name in names or robots]
 
 
-def _alphas(
-    scene: LoadedScene,
-    robot: RobotInstance,
-    calibrated: bool,
-    modules: Sequence[str],
-    progress: Progress,
-    notes: list[str],
-) -> Sourced[Alphas]:
-    """Return the alphas of AMCL from a calibration run. If none is wanted or it fails, return small alphas for good odometry."""
-    if not calibrated:
+def _calibrated(scene: LoadedScene, robot: RobotInstance, modules: Sequence[str], progress: Progress) -> Calibration:
+    return calibrate(scene, robot.name, modules=modules, progress=lambda share: progress(robot.name, share))
+
+
+def _alphas(result: Calibration | None, notes: list[str]) -> Sourced[Alphas]:
+    """Return the alphas of AMCL from a calibration. If there is none or it failed, return small alphas for good odometry."""
+    if result is None:
         return Sourced((UNCALIBRATED,) * 5, "assumes good odometry; not measured (--no-calibrate)")
-    result = calibrate(scene, robot.name, modules=modules, progress=lambda share: progress(robot.name, share))
     if not result.moves:
-        notes.append(f"{robot.name} did not move in its calibration: {'; '.join(result.notes)}")
+        note = f"{result.robot} did not move in its calibration: {'; '.join(result.notes)}"
+        notes += [note] if note not in notes else []
         return Sourced((UNCALIBRATED,) * 5, "assumes good odometry; the robot did not move in the calibration")
     return Sourced(
         amcl_alphas(result), "calibration of the robot; at least 0.01, because the particle filter needs some noise"
@@ -128,14 +135,13 @@ def _alphas(
 
 
 def _robot_files(
-    scene: LoadedScene, robot: RobotFacts, distribution: Distribution, alphas: Sourced[Alphas] | None, *, in_fleet: bool
+    scene: LoadedScene, robot: RobotFacts, choices: Choices, alphas: Sourced[Alphas] | None, *, in_fleet: bool
 ) -> dict[str, str]:
     name, slam = scene.path.stem, alphas is None
-    descriptions = (claim.topic for claim in scene.claims if claim.topic == robot.topic("robot_description"))
     return {
-        "nav2_params.yaml": nav2_parameters(robot, distribution, alphas, name),
+        "nav2_params.yaml": nav2_parameters(robot, choices, alphas, name),
         "nav2.launch.py": robot_launch(robot, name, slam=slam, in_fleet=in_fleet),
-        "view.rviz": rviz_file(robot, next(descriptions, "")),
+        "view.rviz": rviz_file(robot),
     }
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+from graphengine.api.nav2.choices import Choices
 from graphengine.api.nav2.distributions import Distribution
 from graphengine.api.nav2.parameter_text import Parameters, node
 from graphengine.api.nav2.robot_facts import MAP_FRAME, RobotFacts
@@ -14,34 +15,37 @@ PADDING = 0.02
 CLEARANCE = 0.5
 """Distance by which the inflation radius of obstacles exceeds the robot's circumscribed radius, m."""
 SIMULATED = 1.7
-"""Duration of the trajectories that the controller simulates, s."""
+"""Duration of the trajectories that DWB simulates, s."""
+HORIZON = 2.8
+"""Duration of the trajectories that MPPI simulates, s."""
 RESOLUTION = 0.05
 """Side of a cell of the costmaps, m; the map has cells of the same size."""
 TOLERANCE = 0.5
-"""Maximum age of transforms that Nav2 accepts, s; large enough for delays on a busy machine."""
-BUSY = "to tolerate a busy machine"
+"""Maximum age of transforms that Nav2 accepts on a busy machine, s."""
+FORWARD = Sourced(0.0, "lidars seldom see backward; only the behavior backup drives backward")
+"""Lowest speed that a controller commands to a robot that can turn on the spot, m/s."""
 
 
-def planning(robot: RobotFacts, distribution: Distribution, *, known_map: bool) -> Parameters:
+def planning(robot: RobotFacts, choices: Choices, *, known_map: bool) -> Parameters:
     """Return the parameters of the costmaps, planner_server and smoother_server.
 
     Args:
         robot: properties of the robot.
-        distribution: the ROS 2 distribution.
+        choices: choices of the user.
         known_map: whether the map is complete; if True, the planner avoids unknown cells.
     """
     return {
-        "global_costmap": {"global_costmap": node(_global_costmap(robot))},
-        "local_costmap": {"local_costmap": node(_local_costmap(robot))},
-        "planner_server": node(_planner(robot, known_map=known_map)),
-        "smoother_server": node(_smoother(distribution)),
+        "global_costmap": {"global_costmap": node(_global_costmap(robot, choices))},
+        "local_costmap": {"local_costmap": node(_local_costmap(robot, choices))},
+        "planner_server": node(_planner(robot, choices, known_map=known_map)),
+        "smoother_server": node(_smoother(choices.distribution)),
     }
 
 
-def _global_costmap(robot: RobotFacts) -> Parameters:
+def _global_costmap(robot: RobotFacts, choices: Choices) -> Parameters:
     return {
         "global_frame": Sourced(MAP_FRAME, "frame of the map"),
-        **_costmap(robot),
+        **_costmap(robot, choices),
         "update_frequency": nav2(1.0),
         "publish_frequency": nav2(1.0),
         "track_unknown_space": nav2(True),
@@ -56,12 +60,12 @@ def _global_costmap(robot: RobotFacts) -> Parameters:
     }
 
 
-def _local_costmap(robot: RobotFacts) -> Parameters:
-    side = local_size(robot)
-    reach = f"twice the sum of the way driven in {SIMULATED:g} s, the circumscribed radius and 0.3 m; at least 3 m"
+def _local_costmap(robot: RobotFacts, choices: Choices) -> Parameters:
+    side, simulated = local_size(robot, choices), simulated_time(robot, choices)
+    reach = f"twice the sum of the way driven in {simulated:g} s, the circumscribed radius and 0.3 m; at least 3 m"
     return {
         "global_frame": Sourced(robot.odometry_frame, f"frame of {robot.odometry_topic}"),
-        **_costmap(robot),
+        **_costmap(robot, choices),
         "update_frequency": nav2(5.0),
         "publish_frequency": nav2(2.0),
         "rolling_window": nav2(True),
@@ -73,19 +77,29 @@ def _local_costmap(robot: RobotFacts) -> Parameters:
     }
 
 
-def local_size(robot: RobotFacts) -> int:
+def simulated_time(robot: RobotFacts, choices: Choices) -> float:
+    """Return the duration of the trajectories that the controller simulates, s."""
+    return HORIZON if choices.controller_for(robot.limits) == "mppi" else SIMULATED
+
+
+def local_size(robot: RobotFacts, choices: Choices) -> int:
     """Return the side length of the square local costmap, m."""
     _, outer = robot.radii
-    return max(3, math.ceil(2.0 * (SIMULATED * robot.limits.speed.value + outer + 0.3)))
+    return max(3, math.ceil(2.0 * (simulated_time(robot, choices) * robot.limits.speed.value + outer + 0.3)))
 
 
-def _costmap(robot: RobotFacts) -> Parameters:
+def tolerance(choices: Choices) -> Parameters:
+    """Return the maximum age of transforms of a controller plugin; since Lyrical, that of the costmap holds."""
+    return {} if choices.distribution.path_handlers else {"transform_tolerance": choices.patient(0.1, TOLERANCE)}
+
+
+def _costmap(robot: RobotFacts, choices: Choices) -> Parameters:
     return {
         "robot_base_frame": Sourced(robot.base_frame, "child frame of the odometry"),
         "resolution": Sourced(RESOLUTION, "as in the map"),
         **_outline(robot),
         "footprint_padding": Sourced(PADDING, "more than the simplification of the footprint cuts off"),
-        "transform_tolerance": Sourced(TOLERANCE, BUSY),
+        "transform_tolerance": choices.patient(0.3, TOLERANCE),
         "always_send_full_costmap": nav2(True),
     }
 
@@ -148,7 +162,7 @@ def _inflation(robot: RobotFacts) -> Parameters:
     }
 
 
-def _planner(robot: RobotFacts, *, known_map: bool) -> Parameters:
+def _planner(robot: RobotFacts, choices: Choices, *, known_map: bool) -> Parameters:
     radius = robot.limits.turning_radius
     unknown = Sourced(not known_map, "the map is complete" if known_map else "slam_toolbox is still building the map")
     plugin: Parameters = {
@@ -179,7 +193,7 @@ def _planner(robot: RobotFacts, *, known_map: bool) -> Parameters:
         "expected_planner_frequency": Sourced(
             1.0, "rate at which the behavior tree requests plans; slower planning causes a warning"
         ),
-        "costmap_update_timeout": Sourced(5.0, BUSY),
+        "costmap_update_timeout": choices.patient(1.0, 5.0),
         "planner_plugins": nav2(["GridBased"]),
         "GridBased": plugin,
     }

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from graphengine.api.nav2.robot_facts import RobotFacts
 
 
-def readme_file(scene: str, robots: Sequence[RobotFacts], *, slam: bool, robot_state: bool) -> str:
+def readme_file(scene: str, robots: Sequence[RobotFacts], *, slam: bool, robot_state: bool, described: bool) -> str:
     """Return the text of the README of a folder with Nav2 files.
 
     Args:
@@ -15,6 +15,7 @@ def readme_file(scene: str, robots: Sequence[RobotFacts], *, slam: bool, robot_s
         robots: properties of the robots for which the folder has files.
         slam: whether slam_toolbox builds the map.
         robot_state: whether the simulation has to run with `--robot-state`.
+        described: whether the run publishes the descriptions of all robots.
     """
     run = f"graphrun run SCENE{' --robot-state' if robot_state else ''}"
     names = ", ".join(robot.name for robot in robots)
@@ -32,9 +33,15 @@ def readme_file(scene: str, robots: Sequence[RobotFacts], *, slam: bool, robot_s
         f"- slam_toolbox builds the map; this saves it: `ros2 run nav2_map_server map_saver_cli -t {mapped} -f map`."
         if slam
         else "- `map.yaml`, `map.pgm`: occupancy map of the obstacles up to the robot's height. `map:=FILE` selects another map.",
-        "- `ros2 launch nav2.launch.py --show-args` lists the arguments."
-        if slam
-        else f"- `localization:=truth` runs without AMCL. It needs a simulation that runs with `{run} --localization truth`.",
+        *([] if described else ["- RViz shows the links of the robot if the simulation runs with `--robot-state`."]),
+        "- `ros2 launch nav2.launch.py --show-args` lists the arguments: `namespace`, `autostart`, `use_respawn`, `log_level`, …",
+        *(
+            []
+            if slam
+            else [
+                f"- `localization:=truth` runs without AMCL. It needs a simulation that runs with `{run} --localization truth`."
+            ]
+        ),
         "- After a change of the robot or the scene, write the files again: `graphrun nav2 files SCENE -o DIR --force`.",
     ]
     return "\n".join(lines) + "\n"

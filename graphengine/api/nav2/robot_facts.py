@@ -29,6 +29,7 @@ from graphengine.scene.loaded_scene import LoadedScene
 
 TRANSFORMS = "tf2_msgs/msg/TFMessage"
 MAP_FRAME = "map"
+_ODOMETRY_NODE = "isaacsim.ros2.bridge.ROS2PublishOdometry"
 _LIDAR_WORDS = ("scan", "laser", "lidar")
 """A link whose name contains one of these words is suggested as the mount of a lidar."""
 
@@ -143,6 +144,25 @@ def robot_facts(scene: LoadedScene, robot: RobotInstance) -> RobotFacts:
         float(points[:, 2].max()) - floor,
         motion_limits(scene, robot, {claim.graph for claim in claims}),
     )
+
+
+def unknown_covariances(scene: LoadedScene, robot: RobotFacts) -> Iterator[str]:
+    """Yield a note if the covariances of a robot's odometry are all zero, which filters such as robot_localization misread."""
+    (claim,) = [
+        claim for claim in scene.claims if claim.topic == robot.odometry_topic and claim.direction == "publish"
+    ][:1]
+    for graph in scene.planned:
+        for instance in graph.instances:
+            if f"{graph.prim_path}/{instance.id}" != claim.node or instance.cls.type_name != _ODOMETRY_NODE:
+                continue
+            ports = ("pose_covariance", "twist_covariance")
+            wired = any((instance.id, instance.cls.fields[port].name) in graph.wired_ports for port in ports)
+            if not wired and not any(np.any(instance.value(port)) for port in ports):
+                yield (
+                    f"the covariances of {claim.topic} are all zero: AMCL ignores them, but robot_localization takes the "
+                    "odometry for exact; publish wheel odometry with its covariances, as graphs/wheel_odometry.yaml does, or set "
+                    f"poseCovariance and twistCovariance of {graph.name}/{instance.id}"
+                )
 
 
 def _claims_of(scene: LoadedScene, robot: RobotInstance) -> list[EndpointClaim]:

@@ -11,13 +11,12 @@ from graphengine.api.nav2.robot_facts import MAP_FRAME, RobotFacts
 _RVIZ = "rviz_default_plugins"
 
 
-def rviz_file(robot: RobotFacts, description: str) -> str:
-    """Return the content of view.rviz.
+DESCRIPTION = "robot_description"
+"""Topic of the robot description, in the namespace of the robot."""
 
-    Args:
-        robot: properties of the robot.
-        description: topic of the robot description; empty if no robot description is published.
-    """
+
+def rviz_file(robot: RobotFacts) -> str:
+    """Return the content of view.rviz."""
     topic = robot.topic
     x, y, _ = robot.pose
     displays: list[dict[str, Any]] = [
@@ -50,10 +49,14 @@ def rviz_file(robot: RobotFacts, description: str) -> str:
             "Topic": _topic(robot.odometry_topic),
         },
         {"Class": f"{_RVIZ}/TF", "Name": "TF", "Enabled": True, "Show Names": False, "Marker Scale": 0.5},
+        {
+            "Class": f"{_RVIZ}/RobotModel",
+            "Name": "Robot",
+            "Enabled": True,
+            "Description Source": "Topic",
+            "Description Topic": _topic(topic(DESCRIPTION), durability="Transient Local"),
+        },
     ]
-    if description:
-        model = {"Class": f"{_RVIZ}/RobotModel", "Name": "Robot", "Enabled": True, "Description Source": "Topic"}
-        displays.append({**model, "Description Topic": _topic(description, durability="Transient Local")})
     tools = [
         {"Class": f"{_RVIZ}/MoveCamera"},
         {"Class": f"{_RVIZ}/Select"},

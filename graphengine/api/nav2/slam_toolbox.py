@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from graphengine.api.nav2.choices import Choices
 from graphengine.api.nav2.parameter_text import Parameters, node
 from graphengine.api.nav2.robot_facts import MAP_FRAME, RobotFacts
 from graphengine.api.nav2.sourced import Sourced
@@ -9,7 +10,7 @@ from graphengine.api.nav2.sourced import Sourced
 _OWN = "slam_toolbox's own mapper_params_online_async.yaml"
 
 
-def slam_toolbox(robot: RobotFacts) -> Parameters:
+def slam_toolbox(robot: RobotFacts, choices: Choices) -> Parameters:
     """Return the parameters of slam_toolbox for a robot; slam_toolbox uses the robot's first LaserScan topic."""
     scan = robot.scans[0]
     own = {
@@ -46,7 +47,7 @@ def slam_toolbox(robot: RobotFacts) -> Parameters:
                 "resolution": Sourced(0.05, "as in the costmaps"),
                 "min_laser_range": Sourced(scan.ranges[0], f"lidar of {scan.topic}"),
                 "max_laser_range": Sourced(min(scan.ranges[1], 40.0), f"lidar of {scan.topic}, at most 40 m"),
-                "transform_timeout": Sourced(1.0, "to tolerate a busy machine"),
+                "transform_timeout": choices.patient(0.2, 1.0),
                 **{name: Sourced(value, _OWN) for name, value in own.items()},
             }
         )

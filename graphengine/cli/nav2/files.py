@@ -17,6 +17,7 @@ from graphengine.cli.common import (
     refuse_to_overwrite,
 )
 from graphengine.cli.progress import progress
+from graphengine.cli.quantities import angle, number
 from graphengine.format.errors import UsageError
 from graphengine.format.files import near
 
@@ -34,13 +35,27 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--slam", action="store_true", help="use slam_toolbox, which makes the map, instead of map_server and AMCL"
     )
-    skip = "do not measure the robot's odometry errors; AMCL's noise parameters then assume good odometry"
+    parser.add_argument(
+        "--controller", choices=("dwb", "mppi", "rpp"), help="controller of Nav2 (default: dwb; rpp for a car)"
+    )
+    reached = "distance from a goal at which it is reached, m (default 0.15)"
+    parser.add_argument("--xy-tolerance", metavar="DISTANCE", type=number, help=reached)
+    facing = "angle from a goal at which it is reached, rad or as 5deg (default 0.1 with dwb, otherwise 0.2)"
+    parser.add_argument("--yaw-tolerance", metavar="ANGLE", type=angle, help=facing)
+    busy = (
+        "tolerate a machine on which the simulation slows Nav2 down: longer timeouts, lower rates; not for real robots"
+    )
+    parser.add_argument("--busy", action="store_true", help=busy)
+    skip = "do not measure the robot's odometry errors and speeds; AMCL's noise parameters then assume good odometry"
     parser.add_argument("--no-calibrate", action="store_true", help=skip)
     parser.add_argument("--force", action="store_true", help="overwrite existing files")
 
 
 def execute(arguments: argparse.Namespace) -> int:
     """Write the files; return 0 on success, 1 if the scene has errors."""
+    for option in ("xy_tolerance", "yaw_tolerance"):
+        if (value := getattr(arguments, option)) is not None and value <= 0.0:
+            raise UsageError(f"--{option.replace('_', '-')}: expected a number above 0, got {value:g}")
     folder: Path = arguments.output
     if folder.exists() and not folder.is_dir():
         raise UsageError(f"-o {folder}: this is not a folder")
@@ -65,10 +80,19 @@ def execute(arguments: argparse.Namespace) -> int:
 
 
 def _make(scene: Scene, arguments: argparse.Namespace) -> Nav2Files:
+    from graphengine.api.nav2.choices import Choices
+    from graphengine.api.nav2.distributions import DISTRIBUTIONS
     from graphengine.api.nav2.nav2_files import nav2_files
     from graphengine.api.scene import loaded_of
 
     share = 0.0
+    choices = Choices(
+        DISTRIBUTIONS[chosen_distro(arguments)],
+        arguments.busy,
+        arguments.controller,
+        arguments.xy_tolerance,
+        arguments.yaw_tolerance,
+    )
 
     def advance(_: str, completed: float) -> None:
         nonlocal share
@@ -78,7 +102,7 @@ def _make(scene: Scene, arguments: argparse.Namespace) -> Nav2Files:
         return nav2_files(
             loaded_of(scene),
             robots=arguments.robots,
-            distribution=chosen_distro(arguments),
+            choices=choices,
             slam=arguments.slam,
             calibrated=not arguments.no_calibrate,
             modules=arguments.modules,

@@ -61,6 +61,14 @@ ALL = {
         use_collision_detection use_cost_regulated_linear_velocity_scaling use_regulated_linear_velocity_scaling
         use_rotate_to_heading use_sim_time use_velocity_scaled_lookahead_dist vtheta_samples vx_samples vy_samples
         xy_goal_tolerance yaw_goal_tolerance
+        ax_max ax_min ay_max ay_min az_max batch_size collision_cost consider_footprint cost_power cost_weight critical_cost
+        enabled gamma iteration_count max_angle_to_furthest max_path_occupancy_ratio min_turning_r mode model_dt motion_model
+        near_collision_cost near_goal_distance offset_from_furthest prune_distance regenerate_noises
+        rotate_to_heading_min_angle temperature threshold_to_consider time_steps trajectory_point_step twirling_cost_power
+        twirling_cost_weight use_path_orientations visualize vx_max vx_min vx_std vy_max vy_std wz_max wz_std
+    """,
+    "waypoint_follower": """
+        enabled loop_rate plugin stop_on_failure use_sim_time waypoint_pause_duration waypoint_task_executor_plugin
     """,
     "behavior_server": """
         behavior_plugins cycle_frequency enable_stamped_cmd_vel global_costmap_topic global_footprint_topic
@@ -90,6 +98,7 @@ ADDED = {
     "jazzy": {
         "bt_navigator": "error_code_names",
         "controller_server": "desired_linear_vel transform_tolerance",
+        "waypoint_follower": "action_server_result_timeout",
     },
     "kilted": {
         "bt_navigator": "error_code_name_prefixes",
@@ -102,7 +111,7 @@ ADDED = {
     "lyrical": {
         "bt_navigator": "error_code_name_prefixes",
         "smoother_server": "enforce_path_inversion",
-        "controller_server": "enforce_path_inversion max_angular_vel max_linear_vel path_handler_plugins prune_distance",
+        "controller_server": "enforce_path_inversion max_angular_vel max_linear_vel path_handler_plugins",
         "behavior_server": "acceleration_limit deceleration_limit minimum_speed",
         "lifecycle_manager_localization": "service_timeout",
         "lifecycle_manager_navigation": "service_timeout",

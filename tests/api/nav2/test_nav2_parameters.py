@@ -13,9 +13,11 @@ import pytest
 import yaml
 
 import graphengine as ge
+from graphengine.api.nav2.choices import CONTROLLERS, Choices
 from graphengine.api.nav2.distributions import DISTRIBUTIONS
 from graphengine.api.nav2.nav2_files import nav2_files
 from graphengine.api.scene import loaded_of
+from graphengine.format.errors import UsageError
 from graphengine.format.files import find_file
 from tests.api.nav2 import mobile_bases
 from tests.api.nav2.known_parameters import known
@@ -24,7 +26,10 @@ from tests.other_process import in_another_process
 
 def files_of(scene: str | Path, **options: Any) -> dict[str, str]:
     """The files for a scene as text, without those of the map."""
-    made = nav2_files(loaded_of(ge.load(scene)), **{"calibrated": False, **options})
+    choices = {name: options.pop(name) for name in ("distribution", "busy", "controller", "yaw_tolerance") if name in options}
+    if "distribution" in choices:
+        choices["distribution"] = DISTRIBUTIONS[choices["distribution"]]
+    made = nav2_files(loaded_of(ge.load(scene)), **{"calibrated": False, "choices": Choices(**choices), **options})
     return {str(path): content.decode() for path, content in made.contents.items() if path.suffix != ".pgm"}
 
 
@@ -128,10 +133,12 @@ MakeBase = Callable[[Path], Any]
 @pytest.mark.parametrize("distribution", DISTRIBUTIONS)
 @pytest.mark.parametrize("make", [mobile_bases.mecanum, mobile_bases.car])
 def test_nav2_of_each_distribution_knows_all_parameters(distribution: str, make: MakeBase, tmp_path: Path) -> None:
-    text = files_of(make(tmp_path).write().scene, distribution=distribution)["nav2_params.yaml"]
-    for node, parameters in parameters_of(text).items():
-        unknown = set(_names(parameters)) - known(distribution, node)
-        assert not unknown, f"{node}: {unknown}"
+    scene = make(tmp_path).write().scene
+    for controller in (None, "mppi", "rpp"):
+        text = files_of(scene, distribution=distribution, controller=controller)["nav2_params.yaml"]
+        for node, parameters in parameters_of(text).items():
+            unknown = set(_names(parameters)) - known(distribution, node)
+            assert not unknown, f"{node}, {controller}: {unknown}"
 
 
 def _names(tree: dict[str, Any]) -> Iterator[str]:
@@ -158,6 +165,71 @@ def test_a_car_gets_paths_that_it_can_steer(tmp_path: Path) -> None:
     assert planner["minimum_turning_radius"] == pytest.approx(1.1 * (0.5 / math.tan(0.5) + 0.2), rel=1e-4)
     assert controller["plugin"].endswith("RegulatedPurePursuitController")
     assert controller["use_rotate_to_heading"] is False
+
+
+SAFETY = {
+    ("collision_monitor", "source_timeout"): (1.0, 5.0),
+    ("controller_server", "failure_tolerance"): (0.3, 2.0),
+    ("controller_server", "costmap_update_timeout"): (0.3, 2.0),
+    ("planner_server", "costmap_update_timeout"): (1.0, 5.0),
+    ("lifecycle_manager_navigation", "bond_timeout"): (4.0, 20.0),
+}
+"""Values of Nav2's own parameter file and node defaults, and the values for a busy machine."""
+
+
+@pytest.mark.parametrize("busy", [False, True])
+def test_safety_values_are_those_of_nav2_unless_the_machine_is_busy(busy: bool) -> None:
+    text = files_of("dd100_flat", busy=busy)["nav2_params.yaml"]
+    nodes = parameters_of(text, "dd100_0000")
+    assert {key: nodes[key[0]][key[1]] for key in SAFETY} == {key: values[busy] for key, values in SAFETY.items()}
+    assert ("--busy" in text) == busy
+
+
+@pytest.mark.parametrize("controller", CONTROLLERS)
+def test_each_controller_respects_the_limits_of_the_robot(controller: str, dd100: dict[str, Any]) -> None:
+    text = files_of("dd100_flat", controller=controller)["nav2_params.yaml"]
+    nodes = parameters_of(text, "dd100_0000")
+    follow = nodes["controller_server"]["FollowPath"]
+    speed, _, turn = nodes["velocity_smoother"]["max_velocity"]
+    names = {"dwb": ("max_vel_x", "max_vel_theta"), "mppi": ("vx_max", "wz_max")}
+    fastest, quickest = names.get(controller, ("desired_linear_vel", "rotate_to_heading_angular_vel"))
+    assert (follow[fastest], follow[quickest]) == (speed, turn)
+    if controller == "mppi":
+        ahead = follow["time_steps"] * follow["model_dt"] * speed
+        assert follow["model_dt"] == 1.0 / nodes["controller_server"]["controller_frequency"]
+        assert ahead <= follow["prune_distance"] <= nodes["local_costmap"]["width"] / 2
+
+
+def test_dwb_cannot_drive_a_car(tmp_path: Path) -> None:
+    with pytest.raises(UsageError, match="which a car cannot do; choose mppi or rpp"):
+        files_of(mobile_bases.car(tmp_path).write().scene, controller="dwb")
+
+
+def test_the_goal_tolerance_of_yaw_is_tight_with_dwb_and_can_be_chosen() -> None:
+    def tolerance(**options: Any) -> float:
+        nodes = parameters_of(files_of("dd100_flat", **options)["nav2_params.yaml"], "dd100_0000")
+        found: float = nodes["controller_server"]["general_goal_checker"]["yaw_goal_tolerance"]
+        return found
+
+    assert (tolerance(), tolerance(controller="mppi"), tolerance(yaw_tolerance=0.05)) == (0.1, 0.2, 0.05)
+
+
+def test_the_speeds_of_a_robot_that_is_slower_than_told_are_those_that_it_reaches() -> None:
+    scene = loaded_of(ge.load("tutorial/navigation", robot_state=True))
+    told, made = (nav2_files(scene, calibrated=calibrated) for calibrated in (False, True))
+    limits = [files.robots[0].limits for files in (told, made)]
+    assert limits[1].speed.value / limits[0].speed.value == pytest.approx(0.049 / 0.1, abs=0.01)
+    assert limits[1].turn.value / limits[0].turn.value == pytest.approx(0.049 / 0.1, abs=0.01)
+    assert any("reaches 49 % of a commanded speed" in note for note in made.notes)
+    text = made.contents[Path("nav2_params.yaml")].decode()
+    assert f"max_vel_x: {limits[1].speed.value:.6g}  # calibration: 49 % of" in text
+
+
+def test_covariances_that_are_all_zero_are_reported_with_the_remedy(tmp_path: Path) -> None:
+    ground_truth = nav2_files(loaded_of(ge.load("dd100_flat")), calibrated=False)
+    assert any("/dd100_0000/odom are all zero" in note and "wheel_odometry.yaml" in note for note in ground_truth.notes)
+    wheels = nav2_files(loaded_of(ge.load(mobile_bases.mecanum(tmp_path).write().scene)), calibrated=False)
+    assert not any("all zero" in note for note in wheels.notes)
 
 
 def test_the_distributions_differ_in_error_codes() -> None:
