@@ -55,6 +55,17 @@ class Entities(Protocol):
             floors: whether overlaps with planes below the entity count, which lift it out.
         """
 
+    def clearance(self, name: str, position: tuple[float, float], margin: float) -> Mapping[str, float]:
+        """Return the distances (m) of all that would stand close to an entity at another position, nearest first, by name.
+
+        The entity turns once about the vertical axis through its prim's origin; a distance is 0 where it would overlap.
+
+        Args:
+            name: name of the entity.
+            position: x and y of the entity's prim in the world frame, m.
+            margin: largest distance that counts, m.
+        """
+
     def touching(self) -> Mapping[str, Overlap]:
         """Return the deepest contact of each entity after the last step, by entity name.
 

@@ -204,30 +204,30 @@ class Move(_Placing):
         orientation = (turned.quaternion_xyzw or from_orientation(turned)) if turned is not None else None
         to, world = entities.Move(position, orientation, self.linear, self.angular), session.services.world
         odometry = self.odometry or ("jumps" if session.inbox.replays else "continues")
-        before = world.entities.state(self.entity)
+        prim = next((entity.prim_path for entity in world.entities.all() if entity.name == self.entity), "")
+        frame = world.frame(session.services.stage.find(prim)) if prim else None
+        before = frame.pose() if frame is not None else None
         world.entities.place(self.entity, to, forced=self._forced(session))
         session.services.disturbed = True
-        if odometry == "continues":
-            self._carry(session, (before.position, before.orientation))
+        if odometry == "continues" and frame is not None and before is not None:
+            _carry(session, prim, before, frame.pose())
         turn = {"quaternion_xyzw": orientation} if orientation is not None else None
         where = {"position": position, "orientation": turn, "linear": self.linear, "angular": self.angular}
         self._record(session, entity=self.entity, odometry=odometry, **where)
         return _overlaps(session, self.entity)
-
-    def _carry(self, session: SessionCore, before: Pose) -> None:
-        """Tell all nodes that have a method `carry` that the entity was moved from a pose in the world frame."""
-        world = session.services.world.entities
-        path = next(entity.prim_path for entity in world.all() if entity.name == self.entity)
-        after = world.state(self.entity)
-        for node in itertools.chain.from_iterable(run.executor.nodes for run in session.graphs):
-            if (carry := getattr(node, "carry", None)) is not None:
-                carry(path, before, (after.position, after.orientation))
 
     def _place(self, session: SessionCore) -> Vector3 | None:
         if self.position is None:
             return None
         x, y, *height = self.position
         return x, y, height[0] if height else session.services.world.entities.state(self.entity).position[2]
+
+
+def _carry(session: SessionCore, entity: str, before: Pose, after: Pose) -> None:
+    """Tell all nodes that have a method `carry` that the entity at a prim path was moved between two poses in the world."""
+    for node in itertools.chain.from_iterable(run.executor.nodes for run in session.graphs):
+        if (carry := getattr(node, "carry", None)) is not None:
+            carry(entity, before, after)
 
 
 def _overlaps(session: SessionCore, name: str) -> dict[str, Any]:
@@ -423,6 +423,22 @@ def _robot(session: SessionCore, prim: Prim) -> dict[str, Any]:
     }
 
 
+class Clearance(Command):
+    """Return what stands close to an entity at another position, whichever way it turns there: `near`, a distance (m) by name.
+
+    The state of the simulation does not change. All that the entity can drive over, up to 5 cm high, is left out.
+    """
+
+    entity: EntityName
+    position: Annotated[tuple[float, float], Field(strict=False)]
+    """Position of the entity's prim in the world frame, x and y, m; its height stays."""
+    margin: Annotated[float, Field(ge=0.0, le=10.0)] = 0.0
+    """Largest distance of an obstacle that counts, m."""
+
+    def _apply(self, session: SessionCore) -> dict[str, dict[str, float]]:
+        return {"near": dict(session.services.world.entities.clearance(self.entity, self.position, self.margin))}
+
+
 class Topics(Command):
     """Return the message type of each topic that the session publishes or subscribes to, by topic name."""
 
@@ -454,7 +470,7 @@ class Quit(Command):
 
 
 _KINDS: tuple[type[Command], ...] = (Play, Pause, Step, Stop, Reset, Rate, Spawn, Delete, Move, Push, Set, Assign)
-_KINDS += (Impulse, Press, Release, Reload, Checkpoint, Restore, State, Topics, View, Quit)
+_KINDS += (Impulse, Press, Release, Reload, Checkpoint, Restore, State, Clearance, Topics, View, Quit)
 
 COMMANDS: Mapping[str, type[Command]] = MappingProxyType({kind.__name__.lower(): kind for kind in _KINDS})
 

@@ -15,6 +15,7 @@ import pytest
 
 from graphengine.api.navigation.goal_list import NavigationGoal
 from graphengine.api.navigation.navigator import Navigator
+from graphengine.control.client import Client, find
 from graphengine.format.errors import TransportError
 from graphengine.ros.action_caller import ActionCaller
 from graphengine.ros.cli_subscription import SimulationClock
@@ -334,3 +335,38 @@ def test_a_run_without_the_robot_leaves_its_true_pose_unknown(goals: Graphrun, n
         done = goals("1 2", code=0)
         assert "has no robot in the namespace /other (robots: /dd100_0000)" in done.err
         assert cells(done.lines[1])[5] == "-"
+
+
+def test_a_goal_during_which_the_run_is_reset_says_so_and_the_next_goal_begins_with_a_new_pose(
+    goals: Graphrun, nav2: Nav2, peer: DdsTransport, domain_id: int
+) -> None:
+    localization = Localization(peer, NAMESPACE)
+    with running(domain_id), Client(find(""), PATIENCE) as control:
+        assert eventually(lambda: float(control.ask("state")["time"]) > 2.0)
+
+        def reset(server: Nav2Peer, goal: bytes) -> None:
+            nav2_peer.dawdle(server, goal)
+            control.ask("reset")
+            if server.wait(lambda: goal in server.cancelled):
+                server.answer_cancel()
+                server.answer_result(5)
+
+        nav2(reset, nav2_peer.reach)
+        done = goals("1 2", "0.3 0.4", code=1)
+    first, second = (cells(line) for line in done.lines[1:3])
+    assert first == ["1 2 0", "reset", "-", "-", "-", "-", "-", "-", "the run was reset"]
+    assert second[:2] == ["0.3 0.4 0", "reached"]
+    assert done.err.count(f"publishing the true pose on {NAMESPACE}/initialpose") == 2
+    assert len(localization.taken) >= 2
+
+
+def test_what_stands_within_the_reach_of_the_footprint_at_a_goal_is_told(
+    goals: Graphrun, nav2: Nav2, domain_id: int
+) -> None:
+    with running(domain_id), Client(find(""), PATIENCE) as control:
+        late = {"use": "robots/dd100.yaml", "position": [2.0, 0.0, 0.03], "namespace": "late"}
+        control.ask("spawn", {"name": "late", "use": late})
+        nav2(nav2_peer.reach)
+        done = goals("1.6 0", "0 1.5", code=0)
+    (told,) = [line for line in done.err.splitlines() if "late" in line]
+    assert told == "goal 1/2 (1.6 0 0): late stands where the robot turns"

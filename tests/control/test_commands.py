@@ -71,7 +71,7 @@ def test_arguments_are_what_json_can_say() -> None:
 
 def test_recordings_hold_what_changes_the_course_of_the_simulation() -> None:
     recorded = {name for name, command in COMMANDS.items() if command.recorded}
-    assert set(COMMANDS) - recorded == {"play", "pause", "step", "rate", "state", "topics", "view", "quit"}
+    assert set(COMMANDS) - recorded == {"play", "pause", "step", "rate", "state", "clearance", "topics", "view", "quit"}
 
 
 def test_a_stopped_session_cannot_be_paused(ticking: MakeTicking) -> None:

@@ -59,6 +59,18 @@ def test_the_odometry_of_a_robot_that_is_moved_jumps_where_that_is_asked_for(job
     assert job.velocity("/one/odom") == pytest.approx((0.0, 0.0), abs=0.05)
 
 
+def test_clearance_names_what_would_stand_close_at_another_place_and_changes_nothing(job: Job) -> None:
+    job.ask("spawn", name="late", use=LATE.model_dump())
+    job.run(0.2)
+    entities, before = physics(job).entities, true_place(job)
+    assert entities.clearance("one", (0.0, 4.7), 0.05) == {"late": 0.0}
+    assert entities.clearance("one", (0.0, 3.0), 0.05) == {}
+    far = entities.clearance("one", (0.0, 3.0), 2.0)
+    assert list(far) == ["late"]
+    assert 1.0 < far["late"] < 2.0
+    assert true_place(job) == before
+
+
 def test_a_robot_that_is_moved_drives_on_from_there(job: Job) -> None:
     job.drive("/one/cmd_vel", 0.5, 0.0, 1.0)
     turned = {"rpy_deg": [0.0, 0.0, 180.0]}

@@ -13,7 +13,7 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 from graphengine.api.navigation.goal_list import NavigationGoal
-from graphengine.api.navigation.outcome import REACHED, Outcome, error_name
+from graphengine.api.navigation.outcome import REACHED, RESET, Outcome, error_name
 from graphengine.api.navigation.true_poses import PlanarPose, TruePoses, yaw_of
 from graphengine.format.errors import GraphError
 from graphengine.messages import messages
@@ -36,6 +36,8 @@ Until the first goal is accepted, it waits for `activation` s if that is longer.
 """
 ANSWER = 10.0
 """Maximum wall time to wait until the server accepts, rejects or cancels a goal, s."""
+BACKWARD = 0.5
+"""Simulation time by which the clock must go back to mean that the run was reset, s."""
 STANDSTILL = 60.0
 """The navigator gives up if the simulation time does not advance for this wall time, s, although the run is not paused."""
 
@@ -89,6 +91,9 @@ class Track:
         """Length of the path through the estimated poses, m; None without poses."""
         poses = [self.poses[stamp] for stamp in sorted(self.poses)]
         return sum((a.distance(b) for a, b in itertools.pairwise(poses)), 0.0) if poses else None
+
+
+_WAS_RESET = "the run was reset"
 
 
 class FailedError(Exception):
@@ -173,8 +178,10 @@ class Navigator:
         except KeyboardInterrupt:
             self._cancel()
             raise
+        if begun is not None and result != REACHED and self._clock() < begun - BACKWARD:
+            result, reason = RESET, _WAS_RESET  # whatever Nav2 made of it
         outcome = Outcome(goal, result, reason)
-        return outcome if begun is None else self._measured(outcome, track, begun)
+        return outcome if begun is None or result == RESET else self._measured(outcome, track, begun)
 
     def _send(
         self, goal: NavigationGoal, feedback: Callable[[Any], object], watch: Callable[[Progress], None]
@@ -260,9 +267,13 @@ class Navigator:
         """Check that the action server exists and that the simulation runs.
 
         Raises:
+            FailedError: the run was reset.
             GivenUpError: the server is lost, the run has ended, or the simulation time does not progress.
         """
         wall, now = time.monotonic(), self._clock()
+        if now < self._moved[0] - BACKWARD:
+            self._moved = now, wall
+            raise FailedError(RESET, _WAS_RESET)
         if self._truth is not None and self._truth.ended:
             raise GivenUpError("run ended", self._truth.ended)
         if self.caller.ready:

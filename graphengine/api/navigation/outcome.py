@@ -12,6 +12,8 @@ from graphengine.api.navigation.goal_list import NavigationGoal
 from graphengine.format.atomic_write import write_together
 
 REACHED = "reached"
+RESET = "reset"
+"""Result of a goal during which the run was reset: its time and the poses of the robot began anew."""
 
 ERROR_NAMES = {
     100: "controller UNKNOWN",

@@ -19,6 +19,8 @@ PERIOD = 0.05
 """Wall time between two samples, s."""
 PATIENCE = 30.0
 """Maximum wall time to wait for an answer of the run, s; a run whose process is suspended or hangs does not answer."""
+MARGIN = 0.05
+"""Distance from the robot at a goal within which an obstacle is reported, m: a cell of the map."""
 MAX_SAMPLES = 500_000
 """Maximum number of samples; when it is exceeded, the oldest half is dropped."""
 
@@ -67,7 +69,7 @@ class TruePoses:
         self._poses: list[PlanarPose] = []
         self._lock = threading.Lock()
         self._closed = threading.Event()
-        self._client = Client(self.entry, PATIENCE)
+        self._client, self._name = Client(self.entry, PATIENCE), ""
         try:
             self._sample()
         except BaseException:
@@ -119,6 +121,20 @@ class TruePoses:
             poses = self._poses[first:last]
         return sum((one.distance(other) for one, other in itertools.pairwise(poses)), 0.0)
 
+    def near(self, x: float, y: float) -> list[str]:
+        """Return sentences about all that stands within the reach of the robot at a position, whichever way the robot turns."""
+        try:
+            with Client(self.entry, PATIENCE) as client:
+                found = client.ask("clearance", {"entity": self._name, "position": (x, y), "margin": MARGIN})["near"]
+        except ControlError:  # the run ends, or is of a version without this command
+            return []
+        return [
+            f"{name} stands {distance:.2f} m from the robot"
+            if distance > 0.0
+            else f"{name} stands where the robot turns"
+            for name, distance in found.items()
+        ]
+
     def close(self) -> None:
         """Stop sampling and end the thread; the samples remain readable."""
         self._closed.set()
@@ -144,6 +160,7 @@ class TruePoses:
             there = ", ".join(f"/{name}" for name in robots) or "none"
             raise ControlError(f"{self.entry} has no robot in the namespace /{self._namespace} (robots: {there})")
         robot, now = robots[self._namespace], float(state["time"])
+        self._name = robot["name"]
         x, y, _ = robot["position"]
         pose = PlanarPose(x, y, yaw_of(*robot["orientation"]))
         self.paused = state["state"] == "paused"

@@ -59,7 +59,7 @@ def execute(arguments: argparse.Namespace) -> int:
     """Send the goals and print a table of their outcomes; return 0 if all were reached, else 1."""
     from graphengine.api.navigation.initial_pose import give_initial_pose, has_listener
     from graphengine.api.navigation.navigator import ACTION, Navigator
-    from graphengine.api.navigation.outcome import Outcome, rows, write_junit
+    from graphengine.api.navigation.outcome import RESET, Outcome, rows, write_junit
 
     goals, outcomes = [goal for text in arguments.goals for goal in _read(text)], list[Outcome]()
     with Live(arguments) as live:
@@ -68,10 +68,15 @@ def execute(arguments: argparse.Namespace) -> int:
         own_clock = _heard_clock(live)
         with _truth(arguments.run, namespace, own_clock) as truth:
             clock = own_clock or _other_clock(truth)
-            if truth is not None and not arguments.no_initial_pose and has_listener(live.transport, namespace):
+
+            def localize() -> None:
+                if truth is None or arguments.no_initial_pose or not has_listener(live.transport, namespace):
+                    return
                 _say(f"publishing the true pose on {namespace}/initialpose")
                 if not give_initial_pose(live.transport, namespace, truth, clock):
                     _say(f"warning: the localization of {namespace or '/'} did not confirm the initial pose")
+
+            localize()
             navigator = Navigator(
                 live.transport,
                 action,
@@ -85,6 +90,10 @@ def execute(arguments: argparse.Namespace) -> int:
             unsent = "after an error"
             try:
                 for place, goal in enumerate(goals, 1):
+                    if outcomes and outcomes[-1].result == RESET:
+                        localize()
+                    for near in truth.near(goal.x, goal.y) if truth is not None else ():
+                        _say(f"goal {place}/{len(goals)} ({goal.label}): {near}")
                     outcomes.append(_drive(navigator.go, goal, f"{place}/{len(goals)}"))
             except KeyboardInterrupt:
                 unsent = "after Ctrl-C"

@@ -12,11 +12,21 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from graphengine.devices.entity import Box, Entity, EntityKind, EntityState, Move, Overlap, refuse
-from graphengine.devices.rotation import Pose, Quaternion, Vector3, compose, pose_of, relative, unrotate, vector
+from graphengine.devices.rotation import (
+    Pose,
+    Quaternion,
+    Vector3,
+    compose,
+    multiply,
+    pose_of,
+    relative,
+    unrotate,
+    vector,
+)
 from graphengine.devices.stage import Prim
 from graphengine.format.errors import PhysicsError, UnknownEntityError, UsageError
 from graphengine.format.wording import did_you_mean, listing
-from graphengine.physics.dynamics.overlaps import LEAST, contacts_of, overlaps, touching
+from graphengine.physics.dynamics.overlaps import LEAST, contacts_of, distances, overlaps, touching
 from graphengine.physics.dynamics.solver_errors import find_contacts
 from graphengine.physics.engine import mujoco
 from graphengine.physics.model.geoms import extents
@@ -27,6 +37,8 @@ if TYPE_CHECKING:
 MOST = 1e6
 """Greatest magnitude of any number in a request, in SI units: 1000 km, or the weight of 100 t."""
 REST: Vector3 = (0.0, 0.0, 0.0)
+_TURNS = 12
+"""Number of headings at which `clearance` looks for obstacles."""
 
 
 class MujocoEntities:
@@ -122,26 +134,59 @@ class MujocoEntities:
 
         They are computed in a copy of the state; the simulation does not change.
         """
-        simulation, owners = self._simulation, self._find_owners()
-        model = simulation.model
-        if model.body_jntnum[root] == 0:
-            model = simulation.with_mount(root, pose)
-        data = mujoco.MjData(model)
-        data.qpos[:], data.mocap_pos[:], data.mocap_quat[:] = (
-            getattr(simulation.data, field) for field in ("qpos", "mocap_pos", "mocap_quat")
-        )
-        (x, y, z), (qx, qy, qz, qw) = pose
-        if (mocap := model.body_mocapid[root]) >= 0:
-            data.mocap_pos[mocap], data.mocap_quat[mocap] = (x, y, z), (qw, qx, qy, qz)
-        elif model.body_jntnum[root]:
-            start = model.jnt_qposadr[model.body_jntadr[root]]
-            data.qpos[start : start + 7] = x, y, z, qw, qx, qy, qz
+        owners, (model, data) = self._find_owners(), self._copy_at(root, pose)
         find_contacts(model, data)
         now = {overlap.other: overlap.depth for overlap in self.overlaps(name, floors=False)}
         found = [
             self._overlap(geom, depth, owners) for geom, depth in overlaps(model, data, [root], floors=False).items()
         ]
         return [overlap for overlap in found if overlap.depth > now.get(overlap.other, 0.0) + LEAST]
+
+    def clearance(self, name: str, position: tuple[float, float], margin: float) -> dict[str, float]:
+        """Return the distances (m) of all that would stand close at another position; see `devices.backend.Entities`."""
+        prim, owners = self._find(name), self._find_owners()
+        _check(name, "position", position)
+        root, data = self._only_root(name, prim), self._simulation.data
+        now = self._simulation.body(prim).pose()
+        mounted = relative(now, pose_of(data.xpos[root], data.xquat[root]))
+        found: dict[str, float] = {}
+        there = None
+        for step in range(_TURNS):
+            half = math.pi * step / _TURNS
+            turned = multiply((0.0, 0.0, math.sin(half), math.cos(half)), now[1])
+            model, there = self._copy_at(root, compose(((*position, now[0][2]), turned), mounted), there)
+            mujoco.mj_kinematics(model, there)
+            for geom, distance in distances(model, there, root, margin).items():
+                other = self._owner(geom, owners)
+                found[other] = min(distance, found.get(other, math.inf))
+        return dict(sorted(found.items(), key=lambda item: item[1]))
+
+    def _copy_at(
+        self, root: int, pose: Pose, data: mujoco.MjData | None = None
+    ) -> tuple[mujoco.MjModel, mujoco.MjData]:
+        """Return a copy of the state in which an entity's topmost body is at a pose, with the model of this copy.
+
+        Args:
+            root: id of the topmost body.
+            pose: pose of the body in the world frame.
+            data: an earlier copy, which is used again if the body is not fixed to the world.
+        """
+        simulation = self._simulation
+        model = simulation.model
+        if model.body_jntnum[root] == 0:
+            model, data = simulation.with_mount(root, pose), None
+        if data is None:
+            data = mujoco.MjData(model)
+            data.qpos[:], data.mocap_pos[:], data.mocap_quat[:] = (
+                getattr(simulation.data, field) for field in ("qpos", "mocap_pos", "mocap_quat")
+            )
+        (x, y, z), (qx, qy, qz, qw) = pose
+        if (mocap := model.body_mocapid[root]) >= 0:
+            data.mocap_pos[mocap], data.mocap_quat[mocap] = (x, y, z), (qw, qx, qy, qz)
+        elif model.body_jntnum[root]:
+            start = model.jnt_qposadr[model.body_jntadr[root]]
+            data.qpos[start : start + 7] = x, y, z, qw, qx, qy, qz
+        return model, data
 
     def touching(self) -> dict[str, Overlap]:
         """Return the deepest contact of each entity that touches something other than its support, by the entity's name."""

@@ -2,17 +2,22 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Collection, Mapping
 
 import numpy as np
 
 from graphengine.physics.engine import mujoco
+from graphengine.physics.model.geoms import extents
 
 LEAST = 0.005
 """Smallest depth that counts as an overlap, m; a body at rest sinks less deep into its support."""
 _CARRIES = 0.7
 """Smallest vertical component of a contact normal for a support: the surface is inclined by less than about 45 degrees."""
 _PLANE = int(mujoco.mjtGeom.mjGEOM_PLANE)
+_SURFACES = (_PLANE, int(mujoco.mjtGeom.mjGEOM_HFIELD))
+_STEP = 0.05
+"""Height of the obstacles that an entity drives over, m."""
 
 
 def overlaps(
@@ -41,6 +46,41 @@ def overlaps(
                 continue
             found[owners[other]] = max(found.get(owners[other], (0.0, 0)), (-distance, pair[other]))
     return {geom: depth for depth, geom in sorted(found.values(), reverse=True)}
+
+
+def distances(model: mujoco.MjModel, data: mujoco.MjData, root: int, margin: float) -> dict[int, float]:
+    """Return the ids of geoms that are close to an entity, with distances (m); 0 for geoms that overlap it.
+
+    Of each other topmost body and the bodies below it, only the closest geom is returned. Geoms that the entity can drive over
+    (up to `_STEP` above its lowest point) or under, planes, height fields, and geoms without collisions are left out.
+
+    Args:
+        model: compiled model.
+        data: state with the poses of the geoms.
+        root: id of the topmost body of the entity.
+        margin: largest distance that counts, m.
+    """
+    solid = (model.geom_contype != 0) | (model.geom_conaffinity != 0)
+    roots = model.body_rootid[model.geom_bodyid]
+    own = np.flatnonzero(solid & (roots == root))
+    bounds = extents(model, data, own.tolist())
+    if bounds is None:
+        return {}
+    low, high = bounds[0][2] + _STEP, bounds[1][2]
+    others = np.flatnonzero(solid & (roots != root) & ~np.isin(model.geom_type, _SURFACES))
+    reach = np.linalg.norm(bounds[1][:2] - bounds[0][:2]) / 2.0 + margin
+    centre = (bounds[0] + bounds[1])[:2] / 2.0
+    others = others[np.linalg.norm(data.geom_xpos[others, :2] - centre, axis=1) <= reach + model.geom_rbound[others]]
+    found: dict[int, tuple[float, int]] = {}
+    for geom in others.tolist():
+        box = extents(model, data, [geom])
+        if box is None or box[1][2] <= low or box[0][2] >= high:
+            continue
+        near = min(mujoco.mj_geomDistance(model, data, mine, geom, margin + LEAST, None) for mine in own.tolist())
+        if near <= margin:
+            body = int(roots[geom]) or -geom  # geoms of the world itself are not one obstacle
+            found[body] = min(found.get(body, (math.inf, 0)), (max(0.0, near), geom))
+    return {geom: distance for distance, geom in found.values()}
 
 
 def touching(model: mujoco.MjModel, data: mujoco.MjData, owners: Mapping[int, str]) -> dict[str, tuple[float, int]]:

@@ -26,7 +26,9 @@ from tests.other_process import in_another_process
 
 def files_of(scene: str | Path, **options: Any) -> dict[str, str]:
     """The files for a scene as text, without those of the map."""
-    choices = {name: options.pop(name) for name in ("distribution", "busy", "controller", "yaw_tolerance") if name in options}
+    choices = {
+        name: options.pop(name) for name in ("distribution", "busy", "controller", "yaw_tolerance") if name in options
+    }
     if "distribution" in choices:
         choices["distribution"] = DISTRIBUTIONS[choices["distribution"]]
     made = nav2_files(loaded_of(ge.load(scene)), **{"calibrated": False, "choices": Choices(**choices), **options})
