@@ -25,6 +25,7 @@ from graphengine.physics.engine import Floats, wake
 from graphengine.physics.pictures.render_thread import RenderThread
 from graphengine.physics.pictures.visible_bodies import visible_bodies
 from graphengine.physics.sensors.implementations import IMPLEMENTATIONS
+from graphengine.physics.sensors.rays import compile_kernels
 
 D = TypeVar("D")
 
@@ -139,6 +140,12 @@ class Simulation(SimulationCore):
     def articulation(self, robot: Prim) -> Joints:
         """Return a handle to the joints of a robot prim."""
         return self._handles.find(Joints, robot)
+
+    def compile_kernels(self) -> None:
+        """Compile the kernels that the sensors of the stage need, so that the set-up of a node does not wait for the compiler."""
+        kinds = {prim.kind for prim in self.stage.prims()} & IMPLEMENTATIONS.all.keys()
+        if any(getattr(IMPLEMENTATIONS.all[kind].handle, "casts_rays", False) for kind in kinds):
+            compile_kernels(self._rays_choice)
 
     def device(self, interface: Callable[..., D], prim: Prim, **options: Any) -> D:
         """Return the device (such as a sensor) at a prim; calls with equal options return the same object."""

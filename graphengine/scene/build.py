@@ -262,6 +262,8 @@ def start(
     world.clamps_commands = bad_values == "drop"
     if log is not None:
         services.log = log
+    if loaded is not None:
+        loaded.simulation.compile_kernels()  # the endpoints of nodes appear when the session can answer them
     try:
         ticker, roster = begin(scene, loaded, files, services, fault)
     except BaseException:

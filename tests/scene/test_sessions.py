@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import gc
 import weakref
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import ExitStack
 from pathlib import Path
 from types import FunctionType, ModuleType
@@ -150,3 +150,24 @@ def test_a_closed_session_is_not_kept_alive(flat: LoadedScene) -> None:
     del session
     gc.collect()
     assert world() is None
+
+
+def test_kernels_are_compiled_before_the_first_endpoint_appears(
+    flat: LoadedScene, begin: Sessions, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    fast = pytest.importorskip("graphengine.physics.sensors.fast.rays")
+    order: list[str] = []
+
+    def noted(word: str, call: Callable[..., Any]) -> Callable[..., Any]:
+        def note(*given: Any) -> Any:
+            order.append(word)
+            return call(*given)
+
+        return note
+
+    monkeypatch.setattr(fast, "trouble", noted("kernels", fast.trouble))
+    monkeypatch.setattr(MemoryTransport, "writer", noted("writer", MemoryTransport.writer))
+    monkeypatch.setattr(MemoryTransport, "reader", noted("reader", MemoryTransport.reader))
+    begin(flat)
+    assert {"kernels", "writer", "reader"} <= set(order)
+    assert order[0] == "kernels"

@@ -17,6 +17,8 @@ class Handle(Stateful):
 
     sees_steps: ClassVar[bool] = False
     """Whether the simulation calls the `see_...` methods of the handle in every physics step."""
+    casts_rays: ClassVar[bool] = False
+    """Whether the handle casts rays; their kernels are compiled before the nodes of a session are set up."""
 
     def __init__(self, simulation: SimulationCore, prim: Prim) -> None:
         self._simulation = simulation

@@ -150,6 +150,8 @@ class RaySensor(TickSampled[S]):
     before it calls `__init__`, and makes a sample in `_make_sample`.
     """
 
+    casts_rays = True
+
     directions: Floats
 
     def __init__(self, simulation: SimulationCore, prim: Prim) -> None:

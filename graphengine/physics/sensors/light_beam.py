@@ -56,6 +56,8 @@ class LightBeamProfile(Profile):
 class LightCurtain(CarriedPrim):
     """The light beam sensor at a prim; the prim's `facts` are the values of its profile."""
 
+    casts_rays = True
+
     def __init__(self, simulation: SimulationCore, prim: Prim) -> None:
         facts, count = prim.facts, prim.facts["num_rays"]
         forward, aside = (np.array(facts[axis]) / math.hypot(*facts[axis]) for axis in ("forward_axis", "curtain_axis"))

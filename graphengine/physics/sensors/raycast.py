@@ -66,6 +66,8 @@ class RaycastProfile(Profile):
 class RaySet(CarriedPrim):
     """The raycast sensor at a prim; the prim's `facts` are the values of its profile."""
 
+    casts_rays = True
+
     def __init__(self, simulation: SimulationCore, prim: Prim) -> None:
         directions = np.array(prim.facts["ray_directions"], float)
         self._directions = directions / np.linalg.norm(directions, axis=1, keepdims=True)

@@ -7,6 +7,7 @@ numba and takes a tenth of the time or less.
 
 from __future__ import annotations
 
+import contextlib
 from typing import Literal, Protocol
 
 import numpy as np
@@ -70,6 +71,15 @@ def select_rays(choice: RaysChoice, model: mujoco.MjModel, data: mujoco.MjData) 
     from graphengine.physics.sensors.fast.rays import FastRays
 
     return FastRays(model, data)
+
+
+def compile_kernels(choice: RaysChoice) -> None:
+    """Compile the kernels of the fast method if it can be selected; the first time, this takes up to a minute."""
+    if choice != "mujoco":
+        with contextlib.suppress(Exception):  # of numba; `select_rays` reports it
+            from graphengine.physics.sensors.fast.rays import trouble
+
+            trouble()
 
 
 def _obstacle(model: mujoco.MjModel) -> str:

@@ -86,7 +86,7 @@ def add_gripper_welds(spec: mujoco.MjSpec, body: str, prim: Prim) -> None:
 class SuctionGripper(CarriedPrim):
     """The surface gripper at a prim; the prim's `facts` are the values of its profile."""
 
-    sees_steps = True
+    sees_steps = casts_rays = True
     kept = ("status", "_trying", "_tried", "_waiting")
 
     def __init__(self, simulation: SimulationCore, prim: Prim) -> None:
