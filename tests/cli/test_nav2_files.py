@@ -6,7 +6,6 @@ import importlib.util
 import shlex
 import sys
 from pathlib import Path
-from types import ModuleType
 from typing import Any
 
 import pytest
@@ -60,19 +59,9 @@ def test_launch_files_are_python(graphrun: Graphrun, tmp_path: Path) -> None:
             compile(path.read_bytes(), str(path), "exec")
 
 
-@pytest.mark.parametrize("options", [(), ("--slam",)])
-def test_ros_loads_the_launch_file(options: tuple[str, ...], graphrun: Graphrun, tmp_path: Path) -> None:
-    pytest.importorskip("launch_ros")
-    graphrun("nav2", "files", "dd100_flat", "-o", str(tmp_path), "--no-calibrate", *options, code=0)
-    module = loaded(tmp_path / "nav2.launch.py")
-    names = {argument.name for argument in module.generate_launch_description().get_launch_arguments()}
-    own = {"namespace", "params_file", "use_sim_time", "autostart", "use_respawn", "log_level", "rviz"}
-    assert names == own | (set() if options else {"map", "localization"})
-
-
-def loaded(launch_file: Path) -> ModuleType:
-    """The launch file as a Python module."""
-    spec = importlib.util.spec_from_file_location("launched", launch_file)
+def launched(folder: Path) -> Any:
+    """The launch file of a folder as a Python module."""
+    spec = importlib.util.spec_from_file_location("launched", folder / "nav2.launch.py")
     assert spec is not None
     assert spec.loader is not None
     module = importlib.util.module_from_spec(spec)
@@ -84,11 +73,47 @@ def loaded(launch_file: Path) -> ModuleType:
 def test_a_fleet_has_one_rviz(given: str, shown: str, graphrun: Graphrun, tmp_path: Path) -> None:
     launch = pytest.importorskip("launch")
     graphrun("nav2", "files", "dd100_fleet", "-o", str(tmp_path), "--no-calibrate", code=0)
-    module = loaded(tmp_path / "nav2.launch.py")
+    module = launched(tmp_path)
     context = launch.LaunchContext()
     context.launch_configurations["rviz"] = given
     values = {robot: module.shown(robot).perform(context) for robot in module.ROBOTS}
     assert values == {robot: "true" if robot == shown else "false" for robot in module.ROBOTS}
+
+
+@pytest.mark.parametrize("options", [(), ("--slam",)])
+def test_ros_loads_the_launch_file(options: tuple[str, ...], graphrun: Graphrun, tmp_path: Path) -> None:
+    pytest.importorskip("launch_ros")
+    graphrun("nav2", "files", "dd100_flat", "-o", str(tmp_path), "--no-calibrate", *options, code=0)
+    module = launched(tmp_path)
+    names = {argument.name for argument in module.generate_launch_description().get_launch_arguments()}
+    own = {"namespace", "params_file", "use_sim_time", "autostart", "use_respawn", "log_level", "rviz"}
+    assert names == own | (set() if options else {"map", "localization"})
+
+
+@pytest.mark.parametrize("own", ["dd100_0000", ""])
+def test_another_namespace_moves_nodes_topics_and_parameters(
+    own: str, graphrun: Graphrun, base: Any, tmp_path: Path
+) -> None:
+    launch = pytest.importorskip("launch")
+    pytest.importorskip("launch_ros")
+    scene = "dd100_flat" if own else str(base.write().scene)
+    graphrun("nav2", "files", scene, "-o", str(tmp_path), "--no-calibrate", code=0)
+    module = launched(tmp_path)
+    assert own == module.NAMESPACE
+    context = launch.LaunchContext()
+    for argument in module.generate_launch_description().get_launch_arguments():
+        argument.execute(context)
+    file = str(tmp_path / "nav2_params.yaml")
+    assert module.parameters_in(own, file) == file
+    context.launch_configurations["namespace"] = "a/b"
+    nodes = [node for node in module.nodes(context) if "nav2" in str(node.node_package)]
+    assert len(nodes) == 13
+    tree = yaml.safe_load(Path(module.parameters_in("a/b", file)).read_text(encoding="utf-8"))["a"]["b"]
+    before = yaml.safe_load(Path(file).read_text(encoding="utf-8"))
+    before = before[own] if own else before
+    scan = before["amcl"]["ros__parameters"]["scan_topic"]
+    assert tree["amcl"]["ros__parameters"]["scan_topic"] == "/a/b" + scan.removeprefix(f"/{own}" if own else "")
+    assert tree.keys() == before.keys()
 
 
 def test_rviz_shows_topics_of_the_robot(graphrun: Graphrun, tmp_path: Path) -> None:
