@@ -190,6 +190,8 @@ def test_a_scan_whose_frame_hangs_in_the_air_is_refused(graphrun: Graphrun, base
         (("dd100_flat", "--robot", "dd10"), "no robot 'dd10'"),
         (("dd100/cmd_vel",), "there is no robot to navigate"),
         (("dd100_flat", "--distro", "humble"), "invalid choice: 'humble'"),
+        (("dd100_flat", "--controller", "teb"), "invalid choice: 'teb'"),
+        (("dd100_flat", "--yaw-tolerance", "0deg"), "--yaw-tolerance: expected a number above 0, got 0"),
     ],
 )
 def test_mistakes_are_explained(arguments: tuple[str, ...], told: str, graphrun: Graphrun, tmp_path: Path) -> None:

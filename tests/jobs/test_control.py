@@ -9,6 +9,7 @@ from typing import Any
 import pytest
 
 from graphengine.format.errors import UnknownEntityError, UsageError
+from graphengine.runtime.commands import parse
 from tests.jobs.crowd import FIRST, LATE, physics, scene
 from tests.jobs.harness import Job, nanoseconds, yaw
 
@@ -57,6 +58,15 @@ def test_the_odometry_of_a_robot_that_is_moved_jumps_where_that_is_asked_for(job
     (odom,) = [t for t in job.newest("/one/tf").transforms if t.child_frame_id == "base_link"]
     assert (odom.transform.translation.x, odom.transform.translation.y) == pytest.approx((2.0, -1.0), abs=2e-3)
     assert job.velocity("/one/odom") == pytest.approx((0.0, 0.0), abs=0.05)
+
+
+def test_a_move_in_a_recording_of_an_older_version_lets_the_odometry_jump_as_it_did(
+    job: Job, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(type(job.session.inbox), "replays", True)
+    parse("move", {"entity": "one", "position": [2.0, -1.0]}).apply(job.session)
+    job.session.step()
+    assert place(job)[:2] == pytest.approx((2.0, -1.0), abs=2e-3)
 
 
 def test_clearance_names_what_would_stand_close_at_another_place_and_changes_nothing(job: Job) -> None:

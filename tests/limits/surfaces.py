@@ -49,7 +49,7 @@ from tests.limits.table import accepts, limit
 def _(samples: int) -> bool:
     poses = TruePoses.__new__(TruePoses)
     poses._times, poses._poses, poses._lock, poses._namespace = [], [], threading.Lock(), "bot"
-    robot = {"namespace": "bot", "position": (0.0, 0.0, 0.0), "orientation": (0.0, 0.0, 0.0, 1.0)}
+    robot = {"name": "bot", "namespace": "bot", "position": (0.0, 0.0, 0.0), "orientation": (0.0, 0.0, 0.0, 1.0)}
     for time in range(samples):
         state = {"time": time, "state": "playing", "robots": [robot]}
         poses._client = SimpleNamespace(ask=lambda name, state=state: state)  # type: ignore[assignment]
