@@ -14,6 +14,9 @@ Sources: nav2_bringup/params/nav2_params.yaml, and the calls that declare parame
 | controller_server path_handler_plugins | - | - | yes |
 | DWB, RPP transform_tolerance | yes | yes | - (of the costmap) |
 | RPP speed | desired_linear_vel | desired_linear_vel | max_linear_vel, max_angular_vel |
+| MPPI motion model | DiffDrive, Omni, Ackermann | as in Jazzy | plugin below diff_drive, omni, ackermann |
+| MPPI prune_distance | yes | yes | - (of the path handler) |
+| waypoint_follower action_server_result_timeout | yes | - | - |
 | planner_server expected_planner_frequency | yes | yes | yes |
 
 Names of plugins have `::` in all three.
