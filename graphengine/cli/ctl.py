@@ -42,6 +42,8 @@ rad, or in degrees when written as 90deg."""
 
 POLL = 0.1
 """Wall time between two requests for the address of a page that is starting, s."""
+_ANSWERS = ("clearance", "topics", "view")
+"""Commands whose answer is printed instead of the state of the run."""
 SCOPES = ("time", "state", "spawned", "all")
 
 
@@ -154,6 +156,13 @@ def _add_robots(add: Callable[..., Any]) -> None:
     move.add_argument("--force", action="store_true", help=force)
     jumps = "let ground-truth odometry jump with the robot (default: it continues, as REP 105 demands)"
     move.add_argument("--odometry-jumps", action="store_true", help=jumps)
+    summary = "print what would stand close to a robot or object at another place, whichever way it turns there"
+    clearance = add("clearance", summary, "entity", "position", "margin")
+    clearance.add_argument("entity", metavar="NAME", help="name of the robot or object")
+    there = "position of the object, or of the robot's base link, in the world frame, m"
+    clearance.add_argument("position", metavar="X,Y", type=vector(2), help=there)
+    far = "largest distance of an obstacle that is printed, m (default 0)"
+    clearance.add_argument("--margin", metavar="DISTANCE", type=number, default=0.0, help=far)
 
 
 def _add_forces(add: Callable[..., Any]) -> None:
@@ -251,11 +260,11 @@ def execute(arguments: argparse.Namespace) -> int:
         while arguments.command == "view" and not told["page"]:
             time.sleep(POLL)
             told = client.ask("view", {"waiting": True})
-        state = _state(client) if arguments.command not in ("quit", "topics", "view") else None
+        state = _state(client) if arguments.command not in ("quit", *_ANSWERS) else None
     for warning in told.get("warnings", ()) if isinstance(told, dict) else ():
         print(clean(f"warning: {warning}"), file=sys.stderr)
     if arguments.json:
-        result = told if arguments.command in ("reload", "topics", "view") else None
+        result = told if arguments.command in ("reload", *_ANSWERS) else None
         print(json.dumps(result or {"run": client.entry.name, "process": client.entry.pid, **(state or {})}))
         return 0
     if arguments.command == "view":
@@ -264,6 +273,9 @@ def execute(arguments: argparse.Namespace) -> int:
         print(clean(told["text"]))
     elif arguments.command == "topics":
         print(clean("\n".join(told["topics"])))
+    elif arguments.command == "clearance":
+        near = [(name, f"{distance:.3f} m" if distance else "overlaps") for name, distance in told["near"].items()]
+        print(clean(table(near) if near else "nothing stands there"))
     if state is not None:
         _show(client.entry, state, robots=arguments.command in ("state", "spawn", "delete"))
     return 0

@@ -154,6 +154,8 @@ def test_what_is_put_into_something_is_told_to_who_did_it_and_in_the_run(graphru
         assert into_ground.startswith("warning: late is 0.0")
         assert " m deep in floor: physics pushes them apart at once" in into_ground
         assert done.lines[-1].endswith("spawned")
+        assert graphrun("ctl", "clearance", "late", "0.2,0", code=0).lines == ["dd100  overlaps"]
+        assert graphrun("ctl", "clearance", "late", "5,0", code=0).lines == ["nothing stands there"]
         refused = graphrun("ctl", "move", "late", "0.2", "0", "0.03")
         assert refused.code != 0
         assert "late would be 0." in refused.err
@@ -313,6 +315,8 @@ def test_a_command_line_that_makes_no_sense_is_told(graphrun: Graphrun, words: l
         (["push", "a", "--impulse", "-1,0,.5"], {"entity": "a", "impulse": (-1.0, 0.0, 0.5)}),
         (["move", "a", "-1", "-2e-1"], {"entity": "a", "position": [-1.0, -0.2]}),
         (["move", "a", "--angular", "-.5,0,0"], {"entity": "a", "angular": (-0.5, 0.0, 0.0)}),
+        (["move", "a", "1", "2", "--odometry-jumps"], {"entity": "a", "position": [1.0, 2.0], "odometry": "jumps"}),
+        (["clearance", "a", "1,2"], {"entity": "a", "position": (1.0, 2.0), "margin": 0.0}),
         (
             ["move", "a", "1", "2", "3", "--quaternion", "0,0,1,0"],
             {"entity": "a", "position": [1.0, 2.0, 3.0], "orientation": {"quaternion_xyzw": (0.0, 0.0, 1.0, 0.0)}},
