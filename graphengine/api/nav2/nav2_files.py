@@ -79,6 +79,8 @@ def nav2_files(
     """
     chosen = _chosen(scene, robots)
     facts = [robot_facts(scene, robot) for robot in chosen]
+    for one in facts:
+        choices.controller_for(one.limits)  # refuses a wrong choice before the calibration
     notes: list[str] = []
     measured: dict[str, Calibration | None] = {}
     for place, robot in enumerate(chosen):
