@@ -13,9 +13,8 @@ from graphengine.node.types import Bools, Float, Floats, Int, Point3fs, Target, 
 class IsaacReadRaycastSensor(Node, type="isaacsim.sensors.physics.IsaacReadRaycastSensor"):
     """Casts the rays of a raycast sensor and outputs their hits; fires at every execution.
 
-    Rays pass through the sensor's own robot. All rays are cast at the time of the execution; Isaac Sim's attribute
-    `rayTimeOffsets` is not available. If a ray hits geometry that belongs to no body, the path in
-    `hitPrimPaths` is empty.
+    All rays are cast at the time of the execution; Isaac Sim's attribute `rayTimeOffsets` is not available. If a ray hits
+    geometry of the world that belongs to no body, the path in `hitPrimPaths` is empty.
     """
 
     exec_in = ExecIn()
@@ -62,7 +61,7 @@ class IsaacReadRaycastSensor(Node, type="isaacsim.sensors.physics.IsaacReadRayca
 class IsaacReadLightBeam(Node, type="isaacsim.sensors.physx.IsaacReadLightBeam"):
     """Casts the beams of a light beam sensor and outputs which beams are broken; fires at every execution.
 
-    Beams pass through the sensor's own robot. A beam that is not broken ends at the distance `max_range` from the sensor; in
+    A beam that is not broken ends at the distance `max_range` from the sensor; in
     Isaac Sim, it ends at `max_range` + `min_range`.
     """
 

@@ -141,6 +141,7 @@ def _what_to_run(arguments: argparse.Namespace, recording: Recording) -> tuple[P
     )
     if arguments.against:
         return find_file(arguments.against), options
+    options = replace(options, sees_own_robots=manifest.sees_own_robots)
     return files.path(manifest.given), files.options(options, manifest.scene)
 
 

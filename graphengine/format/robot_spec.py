@@ -198,6 +198,10 @@ class SensorSpec(FrameSpec, defer_build=True):
     """Name of a sensor profile, such as microscan3_9m_20hz, or a mapping with its values, such as {rate: 10.0, …}."""
     noise_std: NotNegative | None = None
     """Standard deviation of the measured distances, m; default: the value of the profile."""
+    sees_own_robot: bool | None = None
+    """If false, rays pass through the sensor's own robot. By default they hit it, except for the sensor's own link."""
+    ignores: tuple[str, ...] = Field(default=(), strict=False)
+    """Links of the robot that rays pass through, in addition to the sensor's own link."""
 
 
 class RobotSpec(FileSpec, defer_build=True):

@@ -83,6 +83,7 @@ class SimulationCore(Stateful):
         substeps: physics steps in a tick.
         seed: seed of the sensors' noise.
         rays: method of casting the rays of lidars; for `auto`, `rays_in_use` names the method that was selected.
+        sees_own_robots: whether sensors whose robot file does not say so see their own robot.
 
     Raises:
         PhysicsError: the simulation cannot start, or diverged while settling.
@@ -99,6 +100,7 @@ class SimulationCore(Stateful):
         *,
         seed: int = 0,
         rays: RaysChoice = "auto",
+        sees_own_robots: bool = True,
     ) -> None:
         self.stage = stage
         self.tick_period = (tick_rate.denominator, tick_rate.numerator)
@@ -119,6 +121,7 @@ class SimulationCore(Stateful):
         self.clamped_commands: dict[str, int] = {}
         """Number of commands that were clamped, by kind, joint and limit."""
         self._rays_choice = rays
+        self.sees_own_robots = sees_own_robots
         self._rays: Rays | None = None
         self._handles = HandleTable(self)
         self._mounts = Mounts()
@@ -153,7 +156,8 @@ class SimulationCore(Stateful):
             seed: seed of the sensor noise in the copy.
         """
         model, rate = copy.copy(self.model), Fraction(*reversed(self.tick_period))
-        made = type(self)(model, self.stage.copy(), rate, self.substeps, seed=seed, rays=self._rays_choice)
+        choices: dict[str, Any] = {"rays": self._rays_choice, "sees_own_robots": self.sees_own_robots}
+        made = type(self)(model, self.stage.copy(), rate, self.substeps, seed=seed, **choices)
         mujoco.mj_copyData(made.data, model, self.data)  # which may have settled
         made.settled_after = self.settled_after
         made._remember_start()

@@ -43,7 +43,13 @@ def load_robot_file(path: Path, files: Files, findings: Findings) -> RobotInstan
 
 
 def load_world(
-    scene: Loaded[SceneSpec], files: Files, findings: Findings, *, seed: int = 0, rays: RaysChoice = "auto"
+    scene: Loaded[SceneSpec],
+    files: Files,
+    findings: Findings,
+    *,
+    seed: int = 0,
+    rays: RaysChoice = "auto",
+    sees_own_robots: bool = True,
 ) -> LoadedWorld | None:
     """Build the physics of a scene; return None if the scene has errors, which are added to `findings`.
 
@@ -53,6 +59,7 @@ def load_world(
         findings: receives errors, warnings and notes.
         seed: seed of the sensors' noise.
         rays: method of casting the rays of lidars.
+        sees_own_robots: whether sensors whose robot file does not say so see their own robot.
     """
     before = len(findings.errors)
     if scene.spec.physics.tick_rate < SLOWEST:
@@ -92,7 +99,9 @@ def load_world(
     physics, settle = scene.spec.physics, scene.spec.settle
     rate = Fraction(repr(physics.tick_rate))
     try:
-        simulation = Simulation(model, stage, rate, physics.substeps, seed=seed, rays=rays)
+        simulation = Simulation(
+            model, stage, rate, physics.substeps, seed=seed, rays=rays, sees_own_robots=sees_own_robots
+        )
         touching = simulation.entities.touching()
         if settle:
             simulation.settle()  # which may push apart what touches where the files place it

@@ -47,6 +47,8 @@ class Manifest(BaseModel):
     """Reaction to a value that a node cannot use: drop the value or stop the run. Without this entry, the run stopped."""
     drops_set_values: bool = False
     """Whether `drop` includes values that were set while the session ran. Without this entry, only values from wires."""
+    sees_own_robots: bool = False
+    """Whether ray sensors whose robot file does not say so saw their own robot. Without this entry, they did not."""
     modules: tuple[Annotated[str, Field(pattern=r"^\w+(\.\w+)*$")], ...] = ()
     """Additional Python modules with node types. A replay must be given the same modules."""
     domain_id: DomainId = 0
@@ -107,6 +109,7 @@ def describe_run(
         keep_going=keep_going,
         bad_values="drop" if services.dropped is not None else "stop",
         drops_set_values=services.dropped is not None,
+        sees_own_robots=options.sees_own_robots,
         modules=tuple(modules),
         domain_id=services.domain_id,
         domain_from_environment=services.domain_from_environment,

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 from graphengine.compiler.graph import Graph
 from graphengine.compiler.literals import Override, no_node, no_port
@@ -35,6 +36,9 @@ from graphengine.scene.graph_loading import GraphFile, find_use, resolve_uses, r
 from graphengine.scene.hot_reload import SceneReloader
 from graphengine.scene.loaded_scene import LoadedScene, Options, WorldSource
 from graphengine.scene.scene_roster import begin
+
+if TYPE_CHECKING:
+    from graphengine.physics.loaded_world import LoadedWorld
 
 
 def load(path: Path, options: Options | None = None) -> LoadedScene:
@@ -80,11 +84,9 @@ def check_robot(path: Path, options: Options) -> LoadedScene:
 
 def load_without_graphs(path: Path, options: Options) -> LoadedScene:
     """Read and check a scene file and its robots, but not the graphs."""
-    from graphengine.physics.loading import load_world
-
     files, findings = Files.of(path, options.allowed, options.near, options.installed, options.shipped), Findings()
     read = spec_reader.read(SceneSpec, path, findings)
-    world = load_world(read, files, findings, seed=options.seed, rays=options.rays) if read is not None else None
+    world = _world(read, files, findings, options) if read is not None else None
     return LoadedScene(path, options, files, findings, world=world)
 
 
@@ -114,8 +116,6 @@ def _scene_uses(
 
 def _with_world(scene: LoadedScene, read: Loaded[SceneSpec], before: LoadedScene | None) -> LoadedScene:
     """Return a scene with its world; if the world of the previous scene `before` is unchanged, reuse it."""
-    from graphengine.physics.loading import load_world  # importing MuJoCo takes a quarter of a second
-
     files, findings, options = scene.files, scene.findings, scene.options
     spec = read.spec.model_copy(update={"graphs": {}, "doc": ""})
     known = before.world_source if before is not None else None
@@ -126,11 +126,18 @@ def _with_world(scene: LoadedScene, read: Loaded[SceneSpec], before: LoadedScene
         files.include(known.files)
         return replace(scene, world=before.world, world_source=known)
     count, own = len(findings.items), replace(files, used={}, sought={})
-    world = load_world(read, own, findings, seed=options.seed, rays=options.rays)
+    world = _world(read, own, findings, options)
     files.include(own)
     if world is None:
         return scene
     return replace(scene, world=world, world_source=WorldSource(spec, own, findings.items[count:]))
+
+
+def _world(read: Loaded[SceneSpec], files: Files, findings: Findings, options: Options) -> LoadedWorld | None:
+    from graphengine.physics.loading import load_world  # importing MuJoCo takes a quarter of a second
+
+    choices: Any = {"seed": options.seed, "rays": options.rays, "sees_own_robots": options.sees_own_robots}
+    return load_world(read, files, findings, **choices)
 
 
 def _graph_uses(

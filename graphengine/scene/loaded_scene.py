@@ -46,6 +46,7 @@ class Options:
         scripts: whether graphs may run Python code.
         recorded: whether the files are those of a recording; then values out of the bounds of their ports are only warnings,
             because the bounds may be newer than the recording.
+        sees_own_robots: whether ray sensors whose robot file does not say so see their own robot.
     """
 
     overrides: Mapping[str, Any] = field(default_factory=dict)
@@ -64,6 +65,7 @@ class Options:
     environment: Mapping[str, str] = field(default_factory=dict)
     scripts: bool = False
     recorded: bool = False
+    sees_own_robots: bool = True
 
 
 @dataclass(frozen=True, slots=True)

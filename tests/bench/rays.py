@@ -21,6 +21,7 @@ import numpy as np
 from graphengine.devices.lidar import beam_directions
 from graphengine.format.distribution import install_command
 from graphengine.physics.sensors.lidar import RayLidar
+from graphengine.physics.sensors.own_colliders import OwnColliders
 from graphengine.physics.sensors.rays import Caster, RaysChoice, select_rays
 from graphengine.physics.simulation import Simulation
 from tests.physics.harness import SHIPPED, load
@@ -61,7 +62,7 @@ def one_lidar(ways: list[RaysChoice], rounds: int) -> None:
     """Scans of single lidars at many poses."""
     simulation = load(SHIPPED / "dd100_warehouse.yaml").simulation
     model, data = simulation.model, simulation.data
-    tree = int(model.body_rootid[model.body("dd100/chassis_link").id])
+    own = OwnColliders(model, data, int(model.body_rootid[model.body("dd100/chassis_link").id]))
     flat = beam_directions((-2.4, 2.4, 4.8 / 2750), np.zeros(1))
     tilted = flat.copy()
     tilted[0, 2] = 1e-12  # a beam out of the plane: what is cast into is then the whole world
@@ -74,10 +75,10 @@ def one_lidar(ways: list[RaysChoice], rounds: int) -> None:
         ),
     ):
         casters: dict[str, Caster] = {
-            rays: select_rays(rays, model, data).caster(directions, FAR, tree) for rays in ways
+            rays: select_rays(rays, model, data).caster(directions, FAR, own) for rays in ways
         }
         if directions is flat:
-            casters = {"multiRay": select_rays("mujoco", model, data).caster(tilted, FAR, tree), **casters}
+            casters = {"multiRay": select_rays("mujoco", model, data).caster(tilted, FAR, own), **casters}
             casters["slice"] = casters.pop("mujoco")
 
         found = interleaved(rounds, {name: many_scans(caster) for name, caster in casters.items()})

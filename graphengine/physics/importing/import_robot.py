@@ -39,6 +39,7 @@ from graphengine.physics.importing import (
     left_behind,
     mjcf_parts,
     resting,
+    self_view,
     wheel_material,
     wheels,
 )
@@ -66,6 +67,7 @@ _PARTS = (
     wheel_material.fill,
     resting.fill,
     gazebo_sensors.fill,
+    self_view.fill,
     left_behind.fill,
 )
 """Functions that fill a draft from a URDF description, in order of execution."""

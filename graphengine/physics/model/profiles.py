@@ -121,6 +121,11 @@ class SensorProfile(DeviceProfile):
             raise ValueError(f"a profile is one of: {', '.join([*(device.kind for device in self.kinds()), 'rig'])}")
         return self
 
+    def all_devices(self) -> list[Profile]:
+        """Return the profiles of the single device, or of the devices of the rig."""
+        holders: list[DeviceSections] = [self, *(self.rig.parts.values() if self.rig is not None else ())]
+        return [profile for holder in holders for _, profile in holder.devices()]
+
 
 def read_profiles(robot: RobotFile, files: Files, findings: Findings) -> dict[str, SensorProfile]:
     """Return the profile of each sensor of a robot, by sensor name; sensors whose profile has errors are left out."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 
 from graphengine.devices.rotation import Quaternion, Vector3, rotate
@@ -147,6 +147,7 @@ def load_robot(
         return None
     before = len(findings.errors)
     _check_names(file, urdf, findings)
+    _check_senses(file, urdf, profiles, findings)
     _check_model(file, urdf, findings)
     if len(findings.errors) > before:
         return None
@@ -198,6 +199,19 @@ def _check_names(file: RobotFile, urdf: Urdf, findings: Findings) -> None:
             if link in bound:
                 findings.add("S105", f"link {link!r} has two materials", span, related=[(bound[link], "first here")])
             bound[link] = span
+
+
+def _check_senses(file: RobotFile, urdf: Urdf, profiles: Mapping[str, SensorProfile], findings: Findings) -> None:
+    """Add errors for links in `ignores` that do not exist, and for keys of rays in sensors that cast none."""
+    for name, sensor in file.spec.sensors.items():
+        for index, link in enumerate(sensor.ignores):
+            _known("link", link, urdf.links, file.span("sensors", name, "ignores", index), findings)
+        if name not in profiles or any(profile.casts_rays for profile in profiles[name].all_devices()):
+            continue
+        for key in ("sees_own_robot", "ignores"):
+            if key in sensor.model_fields_set:
+                text = f"{key}: has no effect, because a sensor of type {sensor.type} casts no rays"
+                findings.add("G109", text, file.key_span("sensors", name, key), "remove the key")
 
 
 def _check_model(file: RobotFile, urdf: Urdf, findings: Findings) -> None:

@@ -218,21 +218,23 @@ class _PrimBuilder:
             place = f"{path}/{device.child}"
             self._add(place, device.kind, span, orientation=device.orientation, facts=_facts(figures, sensor))
         if path and profile is not None and profile.rig is not None:
-            self._rig(path, profile.rig, span)
+            self._rig(path, profile.rig, sensor, span)
         return path
 
-    def _rig(self, path: str, rig: RigProfile, span: Span) -> None:
+    def _rig(self, path: str, rig: RigProfile, sensor: SensorSpec, span: Span) -> None:
         housing = f"{path}/{rig.housing}"
         self._add(housing, "sensor", span)
         for name, part in rig.parts.items():
             pose = {"position": part.position, "orientation": from_orientation(part.orientation)}
             for device, profile in part.devices():
-                self._add(f"{housing}/{name}", device.kind, span, facts=profile.facts(), **pose)
+                self._add(f"{housing}/{name}", device.kind, span, facts=_facts(profile, sensor), **pose)
 
 
 def _facts(figures: Profile, sensor: SensorSpec) -> dict[str, Any]:
-    """Return the facts of a sensor's profile; `noise_std` in the robot file overrides that of the profile."""
+    """Return the facts of a sensor's profile and the keys of the robot file; its `noise_std` overrides that of the profile."""
     facts = figures.facts()
+    if figures.casts_rays:
+        facts |= {"sees_own_robot": sensor.sees_own_robot, "ignores": sensor.ignores}
     if "noise_std" in facts and sensor.noise_std is not None:
         facts["noise_std"] = sensor.noise_std
     return facts

@@ -5,20 +5,14 @@ The bodies are visible to cameras and to rays of other robots; they have neither
 
 from __future__ import annotations
 
-from graphengine.devices.stage import Prim, Stage
+from graphengine.devices.stage import Stage
 from graphengine.format.diagnostics import Findings
 from graphengine.physics.engine import RAYS_AND_PICTURES, mujoco
 from graphengine.physics.model.profiles import ShapeSpec
 from graphengine.physics.model.robot import RobotInstance
 from graphengine.physics.model.robot_prims import add_robot
 from graphengine.physics.sensors.implementations import IMPLEMENTATIONS
-
-
-def housing_of(prim: Prim) -> str:
-    """Return the name of the visible body of a sensor with an appearance: the robot's name and the path below the robot."""
-    robot = next((above for above in prim.ancestors() if above.kind == "robot"), None)
-    above, name = (robot.path, robot.entity_name) if robot is not None else ("/", "")
-    return name + prim.path.removeprefix(above)
+from graphengine.physics.sensors.own_colliders import housing_of
 
 
 def add_sensors(model: mujoco.MjSpec, robot: RobotInstance) -> None:

@@ -24,11 +24,11 @@ from graphengine.devices.rotation import Pose
 from graphengine.format.errors import RenderError
 from graphengine.format.stateful import Stateful
 from graphengine.physics.engine import body_names, mujoco
-from graphengine.physics.model.sensor_bodies import housing_of
 from graphengine.physics.pictures import opengl
 from graphengine.physics.pictures.bounding_boxes import BoundingBoxes
 from graphengine.physics.pictures.frame_capture import FrameCapture, Lens, Shot
 from graphengine.physics.pictures.rendering import Image, Renderer
+from graphengine.physics.sensors.own_colliders import housing_of
 
 if TYPE_CHECKING:
     from graphengine.physics.core import SimulationCore

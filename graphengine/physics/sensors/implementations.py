@@ -6,7 +6,7 @@ Each class is defined in a module of this package, together with the profile tha
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Annotated, Any, NamedTuple, TypeVar
+from typing import Annotated, Any, ClassVar, NamedTuple, TypeVar
 
 from pydantic import Field
 
@@ -37,6 +37,9 @@ def check_less(**bounds: float) -> None:
 
 class Profile(Spec):
     """Base class of the sections of a sensor profile; each contains the parameters of one kind of device."""
+
+    casts_rays: ClassVar[bool] = False
+    """Whether the device casts rays, so that `sees_own_robot` and `ignores` have an effect on it."""
 
     def facts(self) -> dict[str, Any]:
         """Return the values that the profile adds to the `facts` of a device's prim."""

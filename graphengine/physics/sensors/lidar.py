@@ -22,6 +22,7 @@ from graphengine.devices.stage import Prim
 from graphengine.format.spec import NotNegative, Positive, Spec
 from graphengine.physics.engine import Floats
 from graphengine.physics.sensors.implementations import Deviation, Profile, Rate, check_less, implements
+from graphengine.physics.sensors.own_colliders import own_colliders
 from graphengine.physics.sensors.rays import Integers, geom_colours
 from graphengine.physics.sensors.sampling import S, TickSampled
 
@@ -103,6 +104,8 @@ def check_distances(resolution: float, **bounds: float) -> None:
 class LidarProfile(Profile):
     """The parameters of a lidar."""
 
+    casts_rays = True
+
     rate: Rate = Field(description="Sweeps per second.")
     beams: BeamsSpec
     """Beams of a ring, as {first_deg: -90, last_deg: 90, count: 181}."""
@@ -161,12 +164,12 @@ class RaySensor(TickSampled[S]):
         super().__init__(simulation, prim)
 
     def bind(self) -> None:
-        """Look up the body that carries the sensor, and create the caster; rays pass through the sensor's own robot."""
+        """Look up the body that carries the sensor, and create the caster."""
         super().bind()
-        tree = int(self._simulation.model.body_rootid[self.body])
-        self._caster = self._simulation.rays.caster(self.directions, self.ranges[1], tree)
+        own = own_colliders(self._simulation, self._prim, self.body, self.ranges[0])
+        self._caster = self._simulation.rays.caster(self.directions, self.ranges[1], own)
 
-    def _meet(self) -> tuple[Floats, Integers]:
+    def cast(self) -> tuple[Floats, Integers]:
         """Return distance (m) and geom id of the first hit of each ray; see `rays.Caster.cast`."""
         return self._caster.cast(*self.frame())
 
@@ -205,7 +208,7 @@ class RayLidar(RaySensor[Scan]):
 
     def _make_sample(self, index: int) -> Scan:
         near, far = self.ranges
-        distances, geoms = self._meet()
+        distances, geoms = self.cast()
         missed = (distances < near) | (distances > far)
         ranges = self._measured(distances, index).astype(np.float32)
         intensities = self._brightness.take(geoms)

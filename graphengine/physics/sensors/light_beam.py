@@ -1,12 +1,12 @@
 """A light beam sensor: one beam or a curtain of parallel beams; the sensor detects which beams are broken.
 
-The beams hit the same objects as the beams of a lidar, and pass through the sensor's own robot. They are cast when the sensor is
-read.
+The beams hit the same objects as the beams of a lidar. They are cast when the sensor is read.
 """
 
 from __future__ import annotations
 
 import math
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -17,6 +17,7 @@ from graphengine.devices.stage import Prim
 from graphengine.format.spec import NotNegative, Positive, Vector
 from graphengine.physics.dynamics.motion_handles import CarriedPrim
 from graphengine.physics.sensors.implementations import Profile, check_less, implements
+from graphengine.physics.sensors.own_colliders import own_colliders
 from graphengine.physics.sensors.ray_bundle import RayBundle
 
 if TYPE_CHECKING:
@@ -25,6 +26,8 @@ if TYPE_CHECKING:
 
 class LightBeamProfile(Profile):
     """The parameters of a light barrier (one beam) or a light curtain (several beams)."""
+
+    casts_rays = True
 
     num_rays: int = Field(default=1, ge=1, le=10_000, description="Number of beams.")
     curtain_length: NotNegative = Field(
@@ -67,12 +70,12 @@ class LightCurtain(CarriedPrim):
         super().__init__(simulation, prim)
 
     def bind(self) -> None:
-        """Look up the body that carries the sensor, and create the rays, which pass through the sensor's own robot."""
+        """Look up the body that carries the sensor, and create the rays."""
         super().bind()
         simulation = self._simulation
-        tree = int(simulation.model.body_rootid[self.body])
+        own = partial(own_colliders, simulation, self._prim, self.body)
         rays = (simulation.rays, self._origins, self._directions, self._ranges)
-        self._bundle = RayBundle(simulation.model, simulation.data, *rays, tree)
+        self._bundle = RayBundle(simulation.model, simulation.data, *rays, own)
 
     def reading(self) -> BeamReading:
         """Cast the beams; return whether each beam is broken, its depth (m) and the positions of both its ends."""

@@ -1,8 +1,9 @@
 """Ray casting with `mj_multiRay`, which tests every geom for every ray.
 
-Its argument `bodyexclude` excludes only a single body. So during a cast, the geoms of the sensor's own robot are moved to a
-separate geom group. If all rays are in one plane, which intersects only a part of the world, they are cast into a small model of
-that part (`plane_culling`).
+Its argument `bodyexclude` excludes only a single body. So during a cast, the geoms that the rays pass through are moved to a
+separate geom group. Rays that hit a collider of the sensor's own robot nearer than the sensor's least distance are cast again
+without this collider. If all rays are in one plane, which intersects only a part of the world, they are cast into a small model
+of that part (`plane_culling`).
 """
 
 from __future__ import annotations
@@ -10,9 +11,10 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from graphengine.physics.engine import OWN, Floats, mujoco
+from graphengine.physics.engine import OWN, Floats, Indices, mujoco
+from graphengine.physics.sensors.own_colliders import PASSED, VISIBLE, OwnColliders
 from graphengine.physics.sensors.plane_culling import PlaneSlice
-from graphengine.physics.sensors.rays import GROUPS_SEEN, Integers, own_geoms, visible_geoms
+from graphengine.physics.sensors.rays import GROUPS_SEEN, Integers, visible_geoms
 
 
 class MultiRays:
@@ -23,21 +25,23 @@ class MultiRays:
     def __init__(self, model: mujoco.MjModel, data: mujoco.MjData) -> None:
         self._model, self._data = model, data
 
-    def caster(self, directions: Floats, far: float, tree: int) -> MultiRayCaster:
+    def caster(self, directions: Floats, far: float, own: OwnColliders) -> MultiRayCaster:
         """Return a caster for the rays of a sensor; see `Rays.caster`."""
-        return MultiRayCaster(self._model, self._data, directions, far, tree)
+        return MultiRayCaster(self._model, self._data, directions, far, own)
 
 
 class MultiRayCaster:
     """Casts the rays of one sensor by MuJoCo; implements `sensors.rays.Caster`."""
 
-    def __init__(self, model: mujoco.MjModel, data: mujoco.MjData, directions: Floats, far: float, tree: int) -> None:
+    def __init__(
+        self, model: mujoco.MjModel, data: mujoco.MjData, directions: Floats, far: float, own: OwnColliders
+    ) -> None:
         self._model, self._data = model, data
         self._directions, self._far = directions, far
-        self._own = own_geoms(model, tree)
-        self._visible: list[int] = np.setdiff1d(visible_geoms(model), self._own).tolist()
-        self._sliceable = not directions[:, 2].any() and PlaneSlice.serves(model, self._visible)
+        self._own = own
+        self._visible = visible_geoms(model)
         self._slice: PlaneSlice | None = None
+        self._sliceable = not directions[:, 2].any()
         self._rays = np.empty_like(directions)
         self._distances = np.empty(len(directions))
         self._geoms = np.empty(len(directions), np.int32)
@@ -45,32 +49,65 @@ class MultiRayCaster:
     def cast(self, origin: Floats, rotation: Floats) -> tuple[Floats, Integers]:
         """Return distance (m) and geom id of the first hit of each ray; see `Caster.cast`."""
         np.matmul(self._directions, rotation.T, out=self._rays)
+        self._own.start_at(origin)
         part = self._slice_at(origin, rotation[:, 2])
+        passed = np.flatnonzero(self._own.roles == PASSED)
         if part is None:
-            self._cast_into_all(origin)
+            self._cast_into_all(origin, self._rays, passed, self._distances, self._geoms)
         else:
             part.refresh(self._data)
-            self._multi_ray(part.model, part.data, origin, None)
+            self._multi_ray(part.model, part.data, origin, self._rays, None, self._distances, self._geoms)
             self._geoms[:] = part.geoms[self._geoms]  # of misses anything: they are not looked up
+        if self._own.seen:
+            self._pass_through_own(origin, passed)
         return self._distances, self._geoms
 
     def _slice_at(self, origin: Floats, normal: Floats) -> PlaneSlice | None:
         """Return a small model with all geoms that rays can hit from this pose; None if the whole model must be used."""
         if self._slice is None and self._sliceable:
-            self._slice = PlaneSlice(self._model, self._data, self._visible, origin, normal)
+            seen: list[int] = np.setdiff1d(self._visible, self._own.always_passed).tolist()
+            self._sliceable = PlaneSlice.serves(self._model, seen)
+            if self._sliceable:
+                self._slice = PlaneSlice(self._model, self._data, seen, origin, normal)
         return self._slice if self._slice is not None and self._slice.covers(origin, normal) else None
 
-    def _cast_into_all(self, origin: Floats) -> None:
-        groups = self._model.geom_group[self._own]
-        self._model.geom_group[self._own] = OWN
+    def _pass_through_own(self, origin: Floats, passed: Indices) -> None:
+        """Cast the rays that hit own colliders which they pass through again without these colliders."""
+        roles, near = self._own.roles, self._own.near
+        pending = [(np.arange(len(self._rays)), passed)]
+        while pending:
+            rays, without = pending.pop()
+            distances, geoms = self._distances[rays], self._geoms[rays]
+            of = roles[np.where(distances >= 0.0, geoms, 0)]
+            through = (distances >= 0.0) & ((of == PASSED) | ((of == VISIBLE) & (distances < near)))
+            for geom in np.unique(geoms[through]):
+                again, more = rays[through & (geoms == geom)], np.append(without, geom)
+                found, met = np.empty(len(again)), np.empty(len(again), np.int32)
+                self._cast_into_all(origin, self._rays[again], more, found, met)
+                self._distances[again], self._geoms[again] = found, met
+                pending.append((again, more))
+
+    def _cast_into_all(
+        self, origin: Floats, rays: Floats, passed: Indices, distances: Floats, geoms: NDArray[np.int32]
+    ) -> None:
+        """Cast rays into the whole model, through the geoms `passed`."""
+        groups = self._model.geom_group[passed]
+        self._model.geom_group[passed] = OWN
         try:
-            self._multi_ray(self._model, self._data, origin, GROUPS_SEEN)
+            self._multi_ray(self._model, self._data, origin, rays, GROUPS_SEEN, distances, geoms)
         finally:
-            self._model.geom_group[self._own] = groups
+            self._model.geom_group[passed] = groups
 
     def _multi_ray(
-        self, model: mujoco.MjModel, data: mujoco.MjData, origin: Floats, groups: NDArray[np.uint8] | None
+        self,
+        model: mujoco.MjModel,
+        data: mujoco.MjData,
+        origin: Floats,
+        rays: Floats,
+        groups: NDArray[np.uint8] | None,
+        distances: Floats,
+        geoms: NDArray[np.int32],
     ) -> None:
-        rays, count = self._rays.reshape(-1), len(self._rays)
-        distances, geoms = self._distances, self._geoms
-        mujoco.mj_multiRay(model, data, origin, rays, groups, True, -1, geoms, distances, None, count, self._far)
+        mujoco.mj_multiRay(
+            model, data, origin, rays.reshape(-1), groups, True, -1, geoms, distances, None, len(rays), self._far
+        )

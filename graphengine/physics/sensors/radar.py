@@ -1,6 +1,6 @@
 """The radar: casts rays into the collision geometry, and measures distance and radial velocity of the points that they hit.
 
-Rays hit the same objects as those of a lidar, and pass through the radar's own robot. Every hit in range is one detection. The
+Rays hit the same objects as those of a lidar. Every hit in range is one detection. The
 radial velocity is that of the surface point relative to the radar, along the ray.
 
 The noise model is this project's own: independent normal errors of distance, radial velocity and angles. It is not that of a
@@ -70,7 +70,7 @@ class RayRadar(RaySensor[Detections]):
 
     def _make_sample(self, index: int) -> Detections:
         near, far = self.ranges
-        distances, geoms = self._meet()
+        distances, geoms = self.cast()
         hit = np.flatnonzero((distances >= near) & (distances <= far))
         distances, directions = distances[hit], self.directions[hit]
         velocities = self._radial_velocities(geoms[hit], directions, distances)

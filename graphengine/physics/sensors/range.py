@@ -1,6 +1,6 @@
 """A range sensor that casts a cone of rays and measures the smallest distance.
 
-The rays hit the same objects as the rays of a lidar, and pass through the sensor's own robot. They form rings around the sensor's
+The rays hit the same objects as the rays of a lidar. They form rings around the sensor's
 x axis; the outermost ring is the edge of the cone. Objects between two rings are not detected. The sensor detects a surface even
 if it does not reflect towards the sensor, unlike real ultrasonic sensors.
 """
@@ -26,6 +26,8 @@ if TYPE_CHECKING:
 
 class RangeProfile(Profile):
     """The parameters of an ultrasonic or infrared range sensor."""
+
+    casts_rays = True
 
     radiation_type: Literal["ultrasound", "infrared"] = "ultrasound"
     """Kind of radiation that messages name."""
@@ -69,7 +71,7 @@ class RayCone(RaySensor[RangeReading]):
 
     def _make_sample(self, index: int) -> RangeReading:
         near, far = self.ranges
-        distances, _ = self._meet()
+        distances, _ = self.cast()
         nearest = np.min(distances[distances >= 0.0], initial=math.inf, keepdims=True)
         distance = float(self._measured(nearest, index)[0])
         if not near <= nearest[0] <= far:

@@ -6,12 +6,13 @@ a body, the ray hits the body at this point, as in PhysX.
 
 from __future__ import annotations
 
-from functools import partial
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
 
 from graphengine.physics.engine import Bools, Floats, Indices, mujoco
+from graphengine.physics.sensors.own_colliders import OwnColliders
 from graphengine.physics.sensors.rays import Caster, Rays
 
 _KINDS = mujoco.mjtGeom
@@ -42,7 +43,7 @@ class RayBundle:
         origins: origins in the sensor's frame, shape (n, 3), m.
         directions: unit vectors in the sensor's frame, shape (n, 3).
         ranges: least and greatest distance from the origin, m.
-        tree: root body of the sensor's own robot, which the rays pass through; 0 for none.
+        own: function that returns the colliders of the sensor's own robot, for rays with a given least distance (m).
     """
 
     def __init__(
@@ -53,14 +54,14 @@ class RayBundle:
         origins: Floats,
         directions: Floats,
         ranges: tuple[float, float],
-        tree: int,
+        own: Callable[[float], OwnColliders],
     ) -> None:
         self._model, self._data, self._ranges = model, data, ranges
         self._origins, self._directions = origins, directions
-        self._caster = partial(rays.caster, far=ranges[1], tree=tree)
+        self._rays, self._own = rays, own
         places, group = np.unique(origins, axis=0, return_inverse=True)
         members = [np.flatnonzero(group.ravel() == number) for number in range(len(places))]
-        self._groups = [(own, self._caster(directions[own])) for own in members]
+        self._groups = [(rays, self._caster(directions[rays], ranges[0])) for rays in members]
         self._single: dict[int, Caster] = {}
         """Casters for single rays, by the ray's index; used for rays with a hit nearer than the least distance."""
 
@@ -71,12 +72,12 @@ class RayBundle:
         origins, directions = position + self._origins @ rotation.T, self._directions @ rotation.T
         begins, normals = origins.copy(), np.zeros((count, 3))
         depths, geoms = np.full(count, far), np.full(count, -1)
-        for own, caster in self._groups:
-            distances, met = caster.cast(origins[own[0]], rotation)
-            depths[own], geoms[own] = distances, np.where(distances >= 0.0, met, -1)
+        for rays, caster in self._groups:
+            distances, met = caster.cast(origins[rays[0]], rotation)
+            depths[rays], geoms[rays] = distances, np.where(distances >= 0.0, met, -1)
         for ray in np.flatnonzero((geoms >= 0) & (depths < near)).tolist():
             if ray not in self._single:
-                self._single[ray] = self._caster(self._directions[ray][None])
+                self._single[ray] = self._caster(self._directions[ray][None], 0.0)
             begins[ray] += near * directions[ray]
             (distance,), (geom,) = self._single[ray].cast(begins[ray], rotation)
             depths[ray], geoms[ray] = near + distance, geom if distance >= 0.0 else -1
@@ -88,6 +89,9 @@ class RayBundle:
                 depths[ray], normal = near, -directions[ray]
             normals[ray] = normal
         return Hits(found, depths, normals, geoms)
+
+    def _caster(self, directions: Floats, near: float) -> Caster:
+        return self._rays.caster(directions, self._ranges[1], self._own(near))
 
     def _normal(self, geom: int, begin: Floats, direction: Floats) -> Floats:
         """Return a geom's outward unit normal where a ray hits it; for shapes without normals, the ray's reverse direction."""

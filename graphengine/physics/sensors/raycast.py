@@ -1,12 +1,12 @@
 """A raycast sensor, whose rays have individual origins and directions.
 
-The rays hit the same objects as the rays of a lidar, and pass through the sensor's own robot. All rays are cast when the sensor
-is read.
+The rays hit the same objects as the rays of a lidar. All rays are cast when the sensor is read.
 """
 
 from __future__ import annotations
 
 import math
+from functools import partial
 from typing import TYPE_CHECKING, Annotated, Literal
 
 import numpy as np
@@ -18,6 +18,7 @@ from graphengine.format.spec import NotNegative, Positive
 from graphengine.physics.dynamics.motion_handles import CarriedPrim
 from graphengine.physics.engine import body_names
 from graphengine.physics.sensors.implementations import Offsets, Profile, check_less, implements
+from graphengine.physics.sensors.own_colliders import own_colliders
 from graphengine.physics.sensors.ray_bundle import RayBundle
 
 if TYPE_CHECKING:
@@ -30,6 +31,8 @@ _Rows = Annotated[tuple[Offsets, ...], Field(strict=False, min_length=1, max_len
 
 class RaycastProfile(Profile):
     """The parameters of a raycast sensor: the origins, directions and ranges of its rays, and its output."""
+
+    casts_rays = True
 
     ray_origins: _Rows = Field(
         default=((0.0, 0.0, 0.0),),
@@ -76,12 +79,12 @@ class RaySet(CarriedPrim):
         super().__init__(simulation, prim)
 
     def bind(self) -> None:
-        """Look up the prims of all bodies, and create the rays, which pass through the sensor's own robot."""
+        """Look up the prims of all bodies, and create the rays."""
         super().bind()
         simulation = self._simulation
-        model, tree = simulation.model, int(simulation.model.body_rootid[self.body])
+        model, own = simulation.model, partial(own_colliders, simulation, self._prim, self.body)
         rays = (simulation.rays, self._origins, self._directions, self._ranges)
-        self._bundle = RayBundle(model, simulation.data, *rays, tree)
+        self._bundle = RayBundle(model, simulation.data, *rays, own)
         paths = {
             prim.body: prim.path for prim in simulation.stage.prims() if prim.body is not None and prim.kind != "robot"
         }

@@ -1,8 +1,8 @@
 """The interface between sensors and the code that casts their rays.
 
 Rays hit colliders, and the visuals of bodies without colliders (see `engine.sort_geoms`). They pass through fully transparent
-geoms and the sensor's own robot. There are two implementations: `mujoco`, which always works, and `fast`, which is compiled by
-numba and takes a tenth of the time or less.
+geoms, and through parts of the sensor's own robot (see `own_colliders`). There are two implementations: `mujoco`, which always
+works, and `fast`, which is compiled by numba and takes a tenth of the time or less.
 """
 
 from __future__ import annotations
@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from graphengine.format.distribution import install_command
 from graphengine.format.errors import UsageError
 from graphengine.physics.engine import RAYS, RAYS_AND_PICTURES, Floats, Indices, mujoco
+from graphengine.physics.sensors.own_colliders import OwnColliders
 
 Integers = NDArray[np.signedinteger]
 RaysChoice = Literal["auto", "mujoco", "fast"]
@@ -45,13 +46,13 @@ class Rays(Protocol):
     def name(self) -> str:
         """Name of the method: `mujoco` or `fast`."""
 
-    def caster(self, directions: Floats, far: float, tree: int) -> Caster:
+    def caster(self, directions: Floats, far: float, own: OwnColliders) -> Caster:
         """Return a caster for the rays of a sensor.
 
         Args:
             directions: unit vectors in the sensor's frame, shape (n, 3); the array must not change afterwards.
             far: range of the sensor, m.
-            tree: root body of the sensor's own robot, which rays pass through; 0 for none.
+            own: colliders of the sensor's own robot; no other caster may use the same object.
         """
 
 
@@ -93,11 +94,6 @@ def _obstacle(model: mujoco.MjModel) -> str:
     if unknown := why_not(model):
         return f"rays 'fast' do not support {unknown}\n  use rays 'mujoco' instead"
     return ""
-
-
-def own_geoms(model: mujoco.MjModel, tree: int) -> Indices:
-    """Return the ids of the geoms of a topmost body and all bodies below it; none if `tree` is the world (0)."""
-    return np.flatnonzero(model.body_rootid[model.geom_bodyid] == tree) if tree else np.empty(0, np.intp)
 
 
 def visible_geoms(model: mujoco.MjModel) -> Indices:

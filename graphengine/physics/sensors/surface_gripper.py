@@ -20,6 +20,7 @@ from graphengine.physics.dynamics.motion_handles import CarriedPrim
 from graphengine.physics.dynamics.welds import add_weld
 from graphengine.physics.engine import mujoco, wake
 from graphengine.physics.sensors.implementations import Offsets, Profile, check_less, implements
+from graphengine.physics.sensors.own_colliders import OwnColliders
 
 if TYPE_CHECKING:
     from graphengine.physics.core import SimulationCore
@@ -101,8 +102,9 @@ class SuctionGripper(CarriedPrim):
         super().bind()
         simulation, facts = self._simulation, self._prim.facts
         self._reach: float = facts["max_grip_distance"] - facts["clearance_offset"]
-        tree = int(simulation.model.body_rootid[self.body])
-        self._caster = simulation.rays.caster(self._forward[None], self._reach, tree)
+        model = simulation.model
+        own = OwnColliders(model, simulation.data, int(model.body_rootid[self.body]))
+        self._caster = simulation.rays.caster(self._forward[None], self._reach, own)
 
     def reset(self) -> None:
         """Set the status to open; the simulation itself releases the welds."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 from typing import Any
 
@@ -339,6 +340,28 @@ def test_what_is_left_of_a_sensor_is_lost(tmp_path: Path) -> None:
 def test_sensors_that_share_a_reason_share_a_remark(tmp_path: Path) -> None:
     two = (sensor("imu_link", "gps", "", name=name) for name in ("left", "right"))
     assert remarks(tmp_path, "lost", *two) == ["sensors left, right: there is nothing like satellite navigation"]
+
+
+def screen(width: float) -> str:
+    """A link with a wall, centred 0.2 m ahead of the lidar, that blocks the beams to both sides as far as it is wide."""
+    return f"""<link name="screen"><collision><geometry><box size=".02 {width} .4"/></geometry></collision></link>
+      <joint name="screen_joint" type="fixed">
+        <parent link="base_link"/><child link="screen"/><origin xyz=".11 0 .2"/>
+      </joint>"""
+
+
+@pytest.mark.parametrize(("half_angle", "sees"), [(30.0, None), (45.0, False)])
+def test_a_lidar_whose_beams_its_own_robot_blocks_does_not_see_the_robot(
+    tmp_path: Path, half_angle: float, sees: bool | None
+) -> None:
+    gazebo = screen(0.4 * math.tan(math.radians(half_angle))), sensor("base_scan", "lidar", LIDAR, name="front")
+    (entry,) = robot(tmp_path, *gazebo)["sensors"].values()
+    assert entry.get("sees_own_robot") is sees
+    (told,) = [text for text in remarks(tmp_path, "noticed", *gazebo) if "blocks" in text]
+    assert told.startswith(
+        f"the robot itself blocks {2 * half_angle / 360:.0%} of the beams of front within 0.5 m, by: screen"
+    )
+    assert told.endswith("its beams pass through the robot") is (sees is False)
 
 
 def test_the_number_of_sensors_is_bounded(tmp_path: Path) -> None:

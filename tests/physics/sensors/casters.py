@@ -9,7 +9,8 @@ import pytest
 from numpy.typing import NDArray
 
 from graphengine.physics.engine import OWN, mujoco
-from graphengine.physics.sensors.rays import GROUPS_SEEN, own_geoms
+from graphengine.physics.sensors.own_colliders import OwnColliders
+from graphengine.physics.sensors.rays import GROUPS_SEEN
 
 Floats = NDArray[np.float64]
 
@@ -21,7 +22,7 @@ def one_by_one(
     model: mujoco.MjModel, data: mujoco.MjData, origin: Floats, rays: Floats, tree: int = 0
 ) -> tuple[Floats, NDArray[np.int32]]:
     """What `mj_ray` finds for rays in the world frame, with the robot of a root body taken out."""
-    own, groups = own_geoms(model, tree), model.geom_group.copy()
+    own, groups = OwnColliders(model, data, tree).always_passed, model.geom_group.copy()
     distances, geoms = np.empty(len(rays)), np.empty(len(rays), np.int32)
     model.geom_group[own] = OWN
     for index, ray in enumerate(rays):

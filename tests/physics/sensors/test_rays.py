@@ -17,6 +17,7 @@ from graphengine.format.errors import UsageError
 from graphengine.format.spec import RobotUse
 from graphengine.physics.engine import mujoco, sort_geoms
 from graphengine.physics.loaded_world import LoadedWorld
+from graphengine.physics.sensors.own_colliders import OwnColliders
 from graphengine.physics.sensors.rays import Caster, RaysChoice, select_rays
 from graphengine.physics.simulation import Simulation
 from tests.physics.conftest import Ship
@@ -38,7 +39,7 @@ def world_of(xml: str) -> World:
 
 
 def caster(world: World, rays: RaysChoice, directions: Floats, tree: int = 0) -> Caster:
-    return select_rays(rays, *world).caster(directions, FAR, tree)
+    return select_rays(rays, *world).caster(directions, FAR, OwnColliders(*world, tree))
 
 
 def within_reach(distances: Floats) -> Floats:

@@ -2,7 +2,7 @@
 
 Neighbouring rays of a lidar hit nearly the same geoms. So rays are grouped in packets: a packet walks a tree once, with the
 bounds of its rays' directions, and each ray is tested against the geoms that the packet reaches. The geom that the last ray of
-the previous packet hit is tested first, because geoms behind it can then be skipped.
+the previous packet hit is tested first, because geoms behind it can then be skipped. Each ray walks the tree of a mesh alone.
 
 The result for a ray is the smallest distance over all geoms, and the geom with the lowest id at that distance; it does not
 depend on trees and packets. Surfaces are the same as those of `mj_ray`. Rays hit closed surfaces from outside and inside, and
@@ -14,8 +14,10 @@ Tables are arrays of records, because numba counts references to each array argu
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from graphengine.physics.engine import Floats, Indices
 from graphengine.physics.sensors.fast.compiled import kernel, part
@@ -31,27 +33,28 @@ from graphengine.physics.sensors.fast.table import (
     Records,
 )
 from graphengine.physics.sensors.fast.tree import Tree
+from graphengine.physics.sensors.own_colliders import PASSED, VISIBLE
 
-Vector = tuple[float, float, float]
 Spread = tuple[float, float, float, float, float, float]
 """Inverse bounds of the directions of several rays: 1 / the greatest x, y and z, then 1 / the least x, y and z."""
 
+Vector = tuple[float, float, float]
+Roles = NDArray[np.uint8]
+Own = tuple[Roles, float]
+"""Role of each geom for the rays, and the distance nearer than which they pass through visible geoms of their own robot, m."""
+Meshes = tuple[Records, Floats, Records]
+"""Nodes of the trees of all meshes; corners of their triangles; memory for nodes that a ray has yet to visit."""
+
 PACKET = 32
 """Number of rays that walk a tree together."""
+
 TINY = 1e-15
 """MuJoCo's mjMINVAL: numbers with a smaller magnitude count as zero."""
 SEAM = 1e-12
 """Fraction by which triangles extend beyond their edges, so that no ray passes between two neighbours."""
 
-BEAM = np.dtype(
-    [
-        ("way", "f8", 3),  # unit vector, world frame
-        ("local", "f8", 3),  # the same in the frame of a mesh
-        ("distance", "f8"),  # m, to what was met so far
-        ("geom", "i8"),  # its number; -1 for nothing
-    ],
-    align=True,
-)
+BEAM = np.dtype([("way", "f8", 3), ("distance", "f8"), ("geom", "i8")], align=True)
+"""A ray: its unit vector in the world frame, and distance (m) and id of the nearest geom that it has hit so far, or -1."""
 
 
 @kernel
@@ -62,12 +65,14 @@ def cast(
     origin: Floats,
     rotation: Floats,
     far: float,
-    own: int,
+    near: float,
+    roles: Roles,
     geoms: Records,
     still: Tree,
     moving: Tree,
-    triangles: Tree,
+    triangles: Records,
     corners: Floats,
+    stack: Records,
 ) -> None:
     """Find the first hit of each ray, and write its distance and geom to `distances` and `numbers`.
 
@@ -78,14 +83,17 @@ def cast(
         origin: common origin in the world frame, m.
         rotation: rotation of the sensor in the world, a 3 x 3 matrix.
         far: maximum distance, m.
-        own: root body of the robot whose geoms the rays pass through; -1 for none.
+        near: distance nearer than which rays pass through visible geoms of their own robot, m.
+        roles: role of each geom of the model; see `own_colliders`.
         geoms: all geoms of the model, in order.
         still: tree of the static geoms.
         moving: tree of the moving geoms.
         triangles: trees of all meshes, one after the other.
-        corners: corners of the triangles in the frame of their mesh, shape (triangles, 9).
+        corners: for each triangle one corner and the two edges from it, in the frame of the mesh, shape (triangles, 9).
+        stack: memory from `new_stack`.
     """
     start = (origin[0], origin[1], origin[2])
+    own, meshes = (roles, near), (triangles, corners, stack)
     beyond = np.nextafter(far, math.inf)
     packet = np.empty(PACKET, BEAM)
     guess = -1
@@ -93,10 +101,10 @@ def cast(
         count = min(PACKET, len(directions) - first)
         _aim(packet, count, directions, first, rotation, beyond)
         if guess >= 0:
-            _meet(guess, geoms, packet, count, start, triangles, corners)
-        spread = _spread(packet, count, False)
-        _walk(still, spread, guess, own, geoms, packet, count, start, triangles, corners)
-        _walk(moving, spread, guess, own, geoms, packet, count, start, triangles, corners)
+            _meet(guess, geoms, own, packet, count, start, meshes)
+        spread = _spread(packet, count)
+        _walk(still, spread, guess, geoms, own, packet, count, start, meshes)
+        _walk(moving, spread, guess, geoms, own, packet, count, start, meshes)
         for index in range(count):
             beam = packet[index]
             distances[first + index] = beam.distance if beam.geom >= 0 else -1.0
@@ -120,13 +128,12 @@ def _walk(
     tree: Tree,
     spread: Spread,
     met: int,
-    own: int,
     geoms: Records,
+    own: Own,
     packet: Records,
     count: int,
     start: Vector,
-    triangles: Tree,
-    corners: Floats,
+    meshes: Meshes,
 ) -> None:
     """Test a packet against all geoms of a tree that it may reach, except for the geom `met`, which was tested before."""
     farthest = _farthest(packet, count)
@@ -136,8 +143,8 @@ def _walk(
         if not _reaches(spread, start, node.low, node.high, farthest):
             index = node.skip
             continue
-        if node.item >= 0 and node.item != met and geoms[node.item].owner != own:
-            _meet(node.item, geoms, packet, count, start, triangles, corners)
+        if node.item >= 0 and node.item != met and own[0][node.item] != PASSED:
+            _meet(node.item, geoms, own, packet, count, start, meshes)
             farthest = _farthest(packet, count)
         index += 1
 
@@ -152,12 +159,12 @@ def _farthest(packet: Records, count: int) -> float:
 
 
 @part
-def _spread(packet: Records, count: int, local: bool) -> Spread:
-    """Return the bounds of a packet's directions in the world frame or, if `local` is true, in the frame of a mesh."""
+def _spread(packet: Records, count: int) -> Spread:
+    """Return the bounds of a packet's directions in the world frame."""
     x, y, z = -math.inf, -math.inf, -math.inf
     u, v, w = math.inf, math.inf, math.inf
     for index in range(count):
-        way = packet[index].local if local else packet[index].way
+        way = packet[index].way
         x, y, z = max(x, way[0]), max(y, way[1]), max(z, way[2])
         u, v, w = min(u, way[0]), min(v, way[1]), min(w, way[2])
     return _over(x, 1.0), _over(y, 1.0), _over(z, 1.0), _over(u, -1.0), _over(v, -1.0), _over(w, -1.0)
@@ -192,9 +199,7 @@ def _reaches(spread: Spread, origin: Vector, low: Floats, high: Floats, farthest
 
 
 @part
-def _meet(
-    number: int, geoms: Records, packet: Records, count: int, start: Vector, triangles: Tree, corners: Floats
-) -> None:
+def _meet(number: int, geoms: Records, own: Own, packet: Records, count: int, start: Vector, meshes: Meshes) -> None:
     """Test all rays of a packet against one geom, in the geom's frame."""
     geom = geoms[number]
     turn, place = geom.rotation, geom.position
@@ -203,41 +208,18 @@ def _meet(
     start = (_dot(right, offset), _dot(up, offset), _dot(out, offset))
     kind = geom.kind
     size = (geom.size[0], geom.size[1], geom.size[2])
+    roles, near = own
+    nearest = near if roles[number] == VISIBLE else 0.0
     for index in range(count):
         beam = packet[index]
         way = (beam.way[0], beam.way[1], beam.way[2])
         way = (_dot(right, way), _dot(up, way), _dot(out, way))
         if kind in (MESH, HFIELD):
-            beam.local[0], beam.local[1], beam.local[2] = way
+            distance = _nearest_triangle(meshes, geom.mesh, start, way, beam.distance)
         else:
             distance = _distance(kind, size, start, way)
-            if distance < beam.distance or (distance == beam.distance and number < beam.geom):
-                beam.distance, beam.geom = distance, number
-    if kind in (MESH, HFIELD):
-        _meet_mesh(number, geom.mesh, packet, count, start, triangles, corners)
-
-
-@part
-def _meet_mesh(
-    number: int, root: int, packet: Records, count: int, start: Vector, triangles: Tree, corners: Floats
-) -> None:
-    """Test all rays of a packet against the triangles of a mesh, in the frame of the mesh."""
-    spread = _spread(packet, count, True)
-    farthest = _farthest(packet, count)
-    index = root
-    while index < triangles[root].skip:
-        node = triangles[index]
-        if not _reaches(spread, start, node.low, node.high, farthest):
-            index = node.skip
-            continue
-        if node.item >= 0:
-            for ray in range(count):
-                beam = packet[ray]
-                distance = _triangle(corners, node.item, start, (beam.local[0], beam.local[1], beam.local[2]))
-                if distance < beam.distance or (distance == beam.distance and number < beam.geom):
-                    beam.distance, beam.geom = distance, number
-            farthest = _farthest(packet, count)
-        index += 1
+        if distance >= nearest and (distance < beam.distance or (distance == beam.distance and number < beam.geom)):
+            beam.distance, beam.geom = distance, number
 
 
 @part
@@ -349,16 +331,64 @@ def _capsule(size: Vector, start: Vector, way: Vector) -> float:
 
 
 @part
+def _nearest_triangle(meshes: Meshes, root: int, start: Vector, way: Vector, bound: float) -> float:
+    """Return the distance along a ray to the first triangle of a mesh within the distance `bound`; infinity without a hit.
+
+    The ray is given in the frame of the mesh; `root` is the index of the root of the mesh's tree.
+    """
+    nodes, corners, stack = meshes
+    inverse = (_over(way[0], 1.0), _over(way[1], 1.0), _over(way[2], 1.0))
+    found = math.inf
+    if _entry(nodes[root], start, inverse, bound) == math.inf:
+        return found
+    index, depth = root, 0
+    while index >= 0:
+        node = nodes[index]
+        if node.count == 0:
+            near, far = node.first, node.first + 1
+            entry, later = _entry(nodes[near], start, inverse, bound), _entry(nodes[far], start, inverse, bound)
+            if later < entry:
+                near, far, entry, later = far, near, later, entry
+            if later < math.inf:
+                stack[depth].entry, stack[depth].node = later, far
+                depth += 1
+            if entry < math.inf:
+                index = near
+                continue
+        for row in range(node.first, node.first + node.count):
+            distance = _triangle(corners, row, start, way)
+            if distance <= bound:
+                found = bound = distance
+        index = -1
+        while depth > 0 and index < 0:
+            depth -= 1
+            if stack[depth].entry <= bound:
+                index = stack[depth].node
+    return found
+
+
+@part
+def _entry(node: Any, start: Vector, inverse: Vector, bound: float) -> float:
+    """Return the distance at which a ray enters the box of a node, 0 inside; infinity if it misses the box within `bound`."""
+    one, other = (node.low_x - start[0]) * inverse[0], (node.high_x - start[0]) * inverse[0]
+    entry, leave = min(one, other), max(one, other)
+    one, other = (node.low_y - start[1]) * inverse[1], (node.high_y - start[1]) * inverse[1]
+    entry, leave = max(entry, min(one, other)), min(leave, max(one, other))
+    one, other = (node.low_z - start[2]) * inverse[2], (node.high_z - start[2]) * inverse[2]
+    entry, leave = max(entry, min(one, other), 0.0), min(leave, max(one, other), bound)
+    return entry if entry <= leave else math.inf
+
+
+@part
 def _triangle(corners: Floats, row: int, start: Vector, way: Vector) -> float:
     """Return the distance along a ray to either side of a triangle, by the method of Moller and Trumbore."""
-    x, y, z = corners[row, 0], corners[row, 1], corners[row, 2]
-    one = (corners[row, 3] - x, corners[row, 4] - y, corners[row, 5] - z)
-    other = (corners[row, 6] - x, corners[row, 7] - y, corners[row, 8] - z)
+    one = (corners[row, 3], corners[row, 4], corners[row, 5])
+    other = (corners[row, 6], corners[row, 7], corners[row, 8])
     across = _cross(way, other)
     volume = _dot(one, across)
     if abs(volume) < TINY:
         return math.inf
-    offset = (start[0] - x, start[1] - y, start[2] - z)
+    offset = (start[0] - corners[row, 0], start[1] - corners[row, 1], start[2] - corners[row, 2])
     u = _dot(offset, across) / volume
     if u < -SEAM or u > 1.0 + SEAM:
         return math.inf

@@ -15,9 +15,11 @@ from graphengine.format.process_limits import has_address_space
 from graphengine.physics.engine import Floats, Indices, mujoco
 from graphengine.physics.sensors.fast.compiled import announced, kept_in
 from graphengine.physics.sensors.fast.kernel import cast
+from graphengine.physics.sensors.fast.mesh_tree import new_stack
 from graphengine.physics.sensors.fast.table import GEOM, MESH, PLANE, enclose, follow
 from graphengine.physics.sensors.fast.tree import NODE, Tree, build
 from graphengine.physics.sensors.fast.triangles import count_triangles, triangle_trees
+from graphengine.physics.sensors.own_colliders import OwnColliders
 from graphengine.physics.sensors.rays import Integers, visible_geoms
 
 ENDLESS = 1e9
@@ -42,8 +44,9 @@ def trouble() -> str:
     try:
         nothing = mujoco.MjModel.from_xml_string("<mujoco/>")
         with announced("the ray casting of lidars"):
-            rays = FastRays(nothing, mujoco.MjData(nothing))
-            rays.caster(np.zeros((1, 3)), 1.0, 0).cast(np.zeros(3), np.eye(3))
+            data = mujoco.MjData(nothing)
+            rays = FastRays(nothing, data)
+            rays.caster(np.zeros((1, 3)), 1.0, OwnColliders(nothing, data)).cast(np.zeros(3), np.eye(3))
     except Exception as error:  # of numba, or of reading what it kept, which a crash may have left incomplete
         found = f"{type(error).__name__}: {error}; if numba's cache is damaged, delete its files in {kept_in(cast)}"
         _log.warning("numba is installed but fails, so lidars use MuJoCo's slower rays: %s", found)
@@ -71,7 +74,6 @@ class FastRays:
         moves = model.body_weldid[model.geom_bodyid[visible]] != 0
         self.table = np.zeros(model.ngeom, GEOM)
         self.table["kind"], self.table["size"] = model.geom_type, model.geom_size
-        self.table["owner"] = model.body_rootid[model.geom_bodyid]
         self.table["centre"], self.table["half"] = model.geom_aabb[:, :3], model.geom_aabb[:, 3:]
         planes = self.table["kind"] == PLANE
         sides = model.geom_size[planes] * (1, 1, 0)
@@ -96,25 +98,27 @@ class FastRays:
         if follow(self.table, self._moving, self._positions, self._rotations):
             self.moving = self._tree(self._moving)
 
-    def caster(self, directions: Floats, far: float, tree: int) -> FastCaster:
+    def caster(self, directions: Floats, far: float, own: OwnColliders) -> FastCaster:
         """Return a caster for the rays of a sensor; see `Rays.caster`."""
-        return FastCaster(self, directions, far, tree)
+        return FastCaster(self, directions, far, own)
 
 
 class FastCaster:
     """Casts the rays of one sensor by compiled kernels; implements `sensors.rays.Caster`."""
 
-    def __init__(self, rays: FastRays, directions: Floats, far: float, tree: int) -> None:
+    def __init__(self, rays: FastRays, directions: Floats, far: float, own: OwnColliders) -> None:
         self._rays = rays
         self._directions = directions.copy()  # a kernel is compiled anew for an array that may not be written
         self._far = float(far)
-        self._own = tree or -1
+        self._own = own
+        self._stack = new_stack()
         self._distances, self._geoms = np.empty(len(directions)), np.empty(len(directions), np.int64)
 
     def cast(self, origin: Floats, rotation: Floats) -> tuple[Floats, Integers]:
         """Return distance (m) and geom id of the first hit of each ray; see `Caster.cast`."""
         rays = self._rays
         rays.refresh()
+        self._own.start_at(origin)
         cast(
             self._distances,
             self._geoms,
@@ -122,11 +126,13 @@ class FastCaster:
             origin,
             rotation,
             self._far,
-            self._own,
+            self._own.near,
+            self._own.roles,
             rays.table,
             rays.still,
             rays.moving,
             rays.triangles,
             rays.corners,
+            self._stack,
         )
         return self._distances, self._geoms

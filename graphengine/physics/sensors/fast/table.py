@@ -17,7 +17,6 @@ PLANE, HFIELD, SPHERE, CAPSULE, ELLIPSOID, CYLINDER, BOX, MESH = range(8)  # mjt
 GEOM = np.dtype(
     [
         ("kind", "i8"),  # one of the above
-        ("owner", "i8"),  # root body of the robot that it belongs to
         ("mesh", "i8"),  # root of the tree of its triangles
         ("position", "f8", 3),
         ("rotation", "f8", 9),  # row after row

@@ -6,8 +6,8 @@ import numpy as np
 
 from graphengine.physics.engine import Floats, Indices, mujoco
 from graphengine.physics.model.geoms import height_field_triangles, mesh_faces, mesh_vertices
-from graphengine.physics.sensors.fast.table import HFIELD, MARGIN, MESH
-from graphengine.physics.sensors.fast.tree import NODE, Tree, build
+from graphengine.physics.sensors.fast.mesh_tree import MESH_NODE, build_mesh_tree
+from graphengine.physics.sensors.fast.table import HFIELD, MARGIN, MESH, Records
 
 
 def count_triangles(model: mujoco.MjModel, geoms: Indices) -> int:
@@ -20,14 +20,14 @@ def count_triangles(model: mujoco.MjModel, geoms: Indices) -> int:
     return sum(int(model.mesh_facenum[mesh]) for mesh in meshes) + 2 * cells
 
 
-def triangle_trees(model: mujoco.MjModel, geoms: Indices) -> tuple[Tree, Floats, Indices]:
+def triangle_trees(model: mujoco.MjModel, geoms: Indices) -> tuple[Records, Floats, Indices]:
     """Build a tree for each mesh and height field of some geoms.
 
     Returns:
-        The trees, one after the other in one array; the corners of all triangles in the frame of their mesh, shape
-        (triangles, 9); and for each geom of the model the index of its tree's root.
+        The trees, one after the other in one array; the corners of all triangles (see `kernel.cast`); and for each geom of
+        the model the index of its tree's root.
     """
-    trees: list[Tree] = [np.empty(0, NODE)]
+    trees: list[Records] = [np.empty(0, MESH_NODE)]
     corners: list[Floats] = [np.empty((0, 9))]
     roots = np.zeros(model.ngeom, np.int64)
     known: dict[tuple[int, int], int] = {}
@@ -41,22 +41,27 @@ def triangle_trees(model: mujoco.MjModel, geoms: Indices) -> tuple[Tree, Floats,
             own = (
                 mesh_vertices(model, data)[mesh_faces(model, data)] if is_mesh else height_field_triangles(model, data)
             )
-            trees.append(_tree(own, known[kind, data], sum(map(len, corners))))
+            tree, order = _tree(own, known[kind, data], sum(map(len, corners)))
+            own = own[order]
+            own[:, 1:] -= own[:, :1]
+            trees.append(tree)
             corners.append(own.reshape(-1, 9))
         roots[geom] = known[kind, data]
     return np.concatenate(trees), np.concatenate(corners), roots
 
 
-def _tree(triangles: Floats, root: int, row: int) -> Tree:
-    """Return the tree of the triangles of one mesh.
+def _tree(triangles: Floats, root: int, row: int) -> tuple[Records, Indices]:
+    """Return the tree of the triangles of one mesh, and the triangles in the order of its leaves.
 
     Args:
         triangles: corners, shape (n, 3, 3).
         root: index of the tree's root among the nodes of all trees.
         row: index of the first triangle among the triangles of all meshes.
     """
-    tree = np.zeros(2 * len(triangles) - 1, NODE)
-    low, high = triangles.min(axis=1) - MARGIN, triangles.max(axis=1) + MARGIN
-    build(tree, low, high, np.arange(row, row + len(triangles)))
-    tree["skip"] += root
-    return tree
+    tree, order = np.zeros(2 * len(triangles) - 1, MESH_NODE), np.arange(len(triangles))
+    # Boxes are rounded outwards to single precision.
+    low = np.nextafter((triangles.min(axis=1) - MARGIN).astype(np.float32), np.float32(-np.inf)).astype(float)
+    high = np.nextafter((triangles.max(axis=1) + MARGIN).astype(np.float32), np.float32(np.inf)).astype(float)
+    tree = tree[: build_mesh_tree(tree, low, high, order)]
+    tree["first"] += np.where(tree["count"] > 0, row, root).astype(np.int32)
+    return tree, order
