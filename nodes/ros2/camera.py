@@ -37,7 +37,9 @@ class ROS2CameraHelper(SkippingHelper, type="isaacsim.ros2.bridge.ROS2CameraHelp
     - `rgb`: rgb8 image; if `compression` is set, a CompressedImage like those that compressed_image_transport publishes on
       IMAGE/compressed.
     - `depth`: 32FC1 image of distances along the optical axis, m; inf where no surface is hit.
-    - `depth_pcl`: PointCloud2 of the depth image's points in the optical frame.
+    - `depth_pcl`: PointCloud2 of the depth image's points in the optical frame. By default, it is one row with the pixels that
+      see a surface. If `organized` is true, it has the width and height of the image, and NaN where no surface is hit. If
+      `colored` is true, each point has the field `rgb`.
     - `instance_segmentation`, `semantic_segmentation`: 32SC1 image, the same for both; each pixel holds the segmentation ID of
       the visible prim, 0 for the background.
     - `bbox_2d_tight`: a 2D box around the visible pixels of each prim; the world itself has no box.
@@ -75,6 +77,12 @@ class ROS2CameraHelper(SkippingHelper, type="isaacsim.ros2.bridge.ROS2CameraHelp
         tokens=("", *ENCODINGS),
         doc="compression of rgb images; if empty, images are not compressed",
     )
+    organized: bool = In(
+        default=False,
+        extension=True,
+        doc="point cloud: true: one point per pixel, in rows; false: only pixels that see a surface",
+    )
+    colored: bool = In(default=False, extension=True, doc="point cloud: add the colour of each point as field `rgb`")
     jpeg_quality: UInt = In(default=JPEG_QUALITY, ge=1, le=100, extension=True, doc="JPEG quality, 1 to 100")
 
     camera: Camera = Bound()
@@ -129,7 +137,12 @@ class ROS2CameraHelper(SkippingHelper, type="isaacsim.ros2.bridge.ROS2CameraHelp
         if self.type_in == "depth":
             return image(header, "32FC1", (width, height), np.ascontiguousarray(picture.depth, "<f4"))
         if self.type_in == "depth_pcl":
-            return point_cloud(header, points_of(picture.depth, self.camera.intrinsics))
+            points = organized_points(picture.depth, self.camera.intrinsics)
+            colours = {"Rgb": packed_colours(picture.rgb)} if self.colored else {}
+            if not self.organized:
+                seen = np.isfinite(picture.depth)
+                points, colours = points[seen], {name: values[seen] for name, values in colours.items()}
+            return point_cloud(header, points, colours)
         if picture.segmentation is None:
             return None
         if self.type_in == "bbox_2d_tight":
@@ -148,8 +161,8 @@ class ROS2CameraHelper(SkippingHelper, type="isaacsim.ros2.bridge.ROS2CameraHelp
         return {str(number): {"class": path} for number, path in paths.items()}
 
 
-def points_of(depth: NDArray[np.float32], intrinsics: tuple[float, float, float, float]) -> NDArray[np.float32]:
-    """Return the points of a depth image in the camera's optical frame, m, shape (n, 3); pixels without a surface are left out.
+def organized_points(depth: NDArray[np.float32], intrinsics: tuple[float, float, float, float]) -> NDArray[np.float32]:
+    """Return the points of a depth image in the camera's optical frame, m, shape (height, width, 3); NaN without a surface.
 
     The optical frame has x right, y down and z forward. The point of a pixel (u, v) with depth z is
     z ((u - cx) / fx, (v - cy) / fy, 1).
@@ -162,6 +175,12 @@ def points_of(depth: NDArray[np.float32], intrinsics: tuple[float, float, float,
     height, width = depth.shape
     right = ((np.arange(width) - cx) / fx).astype(np.float32)
     down = ((np.arange(height) - cy) / fy).astype(np.float32)
-    seen = np.isfinite(depth)
-    with np.errstate(invalid="ignore"):  # 0 times inf, and then not taken
-        return np.stack([(depth * right)[seen], (depth * down[:, None])[seen], depth[seen]], axis=1)
+    seen = np.where(np.isfinite(depth), depth, np.float32(np.nan))
+    return np.stack([seen * right, seen * down[:, None], seen], axis=-1)
+
+
+def packed_colours(rgb: NDArray[np.uint8]) -> NDArray[np.uint32]:
+    """Return the colours of an image, shape (height, width, 3), as integers 0x00rrggbb, shape (height, width)."""
+    red, green, blue = np.moveaxis(rgb.astype("<u4"), -1, 0)
+    packed: NDArray[np.uint32] = (red << 16) | (green << 8) | blue
+    return packed

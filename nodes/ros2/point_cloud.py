@@ -38,6 +38,10 @@ FIELDS: dict[str, list[Any]] = METADATA | {"Ring": [("ring", "<u2")], "Time": [(
 With Intensity, Ring and Time, a point has the layout of Velodyne's driver, which lidar SLAM expects.
 """
 
+_RGB: dict[str, list[Any]] = {"Rgb": [("rgb", "<f4")]}
+"""The colour of a point as PCL and depth_image_proc write it: bits 0x00rrggbb in a float32."""
+
+_KNOWN = FIELDS | _RGB
 _DATATYPES = {"f4": 7, "u4": 6, "u2": 4, "u1": 2}
 """Values of `datatype` in sensor_msgs/PointField, by numpy type."""
 
@@ -48,7 +52,7 @@ def layout(metadata: tuple[str, ...]) -> tuple[np.dtype[Any], list[messages.Poin
 
     All messages with the same metadata share the list.
     """
-    extra = [field for name in metadata for field in FIELDS[name]]
+    extra = [field for name in metadata for field in _KNOWN[name]]
     packed = np.dtype([("x", "<f4"), ("y", "<f4"), ("z", "<f4"), *extra])
     fields = []
     for name, (kind, offset, *_) in (packed.fields or {}).items():
@@ -60,19 +64,23 @@ def layout(metadata: tuple[str, ...]) -> tuple[np.dtype[Any], list[messages.Poin
 def point_cloud(
     header: messages.Header, positions: NDArray[np.floating[Any]], metadata: Mapping[str, Buffer] | None = None
 ) -> messages.PointCloud2:
-    """Return a point cloud that is one row of points (height 1).
+    """Return a point cloud.
 
     Args:
         header: time and frame.
-        positions: points in the header's frame, m, shape (n, 3).
-        metadata: buffers with one packed record per point, by the names in FIELDS.
+        positions: points in the header's frame, m: one row of points, shape (n, 3), which are all finite, or an organized cloud,
+            shape (height, width, 3), in which points without a return are NaN.
+        metadata: buffers with one packed record per point, by the names in FIELDS; `Rgb` is a colour per point.
 
     Raises:
         BadValueError: the size of a buffer is not that of one record per point.
     """
     given = metadata or {}
-    names = tuple(name for name in FIELDS if name in given)
+    names = tuple(name for name in _KNOWN if name in given)
     packed, fields = layout(names)
+    height, width = (1, *positions.shape)[-3:-1]
+    dense = positions.ndim == 2 or not bool(np.isnan(positions).any())
+    positions = positions.reshape(-1, 3)
     if names:
         points = np.empty(len(positions), packed)
         points["x"], points["y"], points["z"] = positions.T
@@ -82,11 +90,11 @@ def point_cloud(
     else:
         data = np.ascontiguousarray(positions, "<f4").reshape(-1).view(np.uint8)
     step = packed.itemsize
-    return messages.PointCloud2(header, 1, len(positions), fields, False, step, len(data), data, True)
+    return messages.PointCloud2(header, height, width, fields, False, step, step * width, data, dense)
 
 
 def _fill(points: NDArray[Any], name: str, buffer: Buffer) -> None:
-    kind, data = np.dtype(FIELDS[name]), bytes_in(buffer)
+    kind, data = np.dtype(_KNOWN[name]), bytes_in(buffer)
     if len(data) != kind.itemsize * len(points):
         legal = f"consistent, with a buffer of {kind.itemsize} bytes for each of {len(points)} points"
         raise BadValueError(f"{_port(name)}, data, dataPtr", len(data), legal)

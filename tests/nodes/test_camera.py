@@ -19,7 +19,7 @@ from graphengine.devices.camera import BOX_3D, CameraStub
 from graphengine.format.errors import ContextError
 from graphengine.messages import messages
 from graphengine.messages.endpoints import QoS
-from graphengine.nodes.ros2.camera import ROS2CameraHelper, points_of
+from graphengine.nodes.ros2.camera import ROS2CameraHelper, organized_points
 from graphengine.testing import RecordingContext
 from tests.nodes.harness import HelperBench, Player, dd100, read_points, ready, vector
 
@@ -179,6 +179,34 @@ def test_a_cloud_has_the_points_of_the_pixels_that_saw_something() -> None:
     assert (cloud.height, cloud.width, cloud.is_dense, cloud.header.frame_id) == (1, 4, True, "sim_camera")
 
 
+@pytest.mark.parametrize(("depths", "dense"), [(DEPTHS, False), ([[1.0, 2.0, 3.0], [4.0, 5.0, 6.0]], True)])
+def test_an_organized_cloud_has_a_point_for_each_pixel_and_says_whether_all_are_finite(
+    depths: list[list[float]], dense: bool
+) -> None:
+    bench = Bench("depth_pcl", organized=True, colored=True)
+    bench.camera.show(COLOURS, depths, PRIMS, None, time=0.0, index=0)
+    bench.context.tick()
+    (cloud,) = bench.executed()
+    assert (cloud.height, cloud.width, cloud.point_step, cloud.row_step) == (2, 3, 16, 48)
+    assert cloud.is_dense is dense
+    points = read_points(cloud)
+    z = np.array(depths).ravel()
+    seen = np.isfinite(z)
+    assert np.array_equal(np.isnan(points["x"]), ~seen)
+    assert np.array_equal(np.array(points["z"])[seen], z[seen])
+    assert np.array(points["x"])[seen] == pytest.approx(z[seen] * np.tile([-1.0, 0.0, 1.0], 2)[seen] / 1.5)
+    assert np.array(points["rgb"], "<f4").view("<u4").tolist() == [
+        red << 16 | green << 8 | blue for row in COLOURS for red, green, blue in row
+    ]
+
+
+def test_a_coloured_cloud_that_is_one_row_has_the_colours_of_the_pixels_that_saw_something() -> None:
+    (cloud,) = Bench("depth_pcl", colored=True).deliver()
+    assert (cloud.height, cloud.width, cloud.is_dense) == (1, 4, True)
+    blue = np.array(read_points(cloud)["rgb"], "<f4").view("<u4") & 0xFF
+    assert blue.tolist() == [3, 9, 15, 18]
+
+
 @given(
     size=st.tuples(st.integers(1, 7), st.integers(1, 7)),
     lens=st.tuples(st.floats(1.0, 1e4), st.floats(1.0, 1e4), st.floats(-5.0, 10.0), st.floats(-5.0, 10.0)),
@@ -189,16 +217,22 @@ def test_each_point_is_projected_back_onto_its_pixel(
 ) -> None:
     random = np.random.default_rng(seed)
     depth = np.where(random.random(size) < 0.3, INF, random.uniform(0.1, 50.0, size)).astype(np.float32)
-    x, y, z = points_of(depth, lens).astype(float).T
     fx, fy, cx, cy = lens
     rows, columns = np.nonzero(np.isfinite(depth))
+    points = organized_points(depth, lens)
+    assert np.array_equal(np.isnan(points).all(axis=-1), ~np.isfinite(depth))
+    x, y, z = points[rows, columns].astype(float).T
     assert np.array_equal(z, depth[rows, columns])
     assert np.allclose(fx * x / z + cx, columns, atol=1e-5)
     assert np.allclose(fy * y / z + cy, rows, atol=1e-5)
 
 
 def test_a_picture_of_nothing_is_an_empty_cloud() -> None:
-    assert points_of(np.full((2, 3), INF, np.float32), (1.5, 1.5, 1.0, 0.5)).shape == (0, 3)
+    bench = Bench("depth_pcl")
+    bench.camera.show(COLOURS, np.full((2, 3), INF), PRIMS, None, time=0.0, index=0)
+    bench.context.tick()
+    (cloud,) = bench.executed()
+    assert (cloud.height, cloud.width, len(cloud.data), cloud.is_dense) == (1, 0, 0, True)
 
 
 def test_points_follow_the_lens_of_the_camera_that_the_product_shows(context: RecordingContext) -> None:
