@@ -28,7 +28,7 @@ DEEPEST = DEEP + 32
 
 MESH_NODE = np.dtype(
     [
-        *((name, "f4") for name in ("low_x", "low_y", "low_z", "high_x", "high_y", "high_z")),
+        *((name, "f8") for name in ("low_x", "low_y", "low_z", "high_x", "high_y", "high_z")),
         ("first", "i4"),  # the first of its two children, or the row of a leaf's first triangle
         ("count", "i4"),  # number of a leaf's triangles; 0 for a node with children
     ],

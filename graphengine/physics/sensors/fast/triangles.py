@@ -59,9 +59,7 @@ def _tree(triangles: Floats, root: int, row: int) -> tuple[Records, Indices]:
         row: index of the first triangle among the triangles of all meshes.
     """
     tree, order = np.zeros(2 * len(triangles) - 1, MESH_NODE), np.arange(len(triangles))
-    # Boxes are rounded outwards to single precision.
-    low = np.nextafter((triangles.min(axis=1) - MARGIN).astype(np.float32), np.float32(-np.inf)).astype(float)
-    high = np.nextafter((triangles.max(axis=1) + MARGIN).astype(np.float32), np.float32(np.inf)).astype(float)
+    low, high = triangles.min(axis=1) - MARGIN, triangles.max(axis=1) + MARGIN
     tree = tree[: build_mesh_tree(tree, low, high, order)]
     tree["first"] += np.where(tree["count"] > 0, row, root).astype(np.int32)
     return tree, order
