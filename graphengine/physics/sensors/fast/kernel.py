@@ -259,10 +259,7 @@ def _roots(a: float, b: float, c: float) -> tuple[float, float]:
 
 @part
 def _first(near: float, far: float) -> float:
-    """Return the distance of the first hit ahead, from the distances at which a line enters and leaves a shape.
-
-    A ray that begins inside the shape hits it where it leaves. The result is infinity if the whole shape is behind the ray.
-    """
+    """Return the smaller of two distances, at which a line enters and leaves a shape, that is not negative; else infinity."""
     if near >= 0.0:
         return near
     return far if far >= 0.0 else math.inf
@@ -284,10 +281,7 @@ def _box(size: Vector, start: Vector, way: Vector) -> float:
 
 @part
 def _plane(size: Vector, start: Vector, way: Vector) -> float:
-    """Return the distance along a ray to the front of a plane; infinity without a hit.
-
-    A plane is limited to the rectangle that its `size` gives; along an axis with size 0, it is unlimited.
-    """
+    """Return the distance to the front of a plane, whose `size` limits it unless it is 0; infinity without a hit."""
     if way[2] > -TINY or start[2] < 0.0:
         return math.inf
     distance = -start[2] / way[2]
