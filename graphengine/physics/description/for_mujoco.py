@@ -7,7 +7,8 @@ from collections.abc import Iterator, Mapping, Sequence
 from graphengine.format.diagnostics import Findings
 from graphengine.physics.description.inertia import inertials
 from graphengine.physics.description.urdf import Urdf, UrdfLink, shape_of
-from graphengine.physics.files.references import Library, MeshFile
+from graphengine.physics.files.mesh_file import MeshFile
+from graphengine.physics.files.references import Library
 from graphengine.physics.files.xml import Element, numbers
 
 _COMPILER = {"fusestatic": "false", "discardvisual": "false", "strippath": "true"}

@@ -45,6 +45,8 @@ _ENCODINGS = ("ascii", "utf-8", "utf-16", "iso-8859-1", "iso-8859-15", "cp1252")
 """Encodings that COLLADA files declare in practice. They are loaded beforehand, because later imports fail."""
 _LFS = b"version https://git-lfs"
 """Beginning of a file that Git LFS leaves in place of a large file which it has not fetched."""
+_IMAGES = {".dae": b"<texture", ".glb": b'"images"'}
+"""Text in each mesh file of a format whose materials use images, by suffix."""
 _LEAST_VERTICES = 4
 """Minimum number of vertices that MuJoCo requires of a mesh."""
 _STL_HEADER = 84
@@ -71,6 +73,11 @@ class Part:
     vertices: NDArray[np.float64]
     faces: NDArray[np.int64]
     colour: Colour | None = None
+
+
+def has_textures(data: bytes, suffix: str) -> bool:
+    """Return whether a mesh file names images; conversion loses them, and keeps plain colours."""
+    return suffix in _IMAGES and _IMAGES[suffix] in data
 
 
 def needs_conversion(data: bytes, suffix: str) -> bool:

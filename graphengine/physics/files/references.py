@@ -8,9 +8,7 @@ from __future__ import annotations
 
 import copy
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal, NamedTuple
 
 from graphengine.format.diagnostics import Findings
 from graphengine.format.files import Files, shipped
@@ -21,6 +19,7 @@ from graphengine.physics.files import meshes
 from graphengine.physics.files.bounds import HOW_MEMORY_COUNTS, TOO_LARGE, weigh
 from graphengine.physics.files.conversion import Foreign, convert_all
 from graphengine.physics.files.flat_meshes import THICKNESS, is_flat, thickened
+from graphengine.physics.files.mesh_file import LoadedMesh, MeshFile, MeshKind, Outcome
 from graphengine.physics.files.missing_files import MissingFile, report_missing
 from graphengine.physics.files.packages import Packages
 from graphengine.physics.files.xml import MAX_DEPTH, Element, numbers, parse, read, write
@@ -36,33 +35,6 @@ _FOLDERS = {"mesh": "meshdir", "skin": "meshdir", "flexcomp": "meshdir", "hfield
 _CODE = ("plugin", "extension")
 """Tags of elements that make MuJoCo execute plugins."""
 _NAMED_BY_FILE = ("mesh", "hfield", "texture")
-
-Outcome = Literal["unchanged", "converted", "unreadable", "missing"]
-
-
-@dataclass(frozen=True, slots=True)
-class MeshFile:
-    """A mesh that MuJoCo can read: its key in `Library.assets`, and the colour in the mesh file or None."""
-
-    key: str
-    colour: meshes.Colour | None = None
-
-
-@dataclass(frozen=True, slots=True)
-class _Mesh:
-    """The result of loading a mesh file: the meshes that MuJoCo can read, or the reason `why` there are none."""
-
-    outcome: Outcome
-    files: list[MeshFile]
-    why: str = ""
-
-
-class _FileKind(NamedTuple):
-    """The resolved path of a mesh file, the suffix of its name in the description, and whether the mesh is a visual."""
-
-    path: Path
-    suffix: str
-    visual: bool
 
 
 class _UnreadableError(Exception):
@@ -87,7 +59,9 @@ class Library:
         self._keys: dict[Path, str] = {}
         self._included_files: dict[Path, str] = {}
         """The files inserted by `include`, with symbolic links resolved, as keys; the values are empty."""
-        self._meshes: dict[_FileKind, _Mesh] = {}
+        self._meshes: dict[MeshKind, LoadedMesh] = {}
+        self._textured: set[MeshKind] = set()
+        """Meshes whose files use images."""
         self._plates: dict[tuple[str, str], str] = {}
         """Key of the mesh for a collider, by key and scale of its file: the same key, that of a plate, or empty for a line."""
         self.memory = 0.0
@@ -145,22 +119,28 @@ class Library:
             shapes: (`mesh` element, whether it belongs to a visual) for each mesh.
             packages: finds the files of references.
         """
-        kinds: dict[Element, _FileKind] = {}
+        kinds: dict[Element, MeshKind] = {}
         for element, visual in shapes:
             reference = element.get("filename")
             self.outcomes[reference] = "missing"
             path = self._find(element, "filename", packages.places(reference), "S103", packages)
             if path is not None:
-                kinds[element] = _FileKind(path.resolve(), path.suffix.lower(), visual)
+                kinds[element] = MeshKind(path.resolve(), path.suffix.lower(), visual)
         self._report_missing()
+        known = {element: kind for element, kind in kinds.items() if kind.visual and kind not in self._meshes}
         self._load(dict.fromkeys(kind for kind in kinds.values() if kind not in self._meshes))
-        return {element: self._files(element, kind) for element, kind in kinds.items()}
+        found = {element: self._files(element, kind) for element, kind in kinds.items()}
+        if textured := [element for element, kind in known.items() if kind in self._textured]:
+            names = listing(dict.fromkeys(element.get("filename") for element in textured), "meshes")
+            text = "textures of mesh files are not drawn; plain colours are"
+            self.findings.add("N103", text, textured[0].place("filename"), names)
+        return found
 
     def _report_missing(self) -> None:
         report_missing(self._missing, self.findings)
         self._missing = []
 
-    def _files(self, element: Element, kind: _FileKind) -> list[MeshFile]:
+    def _files(self, element: Element, kind: MeshKind) -> list[MeshFile]:
         """Return the mesh files that replace a loaded mesh; if it is unreadable, add an error or a note."""
         reference, mesh = element.get("filename"), self._meshes[kind]
         self.outcomes[reference] = mesh.outcome
@@ -187,32 +167,34 @@ class Library:
             self.findings.add("N103", text, element.place("filename"))
         return [MeshFile(key)] if key else []
 
-    def _load(self, kinds: Iterable[_FileKind]) -> None:
+    def _load(self, kinds: Iterable[MeshKind]) -> None:
         """Read mesh files, and convert all files that MuJoCo cannot read in a single process."""
-        foreign: dict[_FileKind, Foreign] = {}
+        foreign: dict[MeshKind, Foreign] = {}
         for kind in sorted(kinds):  # the uses of a file as visual and as collider become neighbours
             try:
                 data = self._mesh_data(kind)
             except _UnreadableError as error:
-                self._meshes[kind] = _Mesh("unreadable", [], str(error))
+                self._meshes[kind] = LoadedMesh("unreadable", [], str(error))
                 continue
+            if meshes.has_textures(data, kind.suffix):
+                self._textured.add(kind)
             foreign_format = meshes.needs_conversion(data, kind.suffix)
             if foreign_format or (not kind.visual and kind.suffix != ".msh" and is_flat(data, kind.suffix)):
                 foreign[kind] = Foreign(data, kind.suffix, kind.visual)
                 continue
             if kind.path not in self._keys:
                 self._keys[kind.path] = self.keep(f"{kind.path.stem}{kind.suffix}", data)
-            self._meshes[kind] = _Mesh("unchanged", [MeshFile(self._keys[kind.path])])
+            self._meshes[kind] = LoadedMesh("unchanged", [MeshFile(self._keys[kind.path])])
         if foreign:
             warn(self.findings)
         for kind, became in zip(foreign, convert_all(list(foreign.values())), strict=True):
             if isinstance(became, meshes.MeshError):
-                self._meshes[kind] = _Mesh("unreadable", [], str(became))
+                self._meshes[kind] = LoadedMesh("unreadable", [], str(became))
             else:
                 files = [MeshFile(self.keep(f"{kind.path.stem}.msh", part.data), part.colour) for part in became]
-                self._meshes[kind] = _Mesh("converted", files)
+                self._meshes[kind] = LoadedMesh("converted", files)
 
-    def _mesh_data(self, kind: _FileKind) -> bytes:
+    def _mesh_data(self, kind: MeshKind) -> bytes:
         if kind.path in self._keys:
             return self.assets[self._keys[kind.path]]
         if kind.suffix not in meshes.READABLE:

@@ -250,6 +250,18 @@ def test_visuals_have_the_colours_of_their_file_unless_the_description_gives_one
     assert draw(project, visual.format(green))[0] == [[0, 1, 0, 0.5]] * 2
 
 
+def test_textures_that_conversion_loses_are_told_once(project: Project) -> None:
+    textured = material("red", '<texture texture="picture" texcoord="UV0"/>')
+    for name, materials in (("a.dae", (textured, BLUE)), ("b.dae", (textured, BLUE)), ("plain.dae", (RED, BLUE))):
+        (project.folder / name).write_bytes(collada(BOTH, materials=materials))
+    visuals = "".join(
+        f"<visual><geometry>{MESH.format(name)}</geometry></visual>" for name in ("a.dae", "b.dae", "plain.dae")
+    )
+    _, findings = project.cart("<collision><geometry><box", f"{visuals}<collision><geometry><box").load_with_findings()
+    (told,) = [finding for finding in findings.items if "textures" in finding.message]
+    assert (told.code, told.help) == ("N103", ("meshes: a.dae, b.dae",))
+
+
 def test_a_colour_is_known_by_its_name_wherever_it_is_given(project: Project) -> None:
     box = '<visual><geometry><box size="1 1 1"/></geometry>{}</visual>'
     named = '<material name="paint"/>'
