@@ -140,6 +140,13 @@ BOUNDS_NO_INPUT = {
         "view.scene.robot_trails.MOST_POINTS",
         "view.scene.viewer_controls.FARTHEST",
     ),
+    "a value above or below which a warning suggests another unit; it is used as it is": (
+        "physics.description.joint_units._MOST_DEGREES",
+        "physics.description.joint_units._MOST_TURNS",
+        "physics.files.flat_meshes._FARTHEST",
+        "physics.model.mesh_units.LARGEST",
+        "physics.model.mesh_units.SMALLEST",
+    ),
     "examples in a finding; the others are counted": ("isaac.script.losses.MOST_ASKED",),
 }
 """Limits by the reason why nothing that users or strangers give is refused or cut by them."""
