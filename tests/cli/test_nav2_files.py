@@ -71,7 +71,7 @@ def launched(folder: Path) -> Any:
 
 @pytest.mark.parametrize(("given", "shown"), [("true", "dd100_0000"), ("false", ""), ("dd100_0003", "dd100_0003")])
 def test_a_fleet_has_one_rviz(given: str, shown: str, graphrun: Graphrun, tmp_path: Path) -> None:
-    launch = pytest.importorskip("launch")
+    launch = pytest.importorskip("launch.launch_context")
     graphrun("nav2", "files", "dd100_fleet", "-o", str(tmp_path), "--no-calibrate", code=0)
     module = launched(tmp_path)
     context = launch.LaunchContext()

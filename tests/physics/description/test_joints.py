@@ -54,7 +54,7 @@ def test_joints_that_mimic_each_other_in_a_ring_are_told(project: Project) -> No
     assert any("joint 'lift_joint' mimics itself" in error for error in project.errors())
 
 
-@pytest.mark.parametrize("limit", ["", '<limit effort="40" velocity="1"/>', '<limit lower="1" upper="-1"/>'])
+@pytest.mark.parametrize("limit", ["", '<limit effort="40" velocity="1"/>', '<limit lower="1" upper="1"/>'])
 def test_a_joint_whose_limits_leave_no_range_moves_freely_and_that_is_told(project: Project, limit: str) -> None:
     world, findings = project.cart('<limit lower="-1" upper="1" effort="40" velocity="1"/>', limit).load_with_findings()
     assert not world.simulation.model.joint("bot/arm_joint").limited[0]
@@ -63,6 +63,33 @@ def test_a_joint_whose_limits_leave_no_range_moves_freely_and_that_is_told(proje
         "joints without limits, or with equal limits, move freely",
         ("joints: arm_joint",),
     )
+
+
+def test_swapped_limits_leave_a_joint_free_and_are_a_warning(project: Project) -> None:
+    limit = '<limit lower="1" upper="-1"/>'
+    world, findings = project.cart('<limit lower="-1" upper="1" effort="40" velocity="1"/>', limit).load_with_findings()
+    assert not world.simulation.model.joint("bot/arm_joint").limited[0]
+    (warning,) = findings.items
+    assert warning.code == "W217"
+    assert warning.help == ('the limits are probably swapped: write lower="-1" upper="1"',)
+
+
+@pytest.mark.parametrize(
+    ("lower", "upper", "suggested"),
+    [
+        ("-180", "180", 'if they are in degrees, write lower="-3.14159" upper="3.14159"'),
+        ("0", "90", 'if they are in degrees, write lower="0" upper="1.5708"'),
+        ("-6.283", "6.283", ""),  # two turns are usual
+        ("-100.5", "100.5", ""),  # a range that stands for none
+        ("-10000", "10000", ""),
+    ],
+)
+def test_limits_that_are_probably_in_degrees_are_a_warning(
+    project: Project, lower: str, upper: str, suggested: str
+) -> None:
+    limit = f'<limit lower="{lower}" upper="{upper}" effort="40" velocity="1"/>'
+    _, findings = project.cart('<limit lower="-1" upper="1" effort="40" velocity="1"/>', limit).load_with_findings()
+    assert [each.help for each in findings.items if each.code == "W217"] == ([(suggested,)] if suggested else [])
 
 
 @pytest.mark.parametrize("fixed", [True, False])
