@@ -10,7 +10,7 @@ from pathlib import Path
 from graphengine.api.calibration.drive_recorder import DriveRecorder, FallenError
 from graphengine.api.calibration.figures import Calibration, Twist
 from graphengine.api.calibration.flat_scene import WORLD
-from graphengine.api.calibration.full_speed import limits_of
+from graphengine.api.calibration.full_speed import limits_of, slow_arc
 from graphengine.api.calibration.measuring import is_steady, mean_velocity
 from graphengine.api.calibration.robot_interface import find_command, inputs_named
 from graphengine.api.calibration.write_back import write_figures
@@ -22,8 +22,6 @@ from graphengine.format.yaml_text import flow
 from graphengine.scene.build import load
 from graphengine.scene.loaded_scene import LoadedScene, Options
 
-SHARE = 0.3
-"""Speed and turn rate of the arcs, as a share of the limits of the robot's controller."""
 EXACT = 0.005
 """Largest relative difference between the reached and the commanded turn rate with the track found."""
 TOLD = 0.05
@@ -61,7 +59,8 @@ def correct_track(robot_file: Path, name: str, lift: float, allowed: Sequence[Pa
 
 def _correct(scene: LoadedScene, name: str, *, told: bool) -> str:
     found = [float(value) for *_, value in inputs_named(scene, "wheelDistance")]
-    speed, turn = (SHARE * limit for limit in limits_of(scene))
+    assert scene.world is not None
+    speed, turn = slow_arc(scene.world.robots[name], *limits_of(scene))
     command = find_command(scene.claims, None)
     if not found or command is None or not max(speed, turn) < math.inf:
         return "track: not measured, because its graph has no command topic or no limits"

@@ -157,7 +157,7 @@ class _Calibrator:
             if not topics
         ]
         self._arc_rate = 0.0
-        self._scene = scene
+        self._scene, self._robot = scene, instance
         self._at_rest = STILL
         self._mark: Checkpoint
 
@@ -280,7 +280,9 @@ class _Calibrator:
 
     def _measure_at_limits(self, *, steered: bool) -> None:
         """Measure arcs at 0.3 and 1.0 of the limits, a stop from full speed, and drives and creep on a slope."""
-        drives = list(full_speed.arcs(self._scene, self._result.command_type, self._arc_radius, steered=steered))
+        drives = list(
+            full_speed.arcs(self._scene, self._robot, self._result.command_type, self._arc_radius, steered=steered)
+        )
         if not drives:
             self._notes.append(
                 "arcs at full speed, stop: not driven, because the robot's graphs do not limit both speed and turn rate"

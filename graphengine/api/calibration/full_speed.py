@@ -12,13 +12,14 @@ from graphengine.api.calibration.figures import Stop, Twist
 from graphengine.api.calibration.measuring import displacement, is_steady, mean_velocity
 from graphengine.api.calibration.robot_interface import ACKERMANN, limit_of
 from graphengine.devices.rotation import Vector3
+from graphengine.physics.importing.skid_steering import GRAVITY, HELD
+from graphengine.physics.model.robot import RobotInstance
 from graphengine.scene.loaded_scene import LoadedScene
 
-SHARES = {"slow": 0.3, "full": 1.0}
-"""Shares of the limits at which the arcs are driven, by the first part of a motion's name."""
+SLOW = 0.3
+"""Speed and turn rate of the slow arcs, as a share of the limits."""
 SLOPE = math.radians(5.0)
 """Angle of the slope, rad."""
-_GRAVITY = 9.81
 _STEEPEST = 0.15
 """Largest acceleration towards the centre of a car's arc at its full speed, as a share of gravity."""
 _PARKED, _LONGEST = 2.0, 15.0
@@ -41,29 +42,50 @@ def limits_of(scene: LoadedScene) -> tuple[float, float]:
     return share * speed, share * turn
 
 
-def arcs(scene: LoadedScene, command_type: str, radius: float, *, steered: bool) -> Iterator[tuple[str, Twist]]:
-    """Yield the names and commands of the arcs at the shares `SHARES` of the limits; none if the speed has no limit.
+def slow_arc(robot: RobotInstance, speed: float, turn: float) -> tuple[float, float]:
+    """Return the speed (m/s) and turn rate (rad/s) of the slow arcs: 0.3 of the limits.
+
+    A skid-steered base drives slower if these limits need more than 0.15 of the grip across its wheels, because its track is that
+    of slower arcs.
+
+    Args:
+        robot: robot, whose materials have the grip.
+        speed: limit of the speed, m/s.
+        turn: limit of the turn rate, rad/s.
+    """
+    grips = [each.across for each in robot.spec.materials.values() if each.steady_sliding and each.across is not None]
+    share = SLOW
+    if grips and speed * turn < math.inf:
+        share *= math.sqrt(min(1.0, HELD * min(grips) * GRAVITY / (speed * turn)))
+    return share * speed, share * turn
+
+
+def arcs(
+    scene: LoadedScene, robot: RobotInstance, command_type: str, radius: float, *, steered: bool
+) -> Iterator[tuple[str, Twist]]:
+    """Yield the names and commands of the arcs at 0.3 and 1.0 of the limits; none if the speed has no limit.
 
     Args:
         scene: scene with the robot.
+        robot: the robot.
         command_type: message type of the command topic.
         radius: smallest radius of a car's test arcs, m.
         steered: whether the robot turns only in arcs.
     """
     speed, turn = limits_of(scene)
     if steered or command_type == ACKERMANN:
-        turn = min(turn, speed / radius, _STEEPEST * _GRAVITY / speed)
+        turn = min(turn, speed / radius, _STEEPEST * GRAVITY / speed)
     if not max(speed, turn) < math.inf:
         return
-    for name, share in SHARES.items():
+    for name, (v, w) in {"slow": slow_arc(robot, speed, turn), "full": (speed, turn)}.items():
         for side, sign in (("left", 1.0), ("right", -1.0)):
-            yield f"{name}_arc_{side}", Twist(x=share * speed, yaw=sign * share * turn)
+            yield f"{name}_arc_{side}", Twist(x=v, yaw=sign * w)
 
 
 def tilted(direction: Vector3) -> Vector3:
     """Return gravity on a slope of `SLOPE` that falls in a horizontal direction, m/s2."""
     x, y, _ = direction
-    return _GRAVITY * math.sin(SLOPE) * x, _GRAVITY * math.sin(SLOPE) * y, -_GRAVITY * math.cos(SLOPE)
+    return GRAVITY * math.sin(SLOPE) * x, GRAVITY * math.sin(SLOPE) * y, -GRAVITY * math.cos(SLOPE)
 
 
 def stop(drives: DriveRecorder, scene: LoadedScene, speed: float) -> Stop:

@@ -24,12 +24,12 @@ ALONG = 1.0
 """Friction of a wheel along its rolling direction, if the description has none."""
 _SAME_TRACK = 0.25
 """Largest a B / (f T) for which one track serves all arcs within 5 %."""
-_HELD = 0.15
+HELD = 0.15
 """Largest share of the friction across that the force towards the centre of an arc may take, at the guessed limits."""
 _SPEED, _SLOWEST, _TURN = 1.0, 0.5, 1.5
 """Largest and smallest guessed speed limit (m/s), and largest guessed limit of the turn rate (rad/s)."""
 _UNITS = {"speed": "m/s", "turn": "rad/s"}
-_GRAVITY = 9.81
+GRAVITY = 9.81
 _SKIDS = 1.02
 """Smallest ratio of a controller's track to the distance of the wheels at which the controller compensates for skidding."""
 _STEEP = 0.18
@@ -132,7 +132,7 @@ def guess_limits(draft: Draft, grip: Grip, known: Mapping[str, Any], rim_speed: 
         known: parameters of the graph, among them limits of the base's source.
         rim_speed: largest speed of the wheels' rims, m/s; infinite without a limit.
     """
-    budget = _HELD * grip.across * _GRAVITY
+    budget = HELD * grip.across * GRAVITY
     turn = float(known.get("turn") or _TURN)
     speed = min(max(budget / turn, _SLOWEST), _SPEED, rim_speed)
     speed = float(known.get("speed") or speed)
@@ -144,7 +144,7 @@ def guess_limits(draft: Draft, grip: Grip, known: Mapping[str, Any], rim_speed: 
     }
     if found:
         shown = ", ".join(f"{name} {value:g} {_UNITS[name]}" for name, value in found.items())
-        outcome = f"arcs then need at most {_HELD:g} of the grip across the wheels"
+        outcome = f"arcs then need at most {HELD:g} of the grip across the wheels"
         if speed * turn > 1.001 * budget:
             outcome = f"with accelerations above {budget:.2g} m/s2 towards the centre, arcs slide outwards"
         draft.guessed.append(Remark(f"limits of the skid-steered base: {shown}; {outcome}"))
