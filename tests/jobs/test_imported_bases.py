@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from graphengine.api.calibration.arc_track import correct_track
 from graphengine.messages import messages
 from tests.jobs.harness import Job
 from tests.physics.bases import FOUR, SKID, Base, Wheel
@@ -112,7 +113,7 @@ def test_a_base_without_a_word_on_its_drives_moves_as_told(tmp_path: Path, name:
     assert reached == pytest.approx((x, y + 0.2 * turn if name == "car" else y, turn), rel=0.01, abs=0.01)
 
 
-def test_a_skid_steered_base_turns_as_told_without_the_multiplier_of_its_controller(tmp_path: Path) -> None:
+def test_a_skid_steered_base_turns_as_told_with_the_multiplier_of_its_controller(tmp_path: Path) -> None:
     left, right = (f"[front_{side}_joint, rear_{side}_joint]" for side in ("left", "right"))
     controllers = CONTROLLERS.replace("[left_joint]", left).replace("[right_joint]", right).replace("0.3", "0.5708")
     controllers = controllers.replace(
@@ -209,5 +210,8 @@ def test_four_parallel_wheels_of_which_two_are_commanded_turn_as_told(tmp_path: 
     text = description(SKID, *([FRONT_WHEELS] if form == "two driven" else []))
     for joint, mimic in FOLLOWING if form == "two followed" else ():
         text = text.replace(joint, joint + mimic)
-    _, _, turned = moved(scene(tmp_path, imported(tmp_path, text)), (0.0, 0.0, 0.6))
-    assert turned == pytest.approx(0.6, rel=0.02)
+    found = imported(tmp_path, text)
+    path = scene(tmp_path, found)
+    correct_track(tmp_path / "robots/bot.yaml", "bot", found.lift, found.outside, told=False)  # as `graphrun new` does
+    _, _, turned = moved(path, (0.15, 0.0, 0.24))
+    assert turned == pytest.approx(0.24, rel=0.02)
