@@ -16,6 +16,7 @@ from graphengine.format import distribution
 from tests.cli.harness import Graphrun
 from tests.cli.test_import_urdf import TETRAHEDRON, URDF
 from tests.instructions import by_name
+from tests.physics.bases import SKID
 from tests.physics.importing.imported_arms import PLATE, arm, bolted
 from tests.physics.importing.imported_bases import DIFFERENTIAL, description
 from tests.physics.mjcf_models import ARM
@@ -241,3 +242,16 @@ def test_a_robot_that_drives_stands_beside_the_table(
 ) -> None:
     graphrun("new", "cart", *FROM, "--world", world, code=0)
     assert yaml.safe_load(Path("cart/cart.yaml").read_text())["robots"]["cart"]["position"][:2] == position
+
+
+def test_a_skid_steered_robot_has_the_track_with_which_it_turns_as_commanded(
+    graphrun: Graphrun, workspace: Path
+) -> None:
+    (workspace / "rover.urdf").write_text(SKID.urdf(), encoding="utf-8")
+    made = graphrun("new", "rover", "--from", "rover.urdf", code=0)
+    (line,) = [line for line in made.lines if line.startswith("track: ")]
+    track = yaml.safe_load((workspace / "rover/robots/rover.yaml").read_text(encoding="utf-8"))["graphs"]["base"][
+        "parameters"
+    ]["track"]
+    assert line.startswith(f"track: {track:.4g} m, with which the robot turns as commanded on arcs of 0.15 m/s")
+    assert graphrun("check", "rover").code == 0

@@ -44,7 +44,8 @@ class DirectedFriction:
     """
 
     __slots__ = (
-        "_bodies", "_data", "_directions", "_load", "_model", "_ratios", "_roots", "_rotations", "_row_of", "_turn", "geoms",
+        "_bodies", "_data", "_directions", "_keeps", "_load", "_model", "_ratios", "_roots", "_rotations", "_row_of", "_turn",
+        "geoms",
     )  # fmt: skip
 
     def __init__(self, stage: Stage, model: mujoco.MjModel, data: mujoco.MjData) -> None:
@@ -59,6 +60,7 @@ class DirectedFriction:
         self._bodies, self._directions, self._ratios = np.array(bodies), np.array(directions), np.array(ratios)
         self._turn, self._load = _compiled()
         self._roots = np.where(steady, model.body_rootid[model.geom_bodyid[list(geoms)]], -1)
+        self._keeps = any(steady) and model.opt.cone == mujoco.mjtCone.mjCONE_ELLIPTIC
 
     def apply(self) -> None:
         """Turn the tangents of the contacts that `mj_step1` found, and compute the contact constraints again."""
@@ -70,7 +72,7 @@ class DirectedFriction:
             mujoco.mj_makeConstraint(model, data)
             mujoco.mj_projectConstraint(model, data)
             mujoco.mj_fwdVelocity(model, data)
-            if self._roots.max() >= 0 and model.opt.cone == mujoco.mjtCone.mjCONE_ELLIPTIC:
+            if self._keeps:
                 self._keep_loads()
 
     def _keep_loads(self) -> None:
