@@ -112,7 +112,8 @@ def _bound(link: str, along: float, across: float | None = None) -> Claim:
 
     def holds(data: RobotData) -> bool:
         bound = (each for each in data.get("materials", {}).values() if link in each.get("bind", ()))
-        return any((each["static_friction"], each.get("across")) == (along, across) for each in bound)
+        wanted = along, along if across is None else across
+        return any((each["static_friction"], each.get("across", along)) == wanted for each in bound)
 
     return holds
 

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 from collections import defaultdict
+from collections.abc import Collection
 
 import numpy as np
 
@@ -14,7 +15,7 @@ from graphengine.format.wording import printable
 from graphengine.physics.description.urdf import WORLD
 from graphengine.physics.dynamics.contact_forces import contact_points
 from graphengine.physics.engine import Floats, body_names, collides, mujoco
-from graphengine.physics.importing.draft import Draft, Remark, WheelShape
+from graphengine.physics.importing.draft import Draft, Entry, Remark, WheelShape
 from graphengine.physics.importing.trial import FLOOR_FRICTION, trial_model, trial_spec
 from graphengine.physics.model.geoms import extents
 from graphengine.physics.model.robot import RobotInstance
@@ -166,10 +167,31 @@ def _free(draft: Draft, forces: dict[str, float], near: list[str], weight: float
         text = f"{force:.3g} N, {force / weight:.0%} of the weight, rest on {link}, which does not roll"
         colliders = draft.urdf.links[link].colliders
         draft.noticed.append(Remark(text, colliders[0].span if colliders else None))
+    _slide(draft, resting)
     if links := [link for link in dict.fromkeys([*resting, *near]) if link not in draft.bound()]:
         entry = draft.entry("materials", NAME)
         entry.comments.append("without friction: links that touch the floor and do not roll would brake the robot")
         entry.value = {"static_friction": 0.0, "dynamic_friction": 0.0, "combine": "min", "bind": links}
+
+
+def _slide(draft: Draft, resting: Collection[str]) -> None:
+    """Let links with friction that rest on the floor slide by Coulomb's law; MuJoCo's own contacts would make them jump."""
+    for name, entry in [*draft.sections["materials"].items()]:
+        bound, friction = entry.value.get("bind", ()), entry.value.get("dynamic_friction")
+        links = [link for link in bound if link in resting]
+        if not links or not friction or "direction" in entry.value:
+            continue
+        steady = {
+            "across": friction,
+            "direction": [1.0, 0.0, 0.0],
+            "expressed_in": draft.urdf.root,
+            "steady_sliding": True,
+        }
+        comments = [*entry.comments, "they rest on the floor and do not roll, so they slide with an even load"]
+        draft.sections["materials"][f"{name}_sliding"] = Entry(entry.value | steady | {"bind": links}, comments)
+        entry.value["bind"] = [link for link in bound if link not in links]
+        if not entry.value["bind"]:
+            del draft.sections["materials"][name]
 
 
 def _tell_centre(draft: Draft, model: mujoco.MjModel, data: mujoco.MjData, driven: list[WheelShape]) -> None:

@@ -10,7 +10,16 @@ import pytest
 
 import graphengine as ge
 from graphengine.api.robots import Pose
-from tests.physics.importing.imported_bases import PLUGIN, imported, remarks, robot_file, scene
+from tests.physics.importing.descriptions import INERTIA
+from tests.physics.importing.imported_bases import (
+    DIFFERENTIAL,
+    PLUGIN,
+    description,
+    imported,
+    remarks,
+    robot_file,
+    scene,
+)
 from tests.physics.importing.roller_bases import FOUR, PLAIN, THREE, rolling_base, rolling_radius
 
 
@@ -67,3 +76,27 @@ def test_a_differential_controller_does_not_drive_mecanum_rollers(tmp_path: Path
 def test_the_middle_of_three_wheels_is_their_mean(tmp_path: Path) -> None:
     """The middle of the rectangle around them lies a quarter of their distance from it beside the centre of mass."""
     assert "to one side of the middle" not in remarks(imported(tmp_path, PLAIN.urdf()))
+
+
+@pytest.mark.parametrize(("x", "turn"), [(-0.3, 0.0), (0.0, 0.6)])
+def test_a_caster_with_the_friction_of_the_description_does_not_make_the_base_jump(
+    tmp_path: Path, x: float, turn: float
+) -> None:
+    """It carries almost half of the weight, on a ball fixed to the chassis, as in a well-known tutorial."""
+    mass = f'<inertial><origin xyz="-0.05 0 0.05"/><mass value="14"/>{INERTIA}</inertial>'
+    text = description(DIFFERENTIAL, PLUGIN).replace('<link name="front_ball">', f'<link name="front_ball">{mass}')
+    text = text.replace(
+        "</robot>", '<gazebo reference="front_ball"><mu1 value="0.5"/><mu2 value="0.5"/></gazebo></robot>'
+    )
+    found = imported(tmp_path, text)
+    (material,) = (each for each in robot_file(found)["materials"].values() if "front_ball" in each["bind"])
+    assert (material["across"], material["steady_sliding"]) == (0.5, True)
+    assert "carried: link front_ball: friction 0.5" in remarks(found)
+    with ge.load(scene(tmp_path, found)).session() as sim:
+        sim.robots["bot"].publish("cmd_vel", {"linear": {"x": x}, "angular": {"z": turn}}, every=0.1)
+        sim.run(1.5)
+        before = sim.robots["bot"].pose
+        sim.run(2.0)
+        after = sim.robots["bot"].pose
+    assert math.dist(before.position[:2], after.position[:2]) / 2.0 == pytest.approx(abs(x), rel=0.01, abs=2e-3)
+    assert (yaw(after) - yaw(before)) / 2.0 == pytest.approx(turn, rel=0.02, abs=2e-3)
