@@ -86,7 +86,10 @@ def test_a_start_position_that_is_cut_to_a_limit_or_belongs_to_a_mimic_joint_is_
 def test_friction_that_another_material_replaces_is_not_reported(tmp_path: Path) -> None:
     names = ["base_link", *(f"{end}_{side}_wheel" for end in ("front", "rear") for side in ("left", "right"))]
     surfaces = "".join(f'<gazebo reference="{name}"><mu1>0.5</mu1><mu2>0.5</mu2></gazebo>' for name in names)
-    robot = imported(tmp_path, rover(surfaces, wheels=SKID))
+    text = rover(surfaces, wheels=SKID).replace(
+        'name="rover"', 'name="mecanum"'
+    )  # whose wheels get the friction of rollers
+    robot = imported(tmp_path, text)
     bound = {
         link
         for material in keys(robot)["materials"].values()
