@@ -76,9 +76,9 @@ def _unreachable() -> Iterator[str]:
     yield f"""
 ## What does not work
 
-Between embedded DDS, which is Cyclone DDS, and nodes on {_RMWS[1]}, these rows fail:
+Between embedded DDS, which is Cyclone DDS, and nodes on {_RMWS[1]}, these features fail:
 {", ".join(rows)}.
-The two RMWs of ROS 2 encode the identity of a request differently, so services do not work between these RMWs in ROS 2 either.
+rmw_cyclonedds_cpp and rmw_fastrtps_cpp encode the identity of a request differently, so services between these two RMWs fail in ROS 2 too.
 Actions and parameters use services, so they fail too. Topics, tf and QoS events work. There are two remedies:
 
 - Run `graphrun` with `{HINT}`, with a sourced ROS 2 or with [rclpy from PyPI](ros_from_pypi.md). The run is then a node on

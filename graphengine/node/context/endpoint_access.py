@@ -180,8 +180,8 @@ class OwnedEndpoints:
     def frame_name(self, frame: str, *, namespace_from: str = "", namespace: str = "") -> str:
         """Return the name under which a frame is published: `namespace/frame` with `tf: global`, otherwise the name itself.
 
-        Of the prim at `namespace_from` and its ancestors, the outermost prim with a namespace gives the namespace. Shared frames
-        such as `map` and frames that already have a prefix get no prefix.
+        The namespace is that of the outermost prim with a namespace, among the prim at `namespace_from` and its ancestors.
+        Shared frames such as `map`, and frames that already have a prefix, are returned unchanged.
 
         Args:
             frame: name of the frame.
