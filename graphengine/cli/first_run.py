@@ -7,8 +7,6 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 from graphengine.format.errors import CheckError, GraphError
 from graphengine.format.wording import printable
 
@@ -43,11 +41,11 @@ def first_run(scene: Path, robot: str, *, holds: bool) -> list[str]:
         robot: name of the robot in the scene.
         holds: whether the project tests that the joints hold their start positions.
     """
-    import graphengine as ge
     from graphengine.api.scene import loaded_of
+    from graphengine.api.scene_loading import load
 
     try:
-        opened = ge.load(scene)
+        opened = load(scene)
     except CheckError as error:
         return [
             f"the files of the project have errors: {found.message}"
@@ -110,7 +108,7 @@ def _joints(sim: Session, robot: RobotInstance) -> list[str]:
     sagging: list[tuple[str, float]] = []
     for name, joint in sim.robots[robot.name].joints.items():
         described = robot.urdf.joints[name]
-        if np.isfinite(targets[name]):
+        if math.isfinite(targets[name]):
             sagging.append((name, joint.position - targets[name]))
         elif described.mimic is None and (described.limits is not None or robot.disabled.free_link is None):
             hanging.append((name, joint.position - robot.starts.get(name, 0.0)))

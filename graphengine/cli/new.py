@@ -9,7 +9,6 @@ from pathlib import Path
 
 from graphengine.cli import import_urdf
 from graphengine.cli.common import clean, print_findings
-from graphengine.cli.first_run import SECONDS, first_run
 from graphengine.cli.import_report import report
 from graphengine.cli.progress import progress
 from graphengine.cli.project import WORLDS, Project
@@ -50,6 +49,7 @@ def execute(arguments: argparse.Namespace) -> int:
 def _from_description(arguments: argparse.Namespace, project: Project) -> int:
     from dataclasses import replace
 
+    from graphengine.cli.first_run import SECONDS, first_run
     from graphengine.physics.importing.import_robot import import_robot
 
     import_urdf.check_source(arguments)

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from graphengine.cli.first_run import first_run
+from graphengine.cli.first_run import MOST_TOLD, _worst, first_run
 from tests.cli.harness import Graphrun
 from tests.physics.importing.imported_arms import BALL, arm, bolted
 from tests.physics.importing.imported_bases import DIFFERENTIAL, description, interfaces
@@ -109,3 +109,13 @@ def test_a_robot_that_starts_inside_the_world_is_said_to(graphrun: Graphrun) -> 
     sunk = BALL.replace("<geometry>", '<origin xyz="0.2 0 -0.12"/><geometry>')
     first, *_ = run_of(graphrun, bolted(arm(3, "plate").replace(BALL, sunk, 1)))
     assert first.startswith("at the start, bot touches ")
+
+
+def test_a_line_names_the_worst_joints_up_to_a_number() -> None:
+    errors = [(f"j{number}", 0.1 * number) for number in range(MOST_TOLD + 2)]
+    assert _worst("off: {}", errors[: MOST_TOLD + 1], 0.05) == [
+        "off: j6 +0.600, j5 +0.500, j4 +0.400, j3 +0.300, j2 +0.200, j1 +0.100"
+    ]
+    [line] = _worst("off: {}", errors, 0.05)
+    assert line.startswith("off: j7 +0.700, j6 +0.600")
+    assert line.endswith("j2 +0.200 and 1 more")

@@ -78,7 +78,8 @@ def _unreachable() -> Iterator[str]:
 
 Between embedded DDS, which is Cyclone DDS, and nodes on {_RMWS[1]}, these features fail:
 {", ".join(rows)}.
-rmw_cyclonedds_cpp and rmw_fastrtps_cpp encode the identity of a request differently, so services between these two RMWs fail in ROS 2 too.
+rmw_cyclonedds_cpp and rmw_fastrtps_cpp encode the identity of a request differently, so services
+between these two RMWs fail in ROS 2 too.
 Actions and parameters use services, so they fail too. Topics, tf and QoS events work. There are two remedies:
 
 - Run `graphrun` with `{HINT}`, with a sourced ROS 2 or with [rclpy from PyPI](ros_from_pypi.md). The run is then a node on

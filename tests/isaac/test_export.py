@@ -59,6 +59,11 @@ REFUSED = {
         f"Colour: isaacsim.ros2.bridge.ROS2CameraHelper has no inputs:{port} in Isaac Sim"
         for port in ("compression", "jpegQuality")
     ],
+    "publishers/depth_camera": ["Points: isaacsim.ros2.bridge.ROS2CameraHelper has no inputs:organized in Isaac Sim"],
+    "publishers/rgbd_camera": [
+        f"Points: isaacsim.ros2.bridge.ROS2CameraHelper has no inputs:{port} in Isaac Sim"
+        for port in ("colored", "organized")
+    ],
     "publishers/range": ["PublishRange: Isaac Sim has no node type graphengine.ros2.RangePublisher"],
     "wheel_odometry": _wheel_odometry("WheelOdometry", "PublishOdom"),
     "localization": ["PublishGroundTruth: Isaac Sim has no node type graphengine.ros2.ROS2PublishGroundTruthTransform"],

@@ -55,6 +55,7 @@ nodes:
   Prims: {{type: CameraHelper, inputs: {{type: instance_segmentation, topicName: prims, enableSemanticLabels: true}}}}
   Rings: {{type: CreateRenderProduct, inputs: {{cameraPrim: $(robot)/{ROOF}/Lidar}}}}
   Around: {{type: RtxLidarHelper, inputs: {{type: point_cloud, topicName: around, frameId: roof}}}}
+  Context: {{type: ROS2Context, inputs: {{domain_id: 7}}}}    # apart from the robot's own transforms
   Frames:
     type: PublishTransformTree
     inputs: {{targetPrims: [$(robot)/{CAMERA}, $(robot)/{LIDAR}, $(robot)/{ROOF}]}}
@@ -67,6 +68,7 @@ connections:
   - Tick.tick -> Rings.execIn
   - Rings.execOut -> Around.execIn
   - Rings.renderProductPath -> Around.renderProductPath
+  - Context.context -> Frames.context
   - Tick.tick -> Frames.execIn
   - Time.simulationTime -> Frames.timeStamp
 """,

@@ -16,6 +16,7 @@ TESTED = {
     "ros.foxglove.publish_gate.MAX_CLIENTS": "tests/ros/test_foxglove.py::test_no_more_clients_than_allowed_are_connected",
     "view.page_server.MAX_REQUEST": "tests/view/test_page_server.py::test_a_request_that_is_too_long_is_refused_with_an_answer",
     "api.navigation.true_poses.PATIENCE": "tests/api/navigation/test_true_poses.py::test_a_run_that_never_answers_is_refused",
+    "cli.first_run.MOST_TOLD": "tests/cli/test_first_run.py::test_a_line_names_the_worst_joints_up_to_a_number",
     "compiler.budget.MAX_PARTS": "tests/compiler/test_budget.py::test_a_graph_may_hold_as_many_parts_as_the_limit",
     "compiler.planning.regions.MAX_PUSHERS": (
         "tests/compiler/test_scale.py::test_pushers_below_pushers_run_to_a_depth_and_beyond_it_are_refused"
@@ -125,8 +126,11 @@ BOUNDS_NO_INPUT = {
         "messages.message_template.MAX_PATCHED",
         "nodes.wheeled_robots.stanley.FASTEST_TURN",
         "nodes.wheeled_robots.stanley.SLOWEST",
+        "cli.first_run.MOST_JOINTS",
+        "cli.first_run.SECONDS",
         "physics.importing.arm_gains.FASTEST",
         "physics.importing.resting.SECONDS",
+        "physics.importing.self_view.MOST_BLOCKED",
         "runtime.file_watch.MOST",
     ),
     "what a picture or the page shows": (

@@ -15,7 +15,7 @@ from rosbags.typesys import Stores, get_typestore
 from graphengine.format.errors import TransportError
 from graphengine.messages import messages
 from graphengine.messages.definitions import DEFINITIONS, Definitions
-from graphengine.messages.interfaces import MessageTypeError
+from graphengine.messages.interfaces import TEXTS, MessageTypeError
 from graphengine.messages.messages import MessageError, decode, encode, stamp
 
 JAZZY = get_typestore(Stores.ROS2_JAZZY)
@@ -79,13 +79,13 @@ def random_message(message_type: str, draw: np.random.Generator, definitions: De
         if kind == Nodetype.NAME:
             return random_message(detail, draw, definitions)
         if kind == Nodetype.BASE:
-            if detail[0] == "string":
+            if detail[0] in TEXTS:
                 letters, most = ("aé/_ ", 7) if not detail[1] else ("ab/_ ", min(7, detail[1]))  # a bound is of bytes
                 return "".join(draw.choice(list(letters), size=draw.integers(0, most, endpoint=True)))
             return array(detail[0], 1)[0].item()
         element, count = detail
         length = count if kind == Nodetype.ARRAY else int(draw.integers(0, min(4, count or 4), endpoint=True))
-        if element[0] == Nodetype.BASE and element[1][0] != "string":
+        if element[0] == Nodetype.BASE and element[1][0] not in TEXTS:
             return array(element[1][0], length)
         return [value(element) for _ in range(length)]
 

@@ -47,7 +47,7 @@ class Answer:
 
 
 def state(time: float, x: float, y: float, yaw: float = 0.0) -> dict[str, Any]:
-    robot = {"namespace": "/robot", "position": (x, y, 0.1), "orientation": from_rpy(0.0, 0.0, yaw)}
+    robot = {"name": "robot", "namespace": "/robot", "position": (x, y, 0.1), "orientation": from_rpy(0.0, 0.0, yaw)}
     return {"state": "playing", "time": time, "robots": [robot]}
 
 
