@@ -181,7 +181,7 @@ def In(*, default: Any = MISSING, **facts: Any) -> Any:
 
 
 def Out(*, default: Any = MISSING, init: Literal[False] = False, **facts: Any) -> Any:
-    """Return the declaration of an output. A stop resets the output to its default.
+    """Declare an output port, and return the declaration. When the simulation stops, the output gets its default again.
 
     Args:
         default: initial value; without a default, the zero of the port's type.
