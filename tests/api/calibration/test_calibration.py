@@ -281,7 +281,9 @@ def test_wheels_that_stiffness_holds_still_are_told_so(tmp_path: Path, stiffness
     held = "stiffness pulls joints with velocity commands back to their positions (joints: left_joint, right_joint)"
     assert sum(note.startswith(held) for note in result.notes) == 1
     assert result.notes[0].startswith(held) or moves
-    assert not moves or len(result.outside(0.02)) == 4
+    assert not moves or all(
+        motion in result.outside(0.02) for motion in result.motions[:4]
+    )  # straight, and on the spot
 
 
 def test_a_robot_that_falls_over_has_no_figures_to_write(tmp_path: Path) -> None:

@@ -143,8 +143,10 @@ def test_row_0_is_up_and_column_0_is_left() -> None:
     assert blue > red
 
 
-def test_a_sensors_body_is_seen_by_others_and_not_by_rays(project: Project) -> None:
-    scanner = "scanner: {type: lidar, profile: microscan3_light, parent: base_link, position: [0, 0, .3]}"
+def test_a_sensors_body_is_seen_by_others_and_not_by_its_own_rays(project: Project) -> None:
+    scanner = (
+        "scanner: {type: lidar, profile: microscan3_light, parent: base_link, position: [0, 0, .3], ignores: [arm]}"
+    )
     project.robot(f"sensors:\n  {scanner}\n  eye: {{type: camera, parent: base_link, position: [-1, 0, .3]}}")
     simulation = project.load().simulation
     camera = simulation.device(PinholeCamera, simulation.stage.find("/bot/base_link/eye/Camera"))
