@@ -73,7 +73,9 @@ class LightCurtain(CarriedPrim):
         """Look up the body that carries the sensor, and create the rays."""
         super().bind()
         simulation = self._simulation
-        own = partial(own_colliders, simulation, self._prim, self.body)
+        own = partial(
+            own_colliders, simulation.model, simulation.data, simulation.sees_own_robots, self._prim, self.body
+        )
         rays = (simulation.rays, self._origins, self._directions, self._ranges)
         self._bundle = RayBundle(simulation.model, simulation.data, *rays, own)
 

@@ -82,9 +82,10 @@ class RaySet(CarriedPrim):
         """Look up the prims of all bodies, and create the rays."""
         super().bind()
         simulation = self._simulation
-        model, own = simulation.model, partial(own_colliders, simulation, self._prim, self.body)
+        model, data, sees = simulation.model, simulation.data, simulation.sees_own_robots
+        own = partial(own_colliders, model, data, sees, self._prim, self.body)
         rays = (simulation.rays, self._origins, self._directions, self._ranges)
-        self._bundle = RayBundle(model, simulation.data, *rays, own)
+        self._bundle = RayBundle(model, data, *rays, own)
         paths = {
             prim.body: prim.path for prim in simulation.stage.prims() if prim.body is not None and prim.kind != "robot"
         }
