@@ -9,9 +9,11 @@ if interrupts.is_program():
 
 import argparse
 import atexit
+import contextlib
 import gc
 import importlib
 import io
+import os
 import re
 import sys
 from collections.abc import Collection, Iterable, Sequence
@@ -185,7 +187,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
         parsed = parser.parse_args(given)
         if arguments is None:
             interrupts.work()  # not for --help, as it imports more; within the block that catches an interrupt
-        return _execute(parsed)
+        code = _execute(parsed)
+        if arguments is None:
+            _discard_unwritten()
+        return code
     except BaseException as error:
         if interrupts.has_cause(error, KeyboardInterrupt):
             # The interpreter would wait for threads, which an interrupt may have left without an end.
@@ -204,6 +209,17 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return interrupts.OUT_OF_MEMORY
     finally:
         interrupts.finish()
+
+
+def _discard_unwritten() -> None:
+    """Discard output that cannot be written; some versions of Python would try again at their end, and exit with 120."""
+    for stream in (sys.stdout, sys.stderr):
+        try:
+            if stream is not None:
+                stream.flush()
+        except (OSError, ValueError):  # a full disk, a reader that is gone, or a closed stream
+            with contextlib.suppress(OSError, ValueError):
+                os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
 
 
 def _execute(parsed: argparse.Namespace) -> int:
