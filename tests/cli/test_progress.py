@@ -13,6 +13,7 @@ from graphengine.cli import progress as bars
 from graphengine.cli.progress import progress
 from tests.cli.harness import live, process
 from tests.cli.screen import frames, shown
+from tests.physics.pictures.harness import needs_opengl
 from tests.waiting import PATIENCE
 
 TERMINAL = {"TERM": "xterm-256color"}
@@ -36,6 +37,7 @@ def test_a_replay_shows_how_much_of_the_recording_it_has_read(drive: Path, tmp_p
     assert [line.partition(":")[0] for line in lines] == ["identical"]
 
 
+@needs_opengl
 def test_a_snapshot_of_a_later_time_shows_how_far_the_simulation_is(tmp_path: Path) -> None:
     (tmp_path / "at_once.py").write_text(AT_ONCE, encoding="utf-8")
     run_ = ("snapshot", "dd100_flat", "--at", "5s", "--size", "64x48", "-o", "out.png", "--rays", "mujoco")

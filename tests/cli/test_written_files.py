@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from tests.cli.harness import Graphrun
+from tests.physics.pictures.harness import needs_opengl
 
 SCRIPT = (
     'import omni.graph.core as og\nog.Controller.edit("/g", {"create_nodes": [("T", "omni.graph.action.OnTick")]})\n'
@@ -30,9 +31,10 @@ WRITTEN = {
     "map room.yaml -o x --bounds -1 -1 1 1": ["x.png", "x.yaml"],
     "snapshot room.yaml --size 8x8 -o x.png": ["x.png"],
 }
+DRAWN = [pytest.param(command, marks=[needs_opengl] if command.startswith("snapshot") else []) for command in WRITTEN]
 
 
-@pytest.mark.parametrize("command", WRITTEN)
+@pytest.mark.parametrize("command", DRAWN)
 def test_a_link_at_the_name_of_a_part_is_not_followed(graphrun: Graphrun, project: Path, command: str) -> None:
     for name, text in FILES.items():
         (project / name).write_text(text, encoding="utf-8")

@@ -10,6 +10,9 @@ import pytest
 
 from tests.jobs.harness import Job, nanoseconds
 from tests.physics.importing.descriptions import SCAN, sensor, written
+from tests.physics.pictures.harness import needs_opengl
+
+pytestmark = needs_opengl
 
 WORLD = """<mujoco><worldbody>
   <geom name="floor" type="plane" size="0 0 1"/>

@@ -13,6 +13,9 @@ import pytest
 from numpy.typing import NDArray
 
 from tests.jobs.harness import Job, nanoseconds
+from tests.physics.pictures.harness import needs_opengl
+
+pytestmark = needs_opengl
 
 CENTRE, HALF, TURN = np.array([2.0, 0.3, 0.4]), np.array([0.2, 0.3, 0.4]), math.radians(25.0)
 """Of a box on the floor, m; it is turned about the vertical."""
