@@ -232,9 +232,9 @@ class Node(metaclass=NodeMeta):
     def resolve_types(self, known: Mapping[str, PortType], variables: Mapping[str, PortType]) -> Mapping[str, PortType]:
         """Derive types of union and `any` ports from the types of other ports, and return them by Python name of the port.
 
-        The compiler calls this method until it returns no new type. The compiler itself resolves ports with the keyword `couple`.
-        Inputs that have a value in the graph file already have this value. If a port does not allow a returned type, or has a
-        different type already, the compiler reports an error.
+        The compiler calls this method until it returns no new type. Ports that are declared with the keyword `couple` are
+        resolved by the compiler, not by this method. Before the first call, each input for which the graph file gives a value
+        has this value. If a port does not allow a returned type, or has a different type already, the compiler reports an error.
 
         Args:
             known: the port types that are known so far, by Python name.
