@@ -9,16 +9,13 @@ failed node would have fired; any other exception ends the pass.
 from __future__ import annotations
 
 import itertools
-import linecache
 import re
 import weakref
 from collections import Counter
 from collections.abc import Callable, Collection, Container, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
-from functools import cached_property
-from types import CodeType
 from typing import Any
 
+from graphengine.compiler.generated_source import VARIABLE, GeneratedSource
 from graphengine.compiler.plan import Call, Copy, ExecBranch, FireEffect, Plan, Refresh, Region
 from graphengine.compiler.staleness import mark_stale, stale_upstream
 from graphengine.node import types
@@ -34,49 +31,7 @@ A function with thousands of variables is slow: CPython allocates and frees the 
 _serial = itertools.count()
 _FUNCTIONS = re.compile(r"(?<![.\w])((?:pass_|constants|at_stop|at_close|refresh|[dr]\d+)(?:_part\d+)?)\b(?=[(,}])")
 """Pattern of the name of a generated function where it is defined, called, or named in a table."""
-_VARIABLE = re.compile(r"(?<![.\w])[a-z]\d+\w*")
-"""Pattern of the name of a flag or of another generated variable."""
 _programs: weakref.WeakKeyDictionary[Plan, GeneratedSource] = weakref.WeakKeyDictionary()
-
-
-@dataclass(eq=False)
-class GeneratedSource:
-    """Generated source code, with the index of the node that each line runs."""
-
-    name: str
-    lines: list[str] = field(default_factory=list)
-    nodes: list[int | None] = field(default_factory=list)
-
-    def add(self, lines: Iterable[str], node: int | None = None, indent: int = 0) -> None:
-        """Append lines of source code, and record that they run `node`; None if they run no node."""
-        for line in lines:
-            self.lines.append("    " * indent + line)
-            self.nodes.append(node)
-
-    def extend(self, other: GeneratedSource, indent: int = 0) -> None:
-        """Append the lines of other source code, with their nodes."""
-        self.lines += ["    " * indent + line for line in other.lines]
-        self.nodes += other.nodes
-
-    def variables(self) -> set[str]:
-        """Return the names of the generated variables in the lines, such as `n3` and `f3_exec_out`."""
-        return {name for line in self.lines for name in _VARIABLE.findall(line)}
-
-    @property
-    def text(self) -> str:
-        """The source code as one string."""
-        return "\n".join(self.lines) + "\n"
-
-    @cached_property
-    def code(self) -> CodeType:
-        """The compiled source; tracebacks show its lines as long as this object exists."""
-        linecache.cache[self.name] = (len(self.text), None, self.text.splitlines(keepends=True), self.name)
-        weakref.finalize(self, linecache.cache.pop, self.name, None)
-        return compile(self.text, self.name, "exec")
-
-    def node_at(self, line: int) -> int | None:
-        """Return the index of the node that a line runs; None if the line runs no node. Lines count from 1."""
-        return self.nodes[line - 1] if 1 <= line <= len(self.nodes) else None
 
 
 def source_of(plan: Plan) -> GeneratedSource:
@@ -211,7 +166,7 @@ def _write_function(
     function.extend(body)
     if region.index:  # another region can have flags with the same names
         renamed = {flag: f"{flag}_r{region.index}" for flag in shared}
-        function.lines = [_VARIABLE.sub(lambda m: renamed.get(m[0], m[0]), line) for line in function.lines]
+        function.lines = [VARIABLE.sub(lambda m: renamed.get(m[0], m[0]), line) for line in function.lines]
     source.extend(function, 1)
 
 

@@ -24,8 +24,8 @@ from graphengine.scene.loaded_scene import LoadedScene, Options
 
 EXACT = 0.005
 """Largest relative difference between the reached and the commanded turn rate with the track found."""
-TOLD = 0.05
-"""Largest relative difference for which a controller's track is kept."""
+ACCEPTED = 0.05
+"""Largest relative difference in the turn rate for which the track of the description's controller is kept."""
 _RUNS = 5
 
 
@@ -69,7 +69,7 @@ def _correct(scene: LoadedScene, name: str, *, told: bool) -> str:
         mark, factor = sim.checkpoint(), 1.0
         for run in range(_RUNS):
             reached = sum(_turn_rate(sim, drives, mark, speed, sign * factor * turn) * sign for sign in (1, -1)) / 2
-            if run == 0 and told and abs(reached / turn - 1.0) <= TOLD:
+            if run == 0 and told and abs(reached / turn - 1.0) <= ACCEPTED:
                 return f"track: {found[0]:.4g} m of the controller, with which it turns at {reached / turn:.1%} of commands"
             if reached < 0.1 * turn:
                 return f"track: not measured, because the robot turns at {reached:.3g} rad/s of {turn:.3g} rad/s"

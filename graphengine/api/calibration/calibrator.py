@@ -209,15 +209,9 @@ class _Calibrator:
             centre = turning_centre(self._motions) or (0.0, 0.0)
             squares.append(drive_square(self._drives, self._meters.values(), command, centre, steered=steered))
             self._progress(0.9)
-        kinematics: Kinematics = (
-            ("omni" if self._wheels.oblique else "mecanum")
-            if sideways
-            else "differential"
-            if on_the_spot
-            else "ackermann"
-            if steered
-            else ""
-        )
+        kinematics: Kinematics = "differential" if on_the_spot else "ackermann" if steered else ""
+        if sideways:
+            kinematics = "omni" if self._wheels.oblique else "mecanum"
         return replace(self._finished(kinematics), squares=tuple(squares))
 
     def _finished(self, kinematics: Kinematics = "", *, moves: bool = True) -> Calibration:

@@ -124,7 +124,7 @@ def _calibrated(scene: LoadedScene, robot: RobotInstance, modules: Sequence[str]
 
 
 def _alphas(result: Calibration | None, notes: list[str]) -> Sourced[Alphas]:
-    """Return the alphas of AMCL from a calibration. If there is none or it failed, return small alphas for good odometry."""
+    """Return AMCL's alphas as measured; without a calibration, or after a failed one, return small alphas for good odometry."""
     if result is None:
         return Sourced((UNCALIBRATED,) * 5, "assumes good odometry; not measured (--no-calibrate)")
     if not result.moves:
