@@ -105,6 +105,7 @@ class PublishGate:
         try:
             # Without pings, because the answers would wait behind messages for a client that is slow.
             async with connect(self._inner, proxy=None, max_size=None, ping_interval=None, **_OPTIONS) as inner:
+                await (await inner.ping())  # the server sends warnings to this client from now on
                 sending = asyncio.ensure_future(_send(inner, client))
                 async for message in client:
                     if isinstance(message, str) and len(message) > MAX_TEXT:
