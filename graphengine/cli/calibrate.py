@@ -48,9 +48,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     turn = f"turn rate to command, rad/s (default 0.6); {limit}"
     drive.add_argument("--turn-speed", metavar="W", type=number, default=0.6, help=turn)
     result = parser.add_argument_group("result")
-    check = "exit with code 1 if a reached speed differs from the command by more than this share (default 0.02; 1.5 times as"
+    check = (
+        "exit with code 1 if a reached speed differs from the command by more than this share (default 0.02; 1.5 times"
+    )
     check += (
-        " much for turns, arcs and sideways drives), if a stop is longer than 1.2 v^2/2a, or if it creeps on a slope"
+        " this share for turns, arcs and sideways drives, 5 times for turns and arcs of a skid-steered base), if a stop is"
+        " longer than 1.2 v^2/2a, or if the parked robot creeps on a slope"
     )
     result.add_argument("--check", metavar="BOUND", type=number, nargs="?", const=BOUND, help=check)
     write = (

@@ -137,7 +137,7 @@ def _add_robots(add: Callable[..., Any]) -> None:
     spawn.add_argument("--prim", metavar="PATH", help="prim path of the robot, such as /World/robot (default: /NAME)")
     state = "publish the topics of robot_state_publisher for this robot"
     spawn.add_argument("--robot-state", action="store_true", help=state)
-    force = "place it even if it overlaps others; physics then pushes them apart"
+    force = "place the robot even if it overlaps other objects; physics then pushes them apart"
     spawn.add_argument("--force", action="store_true", help=force)
     delete = add("delete", "remove a robot from the scene", "name")
     delete.add_argument("name", metavar="NAME", help="name of the robot")
@@ -153,15 +153,16 @@ def _add_robots(add: Callable[..., Any]) -> None:
     )
     move.add_argument("--linear", metavar="X,Y,Z", type=vector(3), help=linear)
     move.add_argument("--angular", metavar="X,Y,Z", type=vector(3), help=angular)
+    force = "place the robot or object even if it overlaps others; physics then pushes them apart"
     move.add_argument("--force", action="store_true", help=force)
     jumps = "let ground-truth odometry jump with the robot (default: it continues, as REP 105 demands)"
     move.add_argument("--odometry-jumps", action="store_true", help=jumps)
-    summary = "print what would stand close to a robot or object at another place, whichever way it turns there"
+    summary = "print all that would be close to a robot or object at another position, in any heading"
     clearance = add("clearance", summary, "entity", "position", "margin")
     clearance.add_argument("entity", metavar="NAME", help="name of the robot or object")
     there = "position of the object, or of the robot's base link, in the world frame, m"
     clearance.add_argument("position", metavar="X,Y", type=vector(2), help=there)
-    far = "largest distance of an obstacle that is printed, m (default 0)"
+    far = "distance up to which obstacles are printed, m (default 0)"
     clearance.add_argument("--margin", metavar="DISTANCE", type=number, default=0.0, help=far)
 
 

@@ -24,7 +24,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--force", action="store_true", help="overwrite an existing file")
     strict = (
-        "write no script if the graph has nodes or ports that Isaac Sim does not have (default: they become comments)"
+        "write no script if the graph has nodes or ports that Isaac Sim does not have (default: write them as comments)"
     )
     parser.add_argument("--strict", action="store_true", help=strict)
 

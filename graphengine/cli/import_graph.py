@@ -62,8 +62,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     call += "unknown names stand for objects of Omniverse"
     add_repeatable(parser, "--call", "CALL", call, type=_call)
-    assumed = "path of a prim or file that the script may assume to exist, or a name whose value it may assume to be true, such "
-    assumed += "as rosgraph.is_master_online"
+    assumed = "path of a prim or file that exists for the script, or a name that is true for it, such as "
+    assumed += "rosgraph.is_master_online"
     add_repeatable(parser, "--assume", "PATH|NAME", assumed)
     variable = "set an environment variable for the script; without VALUE, to its value in your environment"
     add_repeatable(parser, "--env", "NAME[=VALUE]", variable, type=_variable)

@@ -87,7 +87,7 @@ def add_source_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--macro", metavar="NAME", help="macro of the xacro file that defines the robot")
     left_out = "leave out everything from this package: included files, their macros, meshes"
     add_repeatable(parser, "--without", "PACKAGE", left_out)
-    drives = "give joints that take efforts position drives, which hold them; gains by the mass matrix (not for MJCF)"
+    drives = "add position drives to joints that take efforts, to hold them; gains follow from the mass matrix (not for MJCF)"
     parser.add_argument("--position-drives", action="store_true", help=drives)
     parser.add_argument("--fixed-base", action="store_true", help="fix the root link to the world, as for an arm")
     packages = (

@@ -35,8 +35,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--paused", action="store_true", help="start paused; `graphrun ctl play` starts the simulation")
     parser.add_argument("--no-control", action="store_true", help="disable `graphrun ctl` for this run")
     interfaces = (
-        "offer the services of ROS 2's simulation_interfaces in this namespace (default /), with which anyone on the network"
-        " can stop, step, reset, spawn and move; runs in the same ROS domain need different namespaces, such as /one"
+        "offer the services of ROS 2's simulation_interfaces in this namespace (default /); everyone on the network can then"
+        " stop, step and reset the run, and spawn and move robots; runs in the same ROS domain need different namespaces,"
+        " such as /one"
     )
     parser.add_argument(
         "--simulation-interfaces", metavar="NAMESPACE", nargs="?", type=_namespace, const="/", help=interfaces
@@ -46,14 +47,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--no-parameters", action="store_true", help="do not offer ROS parameters for inputs and variables"
     )
     foxglove = (
-        "serve all topics to Foxglove at ws://HOST:PORT, in addition to --transport (default host 127.0.0.1), for reading"
-        " only; Foxglove's SDK checks neither a password nor the origin of a page: all users and programs of this machine,"
+        "serve all topics, for reading only, to Foxglove at ws://HOST:PORT (default host 127.0.0.1), in addition to"
+        " --transport; Foxglove's SDK checks neither a password nor the origin of a page: all users and programs of this machine,"
         " including web pages in its browsers, can read the topics"
     )
     parser.add_argument("--foxglove", metavar="[HOST:]PORT", type=address, help=foxglove)
     publish = (
-        "let Foxglove clients also publish to the topics that graphs read, and so drive robots; the address that is printed"
-        " then contains a token, and the port accepts no client without it"
+        "let Foxglove clients also publish to the topics that graphs read, and so drive robots; the printed address then"
+        " contains a token, and the port accepts only clients with this token"
     )
     parser.add_argument("--foxglove-publish", action="store_true", help=publish)
     going = "continue the run after an exception in a node; only the node's branch ends"

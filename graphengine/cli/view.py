@@ -34,7 +34,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_permission_arguments(parser)
     parser.set_defaults(against=None, set=[], seed=None, rays=None)  # a recording is shown with its own options
     parser.epilog = (
-        "In the background, the run is replayed from its recorded inputs and compared with the recorded output."
+        "In the background, the run is replayed from its recorded inputs, and its output is compared with the recorded"
+        " output."
     )
 
 

@@ -21,9 +21,9 @@ from graphengine.runtime.parameter_table import Parameter
 from graphengine.runtime.session_core import SessionCore
 
 MAX_REQUEST = 1000
-"""Maximum number of parameters in one request to set parameters, because the session sets them all between two ticks.
+"""Maximum number of parameters that one request sets; the session sets all of them between two ticks.
 
-Requests to read parameters may name more, up to the number of parameters of the node.
+A request that reads parameters can name more, up to the number of parameters of the node.
 """
 _SUGGESTIONS = 3
 """Maximum number of errors about unknown parameters, in one response, that suggest a similar name."""

@@ -20,7 +20,7 @@ from graphengine.format.errors import ControlError
 
 _ENTRY = re.compile(r"([A-Za-z0-9_]+)\.([0-9]+)")
 MAX_NAME = 40
-"""Maximum length of a run's name in the path of its socket, which can have at most 107 characters."""
+"""Maximum length of a run's name in the path of its socket; the path can have at most 107 characters."""
 RUNTIME = "/run/user"
 """Parent of systemd's runtime folders, for processes without XDG_RUNTIME_DIR, such as those of `su` and cron."""
 PATIENCE = 5.0

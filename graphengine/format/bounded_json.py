@@ -11,7 +11,7 @@ MAX_BYTES = 1_000_000
 MAX_PARTS = 4_000_000
 """Maximum number of `[`, `{` and `,` outside of strings."""
 MAX_CONTAINERS = 1_250_000
-"""Maximum number of lists and objects; an empty one takes 25 times the memory of its text."""
+"""Maximum number of lists and objects; an empty list takes 25 times the memory of its text."""
 MAX_DEPTH = 40
 """Maximum nesting depth of lists and objects."""
 

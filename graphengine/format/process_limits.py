@@ -6,7 +6,7 @@ import mmap
 import os
 
 SMALLEST = 320_000_000
-"""Address space that every command needs, bytes, mostly for OpenBLAS and MuJoCo; with less, they abort the process."""
+"""Smallest address space with which a command can run, bytes; with less, OpenBLAS and MuJoCo abort the process."""
 
 
 def has_address_space(size: int) -> bool:

@@ -37,7 +37,7 @@ MAX_ENDED = 100
 RESULT_TIMEOUT = 900.0
 """Time for which the result of a goal is kept after its end, s; rclpy's default."""
 MAX_WAITING = 100
-"""Maximum number of requests for the result of one goal that wait for its end."""
+"""Maximum number of result requests for one goal that wait for the end of this goal."""
 
 
 class TrackedGoal(Stateful):

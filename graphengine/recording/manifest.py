@@ -19,7 +19,7 @@ from graphengine.scene.loaded_scene import LoadedScene
 
 FORMAT = 1
 MAX_BYTES = 16_000_000
-"""Maximum size of one entry of the metadata, bytes; the overrides of a run may be long."""
+"""Maximum size of one entry of the metadata, bytes; the overrides of a run can be long."""
 RaysName = Literal["auto", "mujoco", "fast"]
 Positive = Annotated[int, Field(ge=1)]
 DomainId = Annotated[int, Field(ge=0, le=232)]

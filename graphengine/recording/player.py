@@ -20,7 +20,7 @@ SPACING = 2.5
 MAX_CHECKPOINTS = 1000
 """Maximum number of checkpoints.
 
-At more checkpoints, every second one is dropped and the spacing doubles: to 5 s after 42 minutes, to 20 s after 3 hours.
+If there are more, every second checkpoint is dropped and the spacing doubles: to 5 s after 42 minutes, to 20 s after 3 hours.
 """
 STRIDE = 20
 """Longest distance, in ticks, for which a seek runs ticks instead of restoring a checkpoint.

@@ -23,7 +23,7 @@ from graphengine.runtime.inbox import ExternalInputs
 from graphengine.runtime.session_core import SessionCore
 
 MAX_FIELDS = 8
-"""Maximum number of different fields that are reported for a message."""
+"""Maximum number of reported fields in which a message differs from the recorded message."""
 
 
 @dataclass(frozen=True, slots=True)

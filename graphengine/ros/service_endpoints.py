@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 EVENTS = "/_service_event"
 """Suffix that turns a service's name into the topic of its introspection events."""
 MAX_OPEN = 1000
-"""Maximum number of unanswered requests of a server, or calls of a client; a larger depth in the QoS profile raises it."""
+"""Maximum number of unanswered requests of a server, or calls of a client; a larger QoS depth raises this limit."""
 PATIENCE = 300
 """Number of ticks that calls wait for a server before the user is warned."""
 GID, IDENTITY = 16, 24

@@ -16,7 +16,7 @@ class Pacer:
     """
 
     PATIENCE = 5
-    """Number of tick periods that a run may be late; if it is later, it does not try to catch up."""
+    """Largest delay that a run makes up for, in tick periods; it does not make up for a larger delay."""
 
     def __init__(self, period: float) -> None:
         self.period = period

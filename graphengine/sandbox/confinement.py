@@ -24,7 +24,7 @@ from graphengine.sandbox.seccomp import Tier
 MAX_CPU_SECONDS = 20
 """CPU time after which the kernel ends a confined process, s."""
 MAX_MEMORY_BYTES = 1 << 30
-"""Address space of a confined process, bytes."""
+"""Maximum address space of a confined process, bytes."""
 MAX_THREADS = 4096
 """Maximum number of threads of the user (RLIMIT_NPROC); with more, a confined process cannot start a thread."""
 _NOBODY = 65534

@@ -23,13 +23,13 @@ SUCCESSFUL, INVALID_GOAL, INVALID_JOINTS, OLD_HEADER_TIMESTAMP = 0, -1, -2, -3
 PATH_TOLERANCE_VIOLATED, GOAL_TOLERANCE_VIOLATED = -4, -5
 
 MAX_POINTS = 10_000
-"""Maximum number of points of a trajectory; checking this many takes the time of some ticks."""
+"""Maximum number of points of a trajectory; checking so many points takes as long as some ticks."""
 _SLACK = 1e-3
 """Distance by which a point may exceed a joint's range, rad or m, because simulated joint limits are slightly soft."""
 _FASTER = 1.01
 """Ratio of a joint's speed to its velocity limit above which a warning is logged."""
 _LARGEST = 1e6
-"""Maximum magnitude of the positions, velocities and accelerations of a point; the physics accepts up to 1e10."""
+"""Maximum magnitude of positions, velocities and accelerations of a trajectory point; the physics accepts up to 1e10."""
 _SOON = 1e-6
 """A point that is due in less than this time, s, counts as passed, because a spline cannot reach it in so short a time."""
 _AT_REST = float(np.finfo(np.float32).eps)

@@ -38,9 +38,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--controller", choices=("dwb", "mppi", "rpp"), help="controller of Nav2 (default: dwb; rpp for a car)"
     )
-    reached = "distance from a goal at which it is reached, m (default 0.15)"
+    reached = "distance from a goal within which the goal is reached, m (default 0.15)"
     parser.add_argument("--xy-tolerance", metavar="DISTANCE", type=number, help=reached)
-    facing = "angle from a goal at which it is reached, rad or as 5deg (default 0.1 with dwb, otherwise 0.2)"
+    facing = "angle from a goal within which the goal is reached, rad or as 5deg (default 0.1 with dwb, otherwise 0.2)"
     parser.add_argument("--yaw-tolerance", metavar="ANGLE", type=angle, help=facing)
     busy = (
         "tolerate a machine on which the simulation slows Nav2 down: longer timeouts, lower rates; not for real robots"

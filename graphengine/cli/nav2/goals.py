@@ -39,7 +39,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--namespace", metavar="NAME", help=namespace)
     patience = "simulation time after which a goal is canceled (default 300s)"
     parser.add_argument("--patience", metavar="TIME", type=duration, default=300.0, help=patience)
-    wait = "wall time to wait for Nav2 to appear, and then for it to accept the first goal (default 60s)"
+    wait = "maximum wall time to wait until Nav2 appears, and again until it accepts the first goal (default 60s)"
     parser.add_argument("--wait", metavar="TIME", type=duration, default=60.0, help=wait)
     pose = "do not publish the robot's true pose on `initialpose` before the first goal"
     parser.add_argument("--no-initial-pose", action="store_true", help=pose)

@@ -43,7 +43,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--no-arr", action="store_true", help="print only the type and length of arrays")
     parser.add_argument("--no-str", action="store_true", help="print the length of each string instead of its text")
     parser.add_argument(
-        "-f", "--full-length", action="store_true", help="print all elements of arrays and all of each string"
+        "-f", "--full-length", action="store_true", help="print all elements of arrays and all characters of strings"
     )
     cut = f"maximum number of elements of an array, and of characters of a string, to print (default {TRUNCATED})"
     parser.add_argument("-l", "--truncate-length", metavar="N", type=count, help=cut)

@@ -29,7 +29,7 @@ MAX_SECONDS = 60.0
 MAX_ANSWER = 32_000_000
 """Maximum size of the result of the stage process, bytes."""
 MOST_TOLD = 100
-"""Maximum number of parts that are individually reported as left out."""
+"""Maximum number of left-out parts that are reported one by one."""
 LONGEST = 300
 """Maximum number of characters of a USD message that a finding quotes."""
 _PROCESS = "graphengine.isaac.stage.stage_process"

@@ -16,7 +16,7 @@ SCHEME = "package://"
 A file that only mentions the package, without including a file of it, can thus still be expanded.
 """
 MAX_NAMED = 100
-"""Maximum number of missing packages, of included files for each of them, and of unknown macros that are reported."""
+"""Maximum number of reported missing packages, of reported included files for each, and of reported unknown macros."""
 
 
 @dataclass(slots=True)

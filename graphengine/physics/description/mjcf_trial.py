@@ -28,7 +28,7 @@ MAX_MEMORY_BYTES = 3 << 30
 _MODULE = "graphengine.physics.description.mjcf_trial"  # which is called __main__ in the process
 _STEPS = 2
 MAX_PLAIN_MEMORY = 60_000_000
-"""Maximum estimated memory of a model that is not rehearsed, bytes: e.g. 4000 elements."""
+"""Maximum estimated memory of a model that is not first tested in another process, bytes: e.g. 4000 elements."""
 _PLAIN = re.compile(
     "mujoco|compiler|option|flag|statistic|visual|global|quality|headlight|map|scale|rgba|default|asset|texture|material|"
     "layer|worldbody|body|frame|inertial|freejoint|joint|geom|site|light|camera"

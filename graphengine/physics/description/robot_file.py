@@ -13,7 +13,7 @@ from graphengine.format.robot_spec import RobotSpec
 from graphengine.format.spec_reader import Loaded, read, validate
 
 MAX_CHAIN = 10
-"""Maximum number of robot files that extend each other."""
+"""Maximum number of robot files in a chain of files that extend each other."""
 _ALTERNATIVES = (("drive", "usd_drive"), ("rpy_deg", "quaternion_xyzw"))
 """Pairs of keys with the same meaning: a key of one file replaces the other key of the file that it extends."""
 

@@ -20,7 +20,7 @@ from graphengine.physics.files.xml import Element, numbers
 LEGAL = (*MOVING, "fixed")
 SHAPES = ("box", "cylinder", "sphere", "capsule", "mesh")
 MAX_LINKS = 2000
-"""Maximum number of links of a URDF; as many joints."""
+"""Maximum number of links of a URDF, and maximum number of its joints."""
 
 _COUNTS = {
     "origin": {"xyz": 3, "rpy": 3},

@@ -24,7 +24,7 @@ from graphengine.sandbox.confinement import ProcessError, ask
 from graphengine.sandbox.untrusted import Sources, encoded, note_used, read, take_findings
 
 MAX_SECONDS = 30.0
-"""Maximum time that xacro may take, s."""
+"""Maximum run time of xacro, s."""
 MAX_ANSWER = 200_000_000
 """Maximum size of the URDF that xacro makes, bytes."""
 SUFFIX = ".xacro"

@@ -21,7 +21,7 @@ GRAVITY, ARM = 9.81, 1.0
 ACCELERATION = 1e5
 FASTEST = math.radians(1e6)
 FASTEST_WHEEL = 100.0
-"""Highest velocity command of a wheel, rad/s; a drive with `max_velocity` has this limit, if it is lower."""
+"""Highest velocity command of a wheel, rad/s; if `max_velocity` of the drive is lower, it is the limit instead."""
 
 
 def command_limits(model: mujoco.MjModel, robot: Prim, joints: Sequence[int]) -> dict[Kind, list[tuple[float, float]]]:

@@ -26,7 +26,7 @@ MAX_SECONDS = 60.0
 MAX_REASON = 300
 """Maximum length of the reason why a file cannot be read, characters; longer reasons are cut."""
 MAX_HEAD_BYTES = 4_000_000
-"""Maximum size of the description of converted meshes, bytes."""
+"""Maximum size of the JSON text that describes converted meshes, bytes."""
 
 _MODULE = "graphengine.physics.files.conversion"  # which is called __main__ in the process
 

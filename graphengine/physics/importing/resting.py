@@ -22,7 +22,7 @@ from graphengine.physics.model.robot import RobotInstance
 
 NAME = "CasterMaterial"
 MOST_JOINTS = 120
-"""Maximum number of moving joints of a robot that is simulated; a robot with more joints would take too long."""
+"""Maximum number of moving joints of a robot that the import simulates on a floor; more joints would take too long."""
 STEP = 1 / 240
 """Physics step, s; the same as in a scene."""
 SECONDS = 2.0

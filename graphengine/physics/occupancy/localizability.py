@@ -39,7 +39,7 @@ BEAMS, SCANS, HEADINGS = 60, 8, 16
 ALPHA, UPDATE = 0.01, 0.25
 """Variance of the motion model per squared distance (AMCL's alpha3), and distance travelled between updates of AMCL, m."""
 LARGEST_CELL = 0.5
-"""Largest side of a cell with which poses within `REACH` of each other can be compared, m."""
+"""Largest side of a cell, m; with larger cells, poses that are close to each other cannot be compared."""
 REACH, STEP = 1.0, 0.1
 """Largest distance of a nearby pose from the true pose, and spacing of the nearby poses that are compared, m."""
 OFF, TURNED = 0.3, 0.1

@@ -25,7 +25,7 @@ OCCUPIED, FREE, UNKNOWN = 100, 0, -1
 """The states of a cell, with the values that nav_msgs/OccupancyGrid uses."""
 
 MOST_CELLS = 25_000_000
-"""Greatest number of cells in a map, such as 250 m x 250 m in cells of 0.05 m; it takes some seconds and 0.8 GB of memory."""
+"""Greatest number of cells in a map, e.g. 250 m x 250 m in cells of 0.05 m; this map takes some seconds and 0.8 GB of memory."""
 SMALLEST_CELL = 1e-4
 """Smallest side of a cell, m."""
 FARTHEST = 1e6

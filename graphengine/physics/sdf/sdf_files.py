@@ -35,7 +35,7 @@ MAX_MODELS = 5000
 MAX_URI = 1000
 """Maximum number of characters of the URI in an include."""
 _MAX_MISSING = 50
-"""Maximum number of models that are not found before the search ends."""
+"""Maximum number of missing models; if there are more, no further models are searched."""
 _MAX_NEIGHBOURS = 1000
 """Maximum number of folders beside a file that are searched for a model."""
 _VERSION = re.compile(r"1\.(\d{1,3})(?:\.\d+)?")

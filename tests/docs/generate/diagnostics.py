@@ -10,9 +10,9 @@ from graphengine.cli.explain import RELATED, explanation, groups, heading
 _INTRODUCTION = """# Diagnostics
 
 `graphrun check`, and every verb that loads a file, reports errors, warnings and notes. Each has a code, the position in
-the file, the reason, and in most cases a remedy. The first letter of the code is the severity: G (graphs) and S
-(scenes) are errors, with which a file cannot run; W are warnings, for which only `graphrun check --strict` exits with
-1; N are notes.
+the file, the reason, and in most cases a remedy. The first letter of the code gives the severity. G (in graphs) and S
+(in scenes) are errors; a file with an error cannot run. W are warnings; if there are only warnings, `graphrun check`
+exits with 1 only with `--strict`. N are notes.
 
 `graphrun explain G204` prints the explanation of a code, and `graphrun explain` lists all codes. To try an example,
 save its files to an empty folder and run its command there."""

@@ -17,8 +17,8 @@ ENTRIES = (foundations, isaac, network, physics, robot_files, sessions, surfaces
 
 _INTRODUCTION = """# Limits
 
-graphengine limits its input from files, users and the network. A value beyond a limit is refused or truncated, and the
-message names the limit. Where the limit is a time, graphengine stops waiting after this time. For each limit, a test gives an
+graphengine limits its input from files, users and the network. A value beyond a limit is refused or truncated, and a
+message names the limit. If the limit is a time, graphengine stops waiting after this time. For each limit, a test gives an
 input at the limit and an input beyond it. The last column names the constant in the code, without the prefix `graphengine.`."""
 
 ROOMS = {

@@ -10,11 +10,11 @@ from graphengine.cli.node_reference import code, prose, table
 
 _INTRODUCTION = """# Commands
 
-`graphrun VERB --help` prints the same texts. Where a verb takes a scene or a graph, write a file, or the name of one that
+`graphrun VERB --help` prints the same texts. As a scene or graph, give a file, or the name of a scene or graph that
 graphengine includes, such as `dd100_warehouse` or `dd100/cmd_vel`.
 """
 _CODES = (
-    ("0", "success; a run that Ctrl-C, `SIGTERM` or a closed terminal ended"),
+    ("0", "success; also if Ctrl-C, `SIGTERM` or a closed terminal ended a run"),
     ("1", "errors in files or in the run"),
     ("2", "a wrong command line"),
     ("3", "out of memory"),
