@@ -60,7 +60,7 @@ node calls this service. A column names the transport of graphengine and the RMW
 installation; `--transport rclpy` uses the sourced ROS 2.
 
 With a sourced ROS 2, `python -m tests.interop.matrix` runs the tests and writes this page. `tests/interop/test_matrix.py` fails
-if a result differs from this table: if the test of a cell with `yes` fails, or if the test of a cell with `no` passes.
+if a result differs from the following table: if the test of a cell with `yes` fails, or if the test of a cell with `no` passes.
 """
 
 
@@ -79,13 +79,13 @@ def _unreachable() -> Iterator[str]:
 Between embedded DDS, which is Cyclone DDS, and nodes on {_RMWS[1]}, these features fail:
 {", ".join(rows)}.
 rmw_cyclonedds_cpp and rmw_fastrtps_cpp encode the identity of a request differently, so services
-between these two RMWs fail in ROS 2 too.
-Actions and parameters use services, so they fail too. Topics, tf and QoS events work. There are two remedies:
+between two ROS 2 nodes on these two RMWs fail, too.
+Actions and parameters use services, so they fail for the same reason. Topics, tf and QoS events work. There are two remedies:
 
-- Run `graphrun` with `{HINT}`, with a sourced ROS 2 or with [rclpy from PyPI](ros_from_pypi.md). The run is then a node on
-  the RMW of this rclpy.
-- Run the nodes of a sourced ROS 2 with `RMW_IMPLEMENTATION={_RMWS[0]}`, if ros-jazzy-rmw-cyclonedds-cpp is installed. If this
-  package is missing, or if rclpy is from PyPI, the variable makes each rclpy program exit with code 102.
+- Source ROS 2, or install [rclpy from PyPI](ros_from_pypi.md), and run `graphrun` with `{HINT}`. The run is then a node
+  on the RMW of this rclpy.
+- If ros-jazzy-rmw-cyclonedds-cpp is installed, run the nodes of a sourced ROS 2 with `RMW_IMPLEMENTATION={_RMWS[0]}`. If
+  this package is missing, or if rclpy is from PyPI, the variable makes each rclpy program exit with code 102.
 
 `graphrun` prints these remedies when it discovers a peer on another RMW. `graphrun ctl` needs no ROS 2 and works with any
 transport."""
@@ -95,25 +95,25 @@ def _figures(cells: dict[tuple[str, str, str], Result]) -> Iterator[str]:
     yield """
 ## Measurements
 
-`->` means from graphengine to ROS 2, `<-` from ROS 2 to graphengine. An entry such as `100/100 at 50 Hz, 0.7 ms, found in 0.23 s`
-gives the number of received messages and the number of sent messages, the rate of sending, the median latency between the two
-processes, and the discovery time. All processes ran on one machine.
+`->` means from graphengine to ROS 2, and `<-` means from ROS 2 to graphengine. An entry such as
+`100/100 at 50 Hz, 0.7 ms, found in 0.23 s` gives the number of received messages and the number of sent messages, the rate of
+sending, the median latency between the two processes, and the discovery time. All processes ran on one machine.
 
-An entry of `late joiner` gives the time until the first message arrives. The fraction after `then`, such as `479/479`, gives how
-many messages arrive, of those that are sent from this first message on. In `kill -9 of the peer`, graphengine continues to write
-after the peer is killed: the entry gives the time until graphengine notices that the peer is gone, and the longest duration of a
-write until then.
+An entry of `late joiner` gives the time until the first message arrives. The fraction after `then`, such as `479/479`, gives the
+number of received messages and the number of sent messages, both counted from this first message. In `kill -9 of the peer`,
+graphengine continues to write after the peer is killed. The entry gives the time until graphengine notices that the peer is gone,
+and the duration of the longest write until then.
 
-The tests make these exceptions:
+The tests have these limits:
 
 - A test does not fail if best-effort messages are lost; the entries show how many messages arrived.
 - Embedded DDS lost the first reliable message of 1 MB (59 of 60 arrived) and of 4 MB (19 of 20 arrived) from a Fast DDS writer.
-  In the rows of these sizes, each ROS 2 writer first sends one message that is not counted.
-- A client that calls a server as soon as it discovers the server may receive no response to its first call. In `action server`
-  and `parameters`, the server starts while the client already waits for it. The client therefore repeats an unanswered call after
-  5 s, up to 4 times, and the entry gives the number of repeated calls, if there are any.
-- `QoS events` tests incompatible QoS profiles and missed deadlines. Liveliness and matched events are not tested, because nodes
-  on rmw_fastrtps_cpp did not get all of these events within 20 s."""
+  Therefore, in the tests with these sizes, each ROS 2 writer first sends one message that is not counted.
+- If a client calls a server as soon as it discovers the server, the first call may get no response. In `action server` and
+  `parameters`, the server starts while the client already waits for the server. In these tests, the client therefore repeats an
+  unanswered call after 5 s, at most 4 times. If calls were repeated, the entry gives their number.
+- `QoS events` tests incompatible QoS profiles and missed deadlines. Liveliness events and matched events are not tested, because
+  nodes on rmw_fastrtps_cpp did not get all of these events within 20 s."""
     for row in ROWS:
         yield f"\n### {row}\n\n| transport | RMW of the peer | |\n|---|---|---|"
         for kind, rmw in COLUMNS:
@@ -153,25 +153,26 @@ def _distros() -> Iterator[str]:
 {DISTROS_TITLE}
 
 `--distro {"|".join(DISTROS)}` selects the distribution whose message definitions graphengine uses. The
-default is the sourced distribution, or Jazzy if none is sourced. Recordings store the selection. A type has the same encoding
-and the same type hash in all distributions that have it, except for the types in this table, which lists the differing fields:
+default is the sourced distribution, or Jazzy if none is sourced. Recordings store the selection. Except for the types in the
+following table, a type has the same encoding and the same type hash in all distributions that have it. The table lists the fields
+that differ:
 
 | type | {titles} |
 |---|{"---|" * len(DISTROS)}"""
     for name, each in differing.items():
         yield f"| {name} | " + " | ".join(", ".join(f"`{line}`" for line in lines) for lines in each) + " |"
     yield f"""
-The type hashes of these types differ because they contain a type of the table:
+The following types contain a type of the table, so their type hashes differ, too:
 {", ".join(sorted(distros.containing(set(differing))))}.
 
-These types exist only in the marked distributions:
+The following types exist only in the distributions that are marked with `yes`:
 
 | type | {titles} |
 |---|{"---|" * len(DISTROS)}"""
     for name, known in distros.missing():
         yield f"| {name} | " + " | ".join(_YES if has else "" for has in known) + " |"
     yield """
-In addition to the definitions of the distributions, graphengine contains those of:
+In addition to the message definitions of the distributions, graphengine contains those of the following packages:
 
 - simulation_interfaces 1.5.1, the version in Jazzy and Kilted. graphengine does not support version 2, which has other fields in
   Spawnable, LoadWorld, SetEntityState and SpawnEntity.
