@@ -44,7 +44,7 @@ class ROS2RtxLidarHelper(SkippingHelper, type="isaacsim.ros2.bridge.ROS2RtxLidar
         doc="message to publish: LaserScan or PointCloud2",
     )
     full_scan: bool = In(default=True, doc="deprecated: samples are always full scans")
-    show_debug_view: bool = In(default=False, doc="no effect: there is no viewport")
+    show_debug_view: bool = In(default=False, doc="no effect: there is no window")
     selected_metadata: Tokens = In(
         setup=True, doc=f"further fields of a point in a PointCloud2: {', '.join(_METADATA)}"
     )
