@@ -168,7 +168,8 @@ class OwnedEndpoints:
     def published_transform(self, beside: EndpointClaim, parent: str, children: Collection[str]) -> PublishedTransform:
         """Return an object that reads a transform which another node of this session publishes.
 
-        The object reads only the messages of publishers that have the same topic and ROS domain as the node's own publisher.
+        The object reads only the messages of publishers that have the same topic and ROS domain as `beside`, a publisher of the
+        calling node.
 
         Args:
             beside: attribute `claim` of the node's own publisher, which describes its topic and domain.
