@@ -54,6 +54,28 @@ def test_joints_that_mimic_each_other_in_a_ring_are_told(project: Project) -> No
     assert any("joint 'lift_joint' mimics itself" in error for error in project.errors())
 
 
+def test_of_repeated_elements_the_first_counts_as_in_ros(project: Project) -> None:
+    twice = '<origin xyz="0 0 .5"/><origin xyz="0 0 9"/>'
+    shape = f'<collision>{twice}<geometry><sphere radius=".1"/></geometry></collision>'
+    arm = f'<link name="arm">{shape}<inertial><mass value="2"/><mass value="7"/>{INERTIA}</inertial></link>'
+    limit = '<limit lower="-1" upper="1" effort="5" velocity="1"/>'
+    more = f'{twice}{limit}<limit lower="-9" upper="9" effort="5" velocity="1"/><axis xyz="1 0 0"/>'
+    project.write("bot.urdf", robot(LINK.format("base", 9), arm, joint("arm_joint", "revolute", "base", "arm", more)))
+    world, findings = project.robot("base_link: base\nfixed_base: true").load_with_findings()
+    model = world.simulation.model
+    assert model.joint("bot/arm_joint").axis.tolist() == [0, 0, 1]
+    assert model.joint("bot/arm_joint").range.tolist() == [-1, 1]
+    assert model.body("bot/arm").pos.tolist() == [0, 0, 0.5]
+    assert model.body("bot/arm").mass == 2
+    assert [item.message for item in findings.items if item.code == "N103"] == [
+        "link 'arm': only the first of 2 <origin> in <collision> counts",
+        "link 'arm': only the first of 2 <mass> in <inertial> counts",
+        "joint 'arm_joint': only the first of 2 <origin> counts",
+        "joint 'arm_joint': only the first of 2 <axis> counts",
+        "joint 'arm_joint': only the first of 2 <limit> counts",
+    ]
+
+
 @pytest.mark.parametrize("limit", ["", '<limit effort="40" velocity="1"/>', '<limit lower="1" upper="1"/>'])
 def test_a_joint_whose_limits_leave_no_range_moves_freely_and_that_is_told(project: Project, limit: str) -> None:
     world, findings = project.cart('<limit lower="-1" upper="1" effort="40" velocity="1"/>', limit).load_with_findings()
