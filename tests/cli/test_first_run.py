@@ -91,6 +91,18 @@ def test_joints_that_take_efforts_hang_unless_they_get_position_drives(graphrun:
     assert "FollowJointTrajectory" in Path("bot/README.md").read_text()
 
 
+def test_a_velocity_drive_that_yields_does_not_count_as_no_drive(graphrun: Graphrun) -> None:
+    """1 kg at 0.5 m with 10 N m s/rad moves by about 1 rad in 2 s."""
+    ball = BALL.replace("<geometry>", '<origin xyz="0.5 0 0"/><geometry>')
+    text = bolted(arm(1, "plate").replace(BALL, ball), interfaces(joint_1="velocity"))
+    Path("bot.urdf").write_text(text)
+    graphrun("new", "bot", "--from", "bot.urdf", code=0, err="")
+    file = Path("bot/robots/bot.yaml")
+    file.write_text(re.sub(r"damping: [\d.]+", "damping: 1.0", file.read_text()))
+    assert "damping: 1.0" in file.read_text()
+    assert not any("without a drive" in line for line in first_run(Path("bot/bot.yaml"), "bot", holds=False))
+
+
 def test_a_model_of_mujoco_has_its_own_drives(graphrun: Graphrun) -> None:
     Path("bot.xml").write_text(SAGGING)
     graphrun(
