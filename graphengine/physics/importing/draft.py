@@ -88,6 +88,7 @@ class WheelShape:
         on_floor: whether the wheel reaches down to the lowest collider of the robot.
         swivels: whether the wheel's fork turns on a vertical joint without limits, as in a caster.
         rollers: rollers of an omni or mecanum wheel; empty if the description does not model them.
+        drags: whether the wheel has no drive and rolls across the direction in which the base drives, so it slides.
     """
 
     joint: str
@@ -101,6 +102,7 @@ class WheelShape:
     on_floor: bool
     swivels: bool = False
     rollers: Rollers = NO_ROLLERS
+    drags: bool = False
 
 
 @dataclass(slots=True, eq=False)

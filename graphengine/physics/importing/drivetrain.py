@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Sequence
+from dataclasses import replace
 
 from graphengine.physics.description.urdf import WORLD
 from graphengine.physics.importing import base_graph, joint_drives, joint_graphs
-from graphengine.physics.importing.base import Base
+from graphengine.physics.importing.base import Base, Drivetrain
 from graphengine.physics.importing.base_controllers import base_of_controllers
 from graphengine.physics.importing.base_guess import base_of_wheels, is_diagonal
 from graphengine.physics.importing.base_measures import measured
@@ -15,6 +16,9 @@ from graphengine.physics.importing.base_wheels import BaseWheel, wheels_on_floor
 from graphengine.physics.importing.controllers_file import Controller, controllers
 from graphengine.physics.importing.draft import Draft, Remark
 from graphengine.physics.importing.joint_commands import joint_commands
+
+_ACROSS = 0.7
+"""Cosine of the angle between its axle and the y axis of the root link below which a wheel rolls across the x axis."""
 
 
 def fill(draft: Draft) -> None:
@@ -29,12 +33,23 @@ def fill(draft: Draft) -> None:
         tried = (measured(draft, base, _sliding(base, wheels)) for base in bases)
         drivetrain = next((found for found in tried if found is not None), None)
     if drivetrain is not None:
+        _mark_dragging(draft, drivetrain)
         base_graph.fill(draft, drivetrain)
     if draft.urdf.mjcf is None:  # a MuJoCo model has its own drives
         joint_drives.fill(draft, commands, wheels, drivetrain)
     joint_graphs.fill(draft, known, drivetrain)
     if drivetrain is None and draft.urdf.mjcf is None and not draft.fixed_base and draft.urdf.root != WORLD:
         _tell_undriven(draft)
+
+
+def _mark_dragging(draft: Draft, drivetrain: Drivetrain) -> None:
+    """Mark wheels without a drive that roll across the x axis of the root link, along which a base with fixed wheels drives."""
+    if not all(wheel.sideways for wheel in drivetrain.wheels):
+        return
+    driven = {wheel.joint for wheel in drivetrain.wheels}
+    for joint, shape in draft.wheels.items():
+        if joint not in driven and not shape.swivels and not shape.rollers.links and abs(shape.axis[1]) < _ACROSS:
+            draft.wheels[joint] = replace(shape, drags=True)
 
 
 def _rolls_aside(draft: Draft, base: Base, wheels: Sequence[BaseWheel]) -> bool:

@@ -45,7 +45,7 @@ NEAR = 0.01
 
 def fill(draft: Draft) -> None:
     """Add remarks on how a wheeled robot rests on a floor; bind links that rest but do not roll to a frictionless material."""
-    standing = [wheel for wheel in draft.wheels.values() if wheel.on_floor]
+    standing = [wheel for wheel in draft.wheels.values() if wheel.on_floor and not wheel.drags]
     driven = [wheel for wheel in standing if not wheel.swivels]
     if not driven or draft.fixed_base or draft.urdf.root == WORLD:
         return
@@ -163,14 +163,18 @@ def _free(draft: Draft, forces: dict[str, float], near: list[str], weight: float
         weight: sum of all vertical forces, N.
     """
     resting = {link: force for link, force in forces.items() if force > LEAST_SHARE * weight}
+    dragging = {wheel.link for wheel in draft.wheels.values() if wheel.drags}
     for link, force in resting.items():
-        text = f"{force:.3g} N, {force / weight:.0%} of the weight, rest on {link}, which does not roll"
+        rolls = "rolls only sideways" if link in dragging else "does not roll"
+        text = f"{force:.3g} N, {force / weight:.0%} of the weight, rest on {link}, which {rolls}"
         colliders = draft.urdf.links[link].colliders
         draft.noticed.append(Remark(text, colliders[0].span if colliders else None))
     _slide(draft, resting)
     if links := [link for link in dict.fromkeys([*resting, *near]) if link not in draft.bound()]:
         entry = draft.entry("materials", NAME)
-        entry.comments.append("without friction: links that touch the floor and do not roll would brake the robot")
+        entry.comments.append(
+            "without friction: links that touch the floor and do not roll forward would brake the robot"
+        )
         entry.value = {"static_friction": 0.0, "dynamic_friction": 0.0, "combine": "min", "bind": links}
 
 

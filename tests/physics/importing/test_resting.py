@@ -18,6 +18,32 @@ def test_a_caster_that_does_not_roll_slides_and_its_share_of_the_weight_is_told(
     assert told == "19.7 N, 17% of the weight, rest on caster, which does not roll"
 
 
+ROLLER = """<link name="roller"><inertial><mass value=".01"/><inertia ixx="1e-5" iyy="1e-5" izz="1e-5" ixy="0" ixz="0" iyz="0"/>
+    </inertial><collision><geometry><sphere radius=".05"/></geometry></collision></link>
+  <joint name="roller_joint" type="continuous">
+    <parent link="base_link"/><child link="roller"/><origin xyz="-.25 0 -.05"/><axis xyz="1 0 0"/>
+  </joint><gazebo><plugin filename="gz-sim-diff-drive-system" name="gz::sim::systems::DiffDrive">
+    <left_joint>left_joint</left_joint><right_joint>right_joint</right_joint>
+    <wheel_separation>.4</wheel_separation><wheel_radius>.1</wheel_radius>
+  </plugin></gazebo>"""
+
+
+def test_a_caster_that_rolls_only_sideways_slides_too(tmp_path: Path) -> None:
+    robot = imported(tmp_path, rover(ROLLER))
+    materials = keys(robot)["materials"]
+    assert materials["CasterMaterial"]["bind"] == ["roller"]  # type: ignore[index]
+    assert materials["WheelMaterial"]["bind"] == ["left_wheel", "right_wheel"]  # type: ignore[index]
+    (told,) = noticed(robot)
+    # As above, and its own 0.01 kg.
+    assert told == "19.8 N, 17% of the weight, rest on roller, which rolls only sideways"
+
+
+def test_a_caster_that_rolls_forward_keeps_its_grip_along(tmp_path: Path) -> None:
+    robot = imported(tmp_path, rover(ROLLER.replace('axis xyz="1 0 0"', 'axis xyz="0 1 0"')))
+    assert "CasterMaterial" not in keys(robot)["materials"]
+    assert noticed(robot) == []
+
+
 def test_a_chassis_that_drags_slides_too(tmp_path: Path) -> None:
     low = CHASSIS.replace('xyz="-.1 0 .06"', 'xyz="-.1 0 -.07"')
     robot = imported(tmp_path, rover(chassis=low))
