@@ -129,6 +129,7 @@ class Draft:
         lost: remarks on parts of the description that a robot file cannot express, with the reason.
         second_frictions: Gazebo's friction `mu2` of links for which it has no direction, by link.
         controller_track: whether the track of a skid-steered base is that of its controller; None for other bases.
+        guessed_turn: whether the limit of the turn rate of a skid-steered base is guessed.
         noticed: remarks on the robot itself, e.g. that part of its weight rests on the chassis.
         commanded: names of joints that a topic commands, except those of a mobile base.
         mujoco_warnings: MuJoCo's warnings about models compiled from the draft, as keys; the values are None.
@@ -154,6 +155,7 @@ class Draft:
     noticed: list[Remark] = field(default_factory=list)
     commanded: list[str] = field(default_factory=list)
     controller_track: bool | None = None
+    guessed_turn: bool = False
     second_frictions: dict[str, float] = field(default_factory=dict)
     mujoco_warnings: dict[str, None] = field(default_factory=dict)
     _used: dict[int, Element] = field(default_factory=dict)

@@ -142,6 +142,7 @@ def guess_limits(draft: Draft, grip: Grip, known: Mapping[str, Any], rim_speed: 
         for name, value in (("speed", speed), ("turn", turn))
         if not known.get(name)
     }
+    draft.guessed_turn = "turn" in found
     if found:
         shown = ", ".join(f"{name} {value:g} {_UNITS[name]}" for name, value in found.items())
         outcome = f"arcs then need at most {HELD:g} of the grip across the wheels"
