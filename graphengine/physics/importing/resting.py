@@ -15,7 +15,9 @@ from graphengine.format.wording import printable
 from graphengine.physics.description.urdf import WORLD
 from graphengine.physics.dynamics.contact_forces import contact_points
 from graphengine.physics.engine import Floats, body_names, collides, mujoco
+from graphengine.physics.importing.base_graph import GRAPH
 from graphengine.physics.importing.draft import Draft, Entry, Remark, WheelShape
+from graphengine.physics.importing.skid_steering import GRAVITY
 from graphengine.physics.importing.trial import FLOOR_FRICTION, trial_model, trial_spec
 from graphengine.physics.model.geoms import extents
 from graphengine.physics.model.robot import RobotInstance
@@ -69,6 +71,7 @@ def fill(draft: Draft) -> None:
     wheels = {link for wheel in standing for link in (wheel.link, *wheel.rollers.links)}
     forces = _forces(model, data)
     _tell_idle(draft, standing, forces)
+    _tell_slipping(draft, driven, forces)
     near = [link for link in _near(draft, model, data) if link not in wheels]
     _free(draft, {link: force for link, force in forces.items() if link not in wheels}, near, sum(forces.values()))
 
@@ -139,6 +142,30 @@ def _tell_idle(draft: Draft, standing: list[WheelShape], forces: dict[str, float
     if idle:
         text = f"wheels that carry no weight, as others reach further down: {', '.join(map(printable, idle))}"
         draft.noticed.append(Remark(f"{text}; they do not drive the base, and a mecanum base slides on a slope"))
+
+
+def _tell_slipping(draft: Draft, wheels: list[WheelShape], forces: dict[str, float]) -> None:
+    """Add a remark on limits of the acceleration with which the driven wheels slip."""
+    graph, joints = draft.sections["graphs"].get(GRAPH), draft.sections["joints"]
+    known = graph.value["parameters"] if graph is not None else {}
+    held = sum(
+        forces.get(wheel.link, 0.0) * _friction(draft, wheel.link)
+        for wheel in wheels
+        if wheel.joint in joints and "drive" in joints[wheel.joint].value
+    )
+    grip = held / sum(forces.values()) * GRAVITY
+    beyond = [
+        f"{name} {known[name]:g} m/s2" for name in ("acceleration", "deceleration") if known.get(name, 0.0) > grip
+    ]
+    if beyond and held:
+        text = f"the driven wheels grip up to {grip:.2g} m/s2 and slip beyond, so the robot starts and stops later than with "
+        draft.noticed.append(Remark(text + " and ".join(beyond)))
+
+
+def _friction(draft: Draft, link: str) -> float:
+    """Return the friction of a link's material along its direction; 1 without a material."""
+    materials = (entry.value for entry in draft.sections["materials"].values())
+    return next((float(each["dynamic_friction"]) for each in materials if link in each.get("bind", ())), FLOOR_FRICTION)
 
 
 def _near(draft: Draft, model: mujoco.MjModel, data: mujoco.MjData) -> list[str]:

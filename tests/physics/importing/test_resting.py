@@ -38,6 +38,15 @@ def test_a_caster_that_rolls_only_sideways_slides_too(tmp_path: Path) -> None:
     assert told == "19.8 N, 17% of the weight, rest on roller, which rolls only sideways"
 
 
+@pytest.mark.parametrize(("limit", "told"), [(8.0, False), (8.3, True)])
+def test_an_acceleration_beyond_the_grip_of_the_driven_wheels_is_told(tmp_path: Path, limit: float, told: bool) -> None:
+    """10 kg of 12 stand on the driven wheels, whose friction is 1: 8.17 m/s2."""
+    plugin = f"<max_linear_acceleration>{limit}</max_linear_acceleration></plugin>"
+    robot = imported(tmp_path, rover(CASTER, ROLLER[ROLLER.index("<gazebo>") :].replace("</plugin>", plugin)))
+    said = "the driven wheels grip up to 8.2 m/s2 and slip beyond, so the robot starts and stops later than with"
+    assert (f"{said} acceleration {limit:g} m/s2 and deceleration {limit:g} m/s2" in noticed(robot)) is told
+
+
 def test_a_caster_that_rolls_forward_keeps_its_grip_along(tmp_path: Path) -> None:
     robot = imported(tmp_path, rover(ROLLER.replace('axis xyz="1 0 0"', 'axis xyz="0 1 0"')))
     assert "CasterMaterial" not in keys(robot)["materials"]
