@@ -56,7 +56,7 @@ def measure(robot: Robot, clones: Path, folder: Path) -> dict[str, dict[str, Any
     }
     rows = {}
     if "graphs/base/" in (scene.parent / "robots" / scene.name).read_text(encoding="utf-8"):
-        skid = "skid-steered" in made.stdout
+        skid = "base: skid-steered" in made.stdout
         rows["base"] = row | _base(scene, folder / project, skid=skid)
     elif kind == "base":
         rows["base"] = row | {"result": f"not driven: {_last_remark(made.stdout, 'noticed: nothing moves')}"}
