@@ -37,7 +37,10 @@ def base_of_wheels(draft: Draft, wheels: Sequence[BaseWheel], commanded: Collect
         pivots = tuple(dict.fromkeys(wheel.swivel for wheel in steered))
         if fixed and len(pivots) <= 2:
             return Base("ackermann", "the wheels, of which some are steered", span, names, pivots, guessed=True)
-        draft.lost.append(Remark(f"a base whose {len(steered)} wheels are all steered: no graph drives it", span))
+        which = (
+            f"of whose {len(rolling)} wheels {len(steered)} are" if fixed else f"whose {len(steered)} wheels are all"
+        )
+        draft.lost.append(Remark(f"a base {which} steered: no graph drives it", span))
         return None
     if all(wheel.sideways for wheel in driven):
         if max(wheel.centre[1] for wheel in driven) - min(wheel.centre[1] for wheel in driven) > driven[0].radius / 2:

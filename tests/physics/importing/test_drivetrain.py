@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -453,6 +454,18 @@ def test_left_and_right_are_those_of_the_middle_of_the_wheels(tmp_path: Path) ->
     beside = Base("beside", (Wheel("a", 0.0, 0.5), Wheel("b", 0.0, 0.2)), 0.05, 0.03, 5.0)
     found = parameters(tmp_path, description(beside))
     assert (found["left"], found["right"], found["center"]) == (["a_joint"], ["b_joint"], [0.0, 0.35])
+
+
+@pytest.mark.parametrize(
+    ("middle", "told"), [(False, "whose 4 wheels are all steered"), (True, "of whose 6 wheels 4 are steered")]
+)
+def test_a_base_with_more_than_two_steered_wheels_is_told(tmp_path: Path, middle: bool, told: str) -> None:
+    wheels = [*(replace(wheel, steering=-1) for wheel in CAR.wheels)]
+    if middle:
+        wheels += [Wheel("middle_left", 0.0, 0.15), Wheel("middle_right", 0.0, -0.15)]
+    rover = replace(CAR, name="rover", wheels=tuple(wheels))
+    commands = interfaces(**{f"{wheel.name}_joint": "velocity" for wheel in wheels})
+    assert f"a base {told}: no graph drives it" in remarks(imported(tmp_path, description(rover, commands)))
 
 
 def test_steering_axes_of_opposite_directions_are_told(tmp_path: Path) -> None:
