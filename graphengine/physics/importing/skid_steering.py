@@ -34,14 +34,14 @@ _SKIDS = 1.02
 """Smallest ratio of a controller's track to the distance of the wheels at which the controller compensates for skidding."""
 _STEEP = 0.18
 """Friction across below which the import says from which slope a parked robot slides."""
-_SMALL = 0.75
+SMALL = 0.75
 """Largest radius of a caster without a drive, as a fraction of the radius of the driven wheels."""
 
 
 def casters(driven: Sequence[BaseWheel], parallel: Sequence[BaseWheel]) -> list[BaseWheel]:
     """Return the parallel wheels that stand in for casters: no drive, and small or named so, beside one driven axle."""
     names = {wheel.joint for wheel in driven}
-    limit = _SMALL * max(wheel.radius for wheel in driven)
+    limit = SMALL * max(wheel.radius for wheel in driven)
     loose = [wheel for wheel in parallel if wheel.joint not in names]
     named = [wheel for wheel in loose if any("cast" in text.lower() for text in (wheel.joint, wheel.link))]
     return [wheel for wheel in loose if wheel in named or wheel.radius < limit] if len(driven) == 2 else []

@@ -28,8 +28,9 @@ ROLLER = """<link name="roller"><inertial><mass value=".01"/><inertia ixx="1e-5"
   </plugin></gazebo>"""
 
 
-def test_a_caster_that_rolls_only_sideways_slides_too(tmp_path: Path) -> None:
-    robot = imported(tmp_path, rover(ROLLER))
+@pytest.mark.parametrize("plugin", [True, False])
+def test_a_caster_that_rolls_only_sideways_slides_too(tmp_path: Path, plugin: bool) -> None:
+    robot = imported(tmp_path, rover(ROLLER if plugin else ROLLER[: ROLLER.index("<gazebo>")]))
     materials = keys(robot)["materials"]
     assert materials["CasterMaterial"]["bind"] == ["roller"]  # type: ignore[index]
     assert materials["WheelMaterial"]["bind"] == ["left_wheel", "right_wheel"]  # type: ignore[index]
