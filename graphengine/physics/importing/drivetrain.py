@@ -38,6 +38,7 @@ def fill(draft: Draft) -> None:
     if draft.urdf.mjcf is None:  # a MuJoCo model has its own drives
         joint_drives.fill(draft, commands, wheels, drivetrain)
     joint_graphs.fill(draft, known, drivetrain)
+    _tell_fixed(draft, wheels)
     if drivetrain is None and draft.urdf.mjcf is None and not draft.fixed_base and draft.urdf.root != WORLD:
         _tell_undriven(draft)
 
@@ -65,6 +66,22 @@ def _rolls_aside(draft: Draft, base: Base, wheels: Sequence[BaseWheel]) -> bool:
 def _sliding(base: Base, wheels: Sequence[BaseWheel]) -> list[BaseWheel]:
     """Return the wheels that slide if they move sideways: all but omni wheels with rollers that the base does not drive."""
     return [wheel for wheel in wheels if wheel.joint in base.driven or not wheel.rollers.links]
+
+
+def _tell_fixed(draft: Draft, wheels: Sequence[BaseWheel]) -> None:
+    """Add a remark if fixed joints connect a base on wheels to the link `world`, so that its wheels cannot move it."""
+    rolling = [wheel for wheel in wheels if not wheel.caster]
+    if draft.urdf.root != WORLD or len(rolling) < 2:
+        return
+    joint, first = draft.urdf.joints[rolling[0].joint], None
+    while (carrier := draft.urdf.links[joint.parent].carrier) is not None:
+        if carrier.type != "fixed":
+            return
+        joint = first = carrier
+    if first is not None:
+        text = f"joint {first.name} fixes the base to the link {WORLD!r}, so its wheels do not move it"
+        text += "; without this link it is free"
+        draft.noticed.append(Remark(text, first.element.span))
 
 
 def _tell_undriven(draft: Draft) -> None:

@@ -468,6 +468,15 @@ def test_a_base_with_more_than_two_steered_wheels_is_told(tmp_path: Path, middle
     assert f"a base {told}: no graph drives it" in remarks(imported(tmp_path, description(rover, commands)))
 
 
+@pytest.mark.parametrize(("kind", "told"), [("fixed", True), ("prismatic", False)])
+def test_a_base_that_the_description_fixes_to_the_world_is_told(tmp_path: Path, kind: str, told: bool) -> None:
+    limit = '<limit lower="-5" upper="5" effort="100" velocity="1"/>' if kind == "prismatic" else ""
+    weld = f'<joint name="weld" type="{kind}"><parent link="world"/><child link="base_link"/>{limit}</joint>'
+    found = imported(tmp_path, description(DIFFERENTIAL, PLUGIN, '<link name="world"/>', weld))
+    text = "noticed: joint weld fixes the base to the link 'world', so its wheels do not move it; without this link it is free"
+    assert (text in remarks(found)) is told
+
+
 def test_steering_axes_of_opposite_directions_are_told(tmp_path: Path) -> None:
     before, name, after = description(CAR).partition('"front_right_steer"')
     found = imported(tmp_path, before + name + after.replace('"0 0 -1"', '"0 0 1"', 1))
