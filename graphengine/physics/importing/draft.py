@@ -10,6 +10,7 @@ from typing import Any
 from graphengine.devices.rotation import Vector3
 from graphengine.format.diagnostics import Span
 from graphengine.format.document import Document
+from graphengine.format.wording import did_you_mean, printable
 from graphengine.physics.description.urdf import Urdf
 from graphengine.physics.files.references import Library
 from graphengine.physics.files.xml import Element
@@ -52,6 +53,12 @@ def says(*path: str, value: Any) -> Claim:
         return bool(found == value)
 
     return holds
+
+
+def no_joint(urdf: Urdf, name: str) -> str:
+    """Return a text that a description has no joint with a name, and which names are similar."""
+    near = did_you_mean(name, urdf.joints)
+    return f"the description has no joint {printable(name)!r}" + (f"; {near}" if near else "")
 
 
 @dataclass(frozen=True, slots=True)

@@ -244,8 +244,10 @@ def test_transmissions_decide_where_nothing_else_does(tmp_path: Path) -> None:
 
 
 def test_a_joint_that_is_not_there_is_told(tmp_path: Path) -> None:
-    said = remarks(imported(tmp_path, description(DIFFERENTIAL, interfaces(left_joint="velocity", lost="velocity"))))
+    found = interfaces(left_joint="velocity", right_jont="velocity", lost="velocity")
+    said = remarks(imported(tmp_path, description(DIFFERENTIAL, found))).splitlines()
     assert "lost: ros2_control hardware: the description has no joint 'lost'" in said
+    assert "lost: ros2_control hardware: the description has no joint 'right_jont'; did you mean 'right_joint'?" in said
 
 
 def test_a_caster_swivels_freely(tmp_path: Path) -> None:
