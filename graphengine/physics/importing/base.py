@@ -80,12 +80,14 @@ class Grip:
         across: friction coefficient across it.
         reason: where the values come from, as a comment for the robot file.
         described: whether they are those of the description.
+        replaces_track: whether the track of the base's controller does not suit these values.
     """
 
     along: float
     across: float
     reason: str
     described: bool = False
+    replaces_track: bool = False
 
 
 @dataclass(frozen=True, slots=True)

@@ -134,6 +134,7 @@ class Draft:
         carried: remarks on values that were taken from the description.
         guessed: remarks on values that the description lacks and that the import chose.
         lost: remarks on parts of the description that a robot file cannot express, with the reason.
+        pushed: whether a plugin of Gazebo pushes the base without turning its wheels.
         second_frictions: Gazebo's friction `mu2` of links for which it has no direction, by link.
         controller_track: whether the track of a skid-steered base is that of its controller; None for other bases.
         guessed_turn: whether the limit of the turn rate of a skid-steered base is guessed.
@@ -163,6 +164,7 @@ class Draft:
     commanded: list[str] = field(default_factory=list)
     controller_track: bool | None = None
     guessed_turn: bool = False
+    pushed: bool = False
     second_frictions: dict[str, float] = field(default_factory=dict)
     mujoco_warnings: dict[str, None] = field(default_factory=dict)
     _used: dict[int, Element] = field(default_factory=dict)

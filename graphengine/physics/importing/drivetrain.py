@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Iterator, Sequence
 from dataclasses import replace
 
+from graphengine.format.wording import printable
 from graphengine.physics.description.urdf import WORLD
 from graphengine.physics.importing import base_graph, joint_drives, joint_graphs
 from graphengine.physics.importing.base import Base, Drivetrain
@@ -19,6 +20,8 @@ from graphengine.physics.importing.joint_commands import joint_commands
 
 _ACROSS = 0.7
 """Cosine of the angle between its axle and the y axis of the root link below which a wheel rolls across the x axis."""
+_SLIPPERY = 0.1
+"""Friction below which wheels cannot accelerate a base by 1 m/s2."""
 
 
 def fill(draft: Draft) -> None:
@@ -109,4 +112,24 @@ def _bases(
         yield base
     base = base_of_wheels(draft, wheels, commanded)
     if base is not None:
+        if draft.pushed:
+            _drop_slippery(draft, {wheel.link for wheel in wheels if wheel.joint in base.driven})
         yield base.with_parameters(topics)
+
+
+def _drop_slippery(draft: Draft, links: Collection[str]) -> None:
+    """Unbind links of driven wheels from materials with which they cannot drive, and add a remark."""
+    dropped: dict[str, float] = {}
+    for name, entry in [*draft.sections["materials"].items()]:
+        friction, bound = float(entry.value["dynamic_friction"]), entry.value.get("bind", ())
+        slippery = [link for link in bound if link in links]
+        if friction >= _SLIPPERY or not slippery:
+            continue
+        dropped |= dict.fromkeys(slippery, friction)
+        entry.value["bind"] = [link for link in bound if link not in links]
+        if not entry.value["bind"]:
+            del draft.sections["materials"][name]
+    for friction in sorted(set(dropped.values())):
+        names = ", ".join(printable(link) for link, each in dropped.items() if each == friction)
+        text = f"friction {friction:g} of {names}: a plugin drags these wheels over the floor, but wheels that drive need grip"
+        draft.lost.append(Remark(text))

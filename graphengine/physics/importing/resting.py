@@ -17,7 +17,7 @@ from graphengine.physics.dynamics.contact_forces import contact_points
 from graphengine.physics.engine import Floats, body_names, collides, mujoco
 from graphengine.physics.importing.base_graph import GRAPH
 from graphengine.physics.importing.draft import Draft, Entry, Remark, WheelShape
-from graphengine.physics.importing.skid_steering import GRAVITY
+from graphengine.physics.importing.skid_steering import GRAVITY, OFF_CENTRE
 from graphengine.physics.importing.trial import FLOOR_FRICTION, trial_model, trial_spec
 from graphengine.physics.model.geoms import extents
 from graphengine.physics.model.robot import RobotInstance
@@ -37,8 +37,6 @@ LEANING = 1.0
 """A larger tilt (degrees) of the root link is reported, because a tilted lidar sees the floor."""
 FALLEN = math.cos(math.radians(20))
 """Cosine of the tilt beyond which a robot counts as fallen."""
-OFF_CENTRE = 0.05
-"""A larger lateral offset of the centre of mass, as a fraction of the track, is reported."""
 LEAST_SHARE = 0.001
 """A link that carries a smaller fraction of the weight does not count as resting on the floor."""
 NEAR = 0.01

@@ -112,6 +112,17 @@ def test_a_limit_of_the_description_stays_and_is_reported(tmp_path: Path) -> Non
     assert said.endswith("; lower `turn` of its graph")
 
 
+def test_a_skid_steered_robot_whose_mass_lies_to_one_side_follows_arcs(tmp_path: Path) -> None:
+    """With equal friction, the wheels on the light side slide more, and the robot turns about a point 0.16 m from its middle."""
+    text = description(SKID).replace("<inertial>", '<inertial><origin xyz="0 -0.085 0"/>', 1)
+    path, _ = corrected(tmp_path, text, f"{CONTROLLER}    wheel_separation_multiplier: 1.875\n")
+    loaded = ge.load(path)
+    for turn in (0.3, -0.3):
+        ahead, rate, _ = arc(loaded, 0.3, turn)
+        assert ahead == pytest.approx(0.3, rel=0.02)
+        assert rate == pytest.approx(turn, rel=0.05)
+
+
 def test_the_track_of_a_controller_is_kept_if_the_robot_turns_with_it(tmp_path: Path) -> None:
     path, said = corrected(tmp_path, description(SKID), f"{CONTROLLER}    wheel_separation_multiplier: 1.85\n")
     assert parameters(path)["track"] == pytest.approx(0.5708 * 1.85, rel=1e-3)
