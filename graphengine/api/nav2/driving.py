@@ -41,6 +41,7 @@ def _controller(robot: RobotFacts, choices: Choices) -> Parameters:
         }
     return {
         **_stamped(robot),
+        "odom_topic": Sourced(robot.odometry_topic, "topic that the robot's graph publishes"),
         "controller_frequency": choices.patient(20.0, choices.frequency),
         "costmap_update_timeout": choices.patient(0.3, 2.0),
         "failure_tolerance": choices.patient(0.3, 2.0),
