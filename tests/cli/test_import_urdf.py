@@ -372,7 +372,7 @@ def test_nothing_is_written_over_unless_asked_for(graphrun: Graphrun, cart: Path
         ('link="grip"', 'link="grp"', "did you mean 'grip'?"),
         ('mass value="1"', 'mass value="-1"', "mass '-1' is not a number of at least 0 (kg)"),
         ("</robot>", "", "XML syntax"),
-        ("<axis", '<axis xyz="1 0 0"/><axis', "MuJoCo: repeated element: 'axis'"),
+        ("</robot>", '<mujoco><compiler boundmass="heavy"/></mujoco></robot>', "error S103: MuJoCo: "),
         ('link name="grip"', 'link name="1 grip"', "no child link 'grip'"),
     ],
 )
@@ -383,6 +383,11 @@ def test_a_description_with_mistakes_is_explained_and_nothing_is_written(
     assert told.format(ws=cart / "ws/cart") in result.err
     assert result.err.endswith("scenes/robots/cart.yaml is not written\n")
     assert list((cart / "scenes/robots").iterdir()) == []
+
+
+def test_of_a_repeated_element_the_first_counts_and_that_is_told(graphrun: Graphrun, cart: Path) -> None:
+    result = imported(graphrun, text=URDF.replace("<axis", '<axis xyz="1 0 0"/><axis', 1), code=0, err="")
+    assert "only the first of 2 <axis> counts: delete the other <axis>" in result.out
 
 
 def test_names_of_a_stranger_stay_names(graphrun: Graphrun, cart: Path) -> None:
