@@ -57,6 +57,11 @@ def test_a_robot_that_stays_as_it_starts_is_not_mentioned(graphrun: Graphrun) ->
     assert run_of(graphrun, description(DIFFERENTIAL)) == []
 
 
+def test_links_with_slashes_in_their_names_have_prims_that_the_graphs_find(graphrun: Graphrun) -> None:
+    assert run_of(graphrun, description(DIFFERENTIAL).replace('"base_link"', '"/cart/base_link"')) == []
+    assert "base: _cart_base_link" in Path("bot/robots/bot.yaml").read_text()
+
+
 def test_a_robot_on_one_leg_falls(graphrun: Graphrun) -> None:
     falls, *_ = run_of(graphrun, STILTS, name="bot.xml")
     assert re.fullmatch(

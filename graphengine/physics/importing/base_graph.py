@@ -12,7 +12,7 @@ from graphengine.format.document import load
 from graphengine.format.files import shipped
 from graphengine.physics.dynamics.command_limits import FASTEST_WHEEL
 from graphengine.physics.importing.base import Drivetrain
-from graphengine.physics.importing.draft import Draft, Entry, Remark, rounded, says
+from graphengine.physics.importing.draft import Draft, Entry, Remark, in_path, rounded, says
 from graphengine.physics.importing.skid_steering import NAME, guess_limits
 
 GRAPH = "base"
@@ -47,8 +47,7 @@ def fill(draft: Draft, drivetrain: Drivetrain) -> None:
     """Add the graph that drives the base, and materials for wheels that grip in only one direction."""
     base = drivetrain.base
     use = f"graphs/base/{base.kinematics}.yaml"
-    root = draft.urdf.root
-    parameters = {"base": root} | drivetrain.parameters | _odometry(drivetrain)
+    parameters = {"base": in_path(draft.urdf.root)} | drivetrain.parameters | _odometry(drivetrain)
     guessed: dict[str, float] = {}
     if drivetrain.skid is not None:
         guessed = guess_limits(draft, drivetrain.skid, drivetrain.parameters, _rim_speed(draft, drivetrain))

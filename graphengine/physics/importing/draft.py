@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from graphengine.devices.rotation import Vector3
+from graphengine.devices.stage import prim_name
 from graphengine.format.diagnostics import Span
 from graphengine.format.document import Document
 from graphengine.format.wording import did_you_mean, printable
@@ -53,6 +54,11 @@ def says(*path: str, value: Any) -> Claim:
         return bool(found == value)
 
     return holds
+
+
+def in_path(link: str) -> str:
+    """Return the name of a link as part of a prim path; only a name with slashes differs from it."""
+    return prim_name(link) if "/" in link else link
 
 
 def no_joint(urdf: Urdf, name: str) -> str:
@@ -208,7 +214,7 @@ class Draft:
             comments: comment lines above the entry.
         """
         if self.urdf.root != "base_link":  # the default of the graphs
-            parameters = {"base": self.urdf.root} | parameters
+            parameters = {"base": in_path(self.urdf.root)} | parameters
         value: dict[str, Any] = {"use": use} | ({"parameters": parameters} if parameters else {})
         self.sections["graphs"][name] = Entry(value, list(comments))
 

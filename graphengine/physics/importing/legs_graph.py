@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from graphengine.physics.importing.draft import Draft, Entry, Remark, rounded
+from graphengine.physics.importing.draft import Draft, Entry, Remark, in_path, rounded
 
 GRAPH = "stand"
 """Name of the legs' graph in the robot file."""
@@ -29,7 +29,7 @@ def fill(draft: Draft) -> None:
     torque = min((joint.effort for joint in held if joint.effort), default=10.0)
     stiffness = rounded(torque / _ANGLE, 2)
     parameters = {
-        "base": draft.urdf.root,
+        "base": in_path(draft.urdf.root),
         "joints": [joint.name for joint in held],
         "positions": [rounded(coordinates[joint.name][0]) for joint in held],
         "stiffness": stiffness,

@@ -107,7 +107,7 @@ def test_a_limit_of_the_description_stays_and_is_reported(tmp_path: Path) -> Non
     path, before, (said,) = lowered(tmp_path, f"{CONTROLLER}{limits}")
     assert parameters(path)["turn"] == before == 1.5
     assert said.startswith(
-        "limits too high for the skid-steered base: on arcs of 0.98 m/s and 1.5 rad/s, it slides outwards"
+        "limits too high for the skid-steered base: on arcs of 0.98 m/s and 1.5 rad/s, it skids and reaches"
     )
     assert said.endswith("; lower `turn` of its graph")
 
