@@ -6,6 +6,7 @@ import math
 import tempfile
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
 
 from graphengine.api.calibration.drive_recorder import DriveRecorder, FallenError
@@ -28,6 +29,7 @@ EXACT = 0.005
 ACCEPTED = 0.05
 """Largest relative difference in the turn rate for which the track of the description's controller is kept."""
 _RUNS = 5
+"""Largest number of tracks, or of limits, that are tried."""
 AHEAD, TURNED = 0.05, 0.1
 """Largest relative differences in speed and turn rate that arcs at the limits may have."""
 _LOWER = 0.8
@@ -92,27 +94,39 @@ def _on_flat_floor(robot_file: Path, name: str, lift: float, allowed: Sequence[P
 
 
 def _correct(scene: LoadedScene, name: str, *, told: bool) -> str:
-    found = [float(value) for *_, value in inputs_named(scene, "wheelDistance")]
+    inputs = {
+        f"{graph.name}/{node.id}.{port.name}": value
+        for graph, node, port, value in inputs_named(scene, "wheelDistance")
+    }
     assert scene.world is not None
     speed, turn = slow_arc(scene.world.robots[name], *limits_of(scene))
     command = find_command(scene.claims, None)
-    if not found or command is None or not max(speed, turn) < math.inf:
+    if not inputs or command is None or not max(speed, turn) < math.inf:
         return "track: not measured, because its graph has no command topic or no limits"
+    before = float(next(iter(inputs.values())))
+    tried: list[tuple[float, float]] = []
     with Session(Runner(scene, RunOptions(domain=0))) as sim:
-        drives = DriveRecorder(sim, name, command, (), None)
-        mark, factor = sim.checkpoint(), 1.0
-        for run in range(_RUNS):
-            reached = _arc(sim, drives, mark, speed, factor * turn)[1]
-            if run == 0 and told and abs(reached / turn - 1.0) <= ACCEPTED:
-                return f"track: {found[0]:.4g} m of the controller, with which it turns at {reached / turn:.1%} of commands"
-            if reached < 0.1 * turn:
-                return f"track: not measured, because the robot turns at {reached:.3g} rad/s of {turn:.3g} rad/s"
-            if abs(reached / turn - 1.0) <= EXACT:
-                break
-            factor *= turn / reached
-    result = Calibration(name, command.topic, command.type, speed, turn, True, "differential", track=found[0] * factor)
-    write_figures(scene, result)
-    return f"track: {result.track:.4g} m, with which the robot turns as commanded on arcs of {speed:.3g} m/s, {turn:.3g} rad/s"
+        arcs = ArcDrives(sim, DriveRecorder(sim, name, command, (), None), sim.checkpoint(), tuple(inputs))
+        while len(tried) < _RUNS and not (tried and _error(tried[-1]) <= EXACT):
+            track = tried[-1][0] / tried[-1][1] if tried else before
+            share = arcs.reached(speed, turn, track)[1] / turn
+            if not tried and told and abs(share - 1.0) <= ACCEPTED:
+                return f"track: {track:.4g} m of the controller, with which it turns at {share:.1%} of commands"
+            if share < 0.1:
+                return f"track: not measured, because the robot turns at {share * turn:.3g} rad/s of {turn:.3g} rad/s"
+            tried.append((track, share))
+    best = min(tried, key=_error)
+    write_figures(
+        scene, Calibration(name, command.topic, command.type, speed, turn, True, "differential", track=best[0])
+    )
+    outcome = "as commanded" if _error(best) <= EXACT else f"at {best[1]:.1%} of commands"
+    text = f"track: {best[0]:.4g} m, with which the robot turns {outcome} on arcs of {speed:.3g} m/s, {turn:.3g} rad/s"
+    return f"{text}; with {before:.4g} m of the controller, it turns at {tried[0][1]:.1%}" if told else text
+
+
+def _error(drive: tuple[float, float]) -> float:
+    """Return the relative error of the turn rate, given a track and the share of the commanded turn rate reached with it."""
+    return abs(drive[1] - 1.0)
 
 
 def _lower(scene: LoadedScene, name: str, *, guessed: bool) -> list[str]:
@@ -121,11 +135,10 @@ def _lower(scene: LoadedScene, name: str, *, guessed: bool) -> list[str]:
         return []
     first, outcome = turn, ""
     with Session(Runner(scene, RunOptions(domain=0))) as sim:
-        drives = DriveRecorder(sim, name, command, (), None)
-        mark = sim.checkpoint()
+        arcs = ArcDrives(sim, DriveRecorder(sim, name, command, (), None), sim.checkpoint())
         for _ in range(_RUNS):
             speed, turn = limits_of(scene, turn)
-            ahead, rate = _arc(sim, drives, mark, speed, turn)
+            ahead, rate = arcs.reached(speed, turn)
             good = abs(ahead / speed - 1.0) <= AHEAD and abs(rate / turn - 1.0) <= TURNED
             reached = f"{ahead / speed:.0%} of the speed and {rate / turn:.0%} of the turn rate"
             outcome = outcome or f"on arcs of {speed:.3g} m/s and {turn:.3g} rad/s, it skids and reaches {reached}"
@@ -139,16 +152,41 @@ def _lower(scene: LoadedScene, name: str, *, guessed: bool) -> list[str]:
     return [f"limit of the skid-steered base: turn {turn:g} rad/s in place of {first:.4g} rad/s: {outcome}"]
 
 
-def _arc(sim: Session, drives: DriveRecorder, mark: Checkpoint, speed: float, turn: float) -> tuple[float, float]:
-    """Return the speed (m/s) and turn rate (rad/s) that the robot reaches on an arc, as means of a left and a right arc."""
-    means = []
-    for sign in (1, -1):
-        sim.restore(mark)
-        drives.begin()
-        command = Twist(x=speed, yaw=sign * turn)
-        drives.drive_until(command, lambda trace, rate=sign * turn: is_steady(trace, 2, rate), 10.0)  # type: ignore[misc]
-        begin = drives.rows - 1
-        drives.drive(command, 2.0)
-        means.append(mean_velocity(drives.trace().part(begin)))
-    left, right = means
-    return (left.x + right.x) / 2, (left.yaw - right.yaw) / 2
+@dataclass(frozen=True, slots=True)
+class ArcDrives:
+    """Test arcs of a robot to the left and right.
+
+    Attributes:
+        sim: session with the robot.
+        drives: recorder that drives the robot.
+        mark: state in which each arc begins.
+        inputs: addresses of the inputs that hold the track.
+    """
+
+    sim: Session
+    drives: DriveRecorder
+    mark: Checkpoint
+    inputs: tuple[str, ...] = ()
+
+    def reached(self, speed: float, turn: float, track: float | None = None) -> tuple[float, float]:
+        """Return the speed (m/s) and turn rate (rad/s) that the robot reaches on an arc, as means of both directions.
+
+        Args:
+            speed: speed to command, m/s.
+            turn: turn rate to command, rad/s.
+            track: track of the controller, m; None: that of the robot's file.
+        """
+        left, right = (self._drive(Twist(x=speed, yaw=sign * turn), track) for sign in (1.0, -1.0))
+        return (left.x + right.x) / 2.0, (left.yaw - right.yaw) / 2.0
+
+    def _drive(self, command: Twist, track: float | None) -> Twist:
+        """Return the mean velocity that the robot reaches with a command."""
+        self.sim.restore(self.mark)
+        if track is not None:
+            for address in self.inputs:
+                self.sim.set(address, track)
+        self.drives.begin()
+        self.drives.drive_until(command, lambda trace: is_steady(trace, 2, abs(command.yaw)), 10.0)
+        begin = self.drives.rows - 1
+        self.drives.drive(command, 2.0)
+        return mean_velocity(self.drives.trace().part(begin))

@@ -13,7 +13,7 @@ import graphengine as ge
 from graphengine.api.calibration.arc_track import correct_track, lower_turn
 from tests.physics.bases import SKID, Base, Wheel
 from tests.physics.importing.imported_bases import description, imported, robot_file, scene
-from tests.physics.importing.test_skid_steering import CONTROLLER, LENGTH, friction
+from tests.physics.importing.test_skid_steering import CONTROLLER, LENGTH, LONG, friction
 
 
 def corrected(folder: Path, text: str, controllers: str = "") -> tuple[Path, str]:
@@ -134,6 +134,37 @@ def test_a_controllers_track_with_which_it_does_not_turn_as_commanded_is_replace
     track = parameters(path)["track"]
     assert track == pytest.approx(0.5708 * (1 + (LENGTH / 0.5708) ** 2), rel=0.03)
     assert f"track: {track:.4g} m, with which the robot turns as commanded on arcs" in said
+    assert said.endswith(f"; with {0.5708 * 2.5:.4g} m of the controller, it turns at {0.5708 * 2.5 / track:.1%}")
+
+
+def test_a_track_several_times_that_of_the_controller_is_found_although_the_limits_cap_the_turn_rate(
+    tmp_path: Path,
+) -> None:
+    """Equal friction turns with 3.56 of the distance of the wheels; the arcs have 0.3 of the limits."""
+    sizes = CONTROLLER.replace("0.5708", "0.5").replace("0.1651", "0.12")
+    limits = "    linear.x.max_velocity: 0.5\n    angular.z.max_velocity: 0.5\n"
+    text = description(LONG, friction(1.0, 1.0))
+    path, said = corrected(tmp_path, text, f"{sizes}    wheel_separation_multiplier: 1.03\n{limits}")
+    assert parameters(path)["track"] == pytest.approx(0.5 * (1 + (0.8 / 0.5) ** 2), rel=0.02)
+    assert "turns as commanded on arcs" in said
+
+
+def test_a_track_with_which_no_drive_turned_as_commanded_is_the_best_one_tried(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    tracks: list[float] = []
+
+    def share(_: object, track: float) -> float:
+        tracks.append(track)
+        return (1.2, 0.9, 1.03, 0.95, 1.1)[len(tracks) - 1]
+
+    monkeypatch.setattr("graphengine.api.calibration.arc_track._Arcs.share", share)
+    path, said = corrected(tmp_path, description(SKID), f"{CONTROLLER}    wheel_separation_multiplier: 1.85\n")
+    expected = 0.5708 * 1.85 / 1.2 / 0.9
+    assert tracks[2] == pytest.approx(expected, rel=1e-4)
+    assert parameters(path)["track"] == pytest.approx(tracks[2], rel=1e-4)
+    assert len(tracks) == 5
+    assert f"track: {expected:.4g} m, with which the robot turns at 103.0% of commands" in said
 
 
 def test_encoder_odometry_of_a_skidding_base_drifts_and_the_true_odometry_does_not(tmp_path: Path) -> None:
