@@ -224,15 +224,33 @@ def _slide(draft: Draft, resting: Collection[str]) -> None:
 
 
 def _tell_centre(draft: Draft, model: mujoco.MjModel, data: mujoco.MjData, driven: list[WheelShape]) -> None:
-    """Add a remark if the centre of mass is not midway between the left and right driven wheels."""
+    """Add remarks on a centre of mass to one side of the wheels' middle, and ahead of or behind it for skid-steered bases."""
     root = data.body(draft.urdf.root)
     centre = root.xmat.reshape(3, 3).T @ (data.subtree_com[model.body_rootid[root.id]] - root.xpos)
-    axle = np.array(driven[0].axis)
-    along: Floats = np.array([wheel.centre for wheel in driven]) @ axle
-    track, middle = float(np.ptp(along)), float(along.mean())
-    off = float(centre @ axle) - middle
-    if track > 0 and abs(off) > OFF_CENTRE * track:
+    axle, places = np.array(driven[0].axis), np.array([wheel.centre for wheel in driven])
+    off = _off_centre(places @ axle, float(centre @ axle))
+    if off:
         text = f"the centre of mass lies {abs(off) * 1000:.0f} mm to one side of the middle of its wheels, "
         draft.noticed.append(
             Remark(text + "so the base drifts when wheels slip, as those of a skid-steer base do in a turn")
         )
+    ahead = np.cross(axle, (0.0, 0.0, 1.0))
+    off = _off_centre(places @ ahead, float(centre @ ahead)) * math.copysign(1.0, ahead[0])
+    if off and draft.controller_track is not None:
+        side = "ahead of" if off > 0.0 else "behind"
+        text = f"the centre of mass lies {abs(off) * 1000:.0f} mm {side} the middle of its wheels, "
+        text += (
+            f"so the skid-steered base turns about a point {side} its middle, with a shorter track than with even loads"
+        )
+        draft.noticed.append(Remark(text))
+
+
+def _off_centre(wheels: Floats, centre: float) -> float:
+    """Return the offset of the centre of mass from the middle of the wheels along an axis, m; 0 if it is small.
+
+    Args:
+        wheels: position of each wheel on the axis, m.
+        centre: position of the centre of mass on the axis, m.
+    """
+    off = centre - float(wheels.mean())
+    return off if abs(off) > OFF_CENTRE * float(np.ptp(wheels)) > 0.0 else 0.0

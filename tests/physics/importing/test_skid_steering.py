@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -148,6 +149,19 @@ def test_a_long_base_says_from_which_slope_it_slides(tmp_path: Path) -> None:
     slope = math.degrees(math.atan(0.156))
     assert f"noticed: parked across a slope, the robot slides from {slope:.1f} degrees on" in remarks(found)
     assert "parked across a slope" not in remarks(imported(tmp_path, description(SKID)))
+
+
+@pytest.mark.parametrize(("offset", "side"), [(-0.05, "behind"), (0.05, "ahead of"), (0.02, "")])
+def test_a_skid_steered_base_says_that_its_weight_lies_ahead_of_or_behind_its_middle(
+    tmp_path: Path, offset: float, side: str
+) -> None:
+    """The wheels have a sixth of the mass; remarks begin at 0.05 of the wheelbase, 26 mm."""
+    said = remarks(imported(tmp_path, description(replace(SKID, centre=(1.2 * offset, 0.0)))))
+    expected = (
+        f"noticed: the centre of mass lies 50 mm {side} the middle of its wheels, so the skid-steered base turns about"
+    )
+    assert (expected in said) is bool(side)
+    assert ("centre of mass" in said) is bool(side)
 
 
 @pytest.mark.parametrize("names", [("front_caster", "rear_caster", 0.05), ("front", "rear", 0.03)])
