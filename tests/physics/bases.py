@@ -42,6 +42,7 @@ class Base:
         width: of the wheels, m.
         mass: of the chassis, kg.
         driven: names of the wheels with a drive; empty: all.
+        centre: centre of mass of the chassis (x, y), m.
     """
 
     name: str
@@ -50,12 +51,14 @@ class Base:
     width: float
     mass: float
     driven: tuple[str, ...] = ()
+    centre: tuple[float, float] = (0.0, 0.0)
 
     def urdf(self) -> str:
         """The description; base_link is on the level of the axles."""
         size = 0.9 * max(abs(wheel.x) for wheel in self.wheels) + 0.1
         inertia = self.mass * size**2 / 3
-        parts = [f'<link name="base_link">{_inertial(self.mass, inertia, inertia, 1.5 * inertia)}</link>']
+        chassis = _inertial(self.mass, inertia, inertia, 1.5 * inertia, self.centre)
+        parts = [f'<link name="base_link">{chassis}</link>']
         for wheel in self.wheels:
             parts += self._wheel(wheel)
         return f'<robot name="{self.name}">{"".join(parts)}</robot>'
@@ -98,10 +101,9 @@ def material(wheels: Sequence[str], direction: Sequence[float], across: float, m
     return f"  {wheels[0]}: {{dynamic_friction: 0.8, {given}, bind: [{bind}]{more}}}\n"
 
 
-def _inertial(mass: float, x: float, y: float, z: float) -> str:
-    return (
-        f'<inertial><mass value="{mass}"/><inertia ixx="{x}" iyy="{y}" izz="{z}" ixy="0" ixz="0" iyz="0"/></inertial>'
-    )
+def _inertial(mass: float, x: float, y: float, z: float, centre: tuple[float, float] = (0.0, 0.0)) -> str:
+    inertia = f'<inertia ixx="{x}" iyy="{y}" izz="{z}" ixy="0" ixz="0" iyz="0"/>'
+    return f'<inertial><origin xyz="{centre[0]} {centre[1]} 0"/><mass value="{mass}"/>{inertia}</inertial>'
 
 
 def _joint(name: str, parent: str, child: str, place: str, axis: str) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -12,6 +13,7 @@ import yaml
 import graphengine as ge
 from graphengine.api.calibration.arc_track import correct_track, lower_turn
 from tests.physics.bases import SKID, Base, Wheel
+from tests.physics.dynamics.coulomb_balance import turning_track
 from tests.physics.importing.imported_bases import description, imported, robot_file, scene
 from tests.physics.importing.test_skid_steering import CONTROLLER, LENGTH, LONG, friction
 
@@ -137,6 +139,21 @@ def test_a_controllers_track_with_which_it_does_not_turn_as_commanded_is_replace
     assert said.endswith(f"; with {0.5708 * 2.5:.4g} m of the controller, it turns at {0.5708 * 2.5 / track:.1%}")
 
 
+@pytest.mark.parametrize("centre", [(0.0, -0.085), (-0.072, 0.0)], ids=["side-heavy", "tail-heavy"])
+def test_the_track_of_a_base_with_uneven_loads_is_that_of_the_balance_of_coulomb_forces(
+    tmp_path: Path, centre: tuple[float, float]
+) -> None:
+    """Equal friction would turn an evenly loaded base with 1.80 of the distance of the wheels: these with 2.04 and 1.57."""
+    base = replace(SKID, centre=centre)
+    path, said = corrected(
+        tmp_path, description(base, friction(1.0, 1.0)), f"{CONTROLLER}    wheel_separation_multiplier: 1.8\n"
+    )
+    known = parameters(path)
+    expected = turning_track(base, 1.0, 0.3 * known["speed"], 0.3 * known["turn"])
+    assert known["track"] == pytest.approx(expected, rel=0.02)
+    assert "of the controller, it turns at" in said
+
+
 def test_a_track_several_times_that_of_the_controller_is_found_although_the_limits_cap_the_turn_rate(
     tmp_path: Path,
 ) -> None:
@@ -158,7 +175,7 @@ def test_a_track_with_which_no_drive_turned_as_commanded_is_the_best_one_tried(
         tracks.append(track)
         return (1.2, 0.9, 1.03, 0.95, 1.1)[len(tracks) - 1]
 
-    monkeypatch.setattr("graphengine.api.calibration.arc_track._Arcs.share", share)
+    monkeypatch.setattr("graphengine.api.calibration.arc_track.ArcDrives.share", share)
     path, said = corrected(tmp_path, description(SKID), f"{CONTROLLER}    wheel_separation_multiplier: 1.85\n")
     expected = 0.5708 * 1.85 / 1.2 / 0.9
     assert tracks[2] == pytest.approx(expected, rel=1e-4)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -16,6 +17,9 @@ from tests.physics.harness import Project, steps
 
 LONG = Base("long", four_wheels(0.6, 0.5), 0.12, 0.08, 30.0)
 """Its wheelbase is longer than its track."""
+SIDE_HEAVY = replace(SKID, name="side-heavy", centre=(0.0, -0.085))
+TAIL_HEAVY = replace(SKID, name="tail-heavy", centre=(-0.072, 0.0))
+"""Their centres of mass lie an eighth of the track or of the wheelbase from the middle, 0.071 m and 0.06 m."""
 ARCS = [(0.3, 0.6), (0.5, 0.8), (0.6, -1.0), (1.0, 0.4), (1.0, 1.0), (0.95, 1.5)]
 """Speed (m/s) and turn rate (rad/s), most of them beyond the limits that an import writes."""
 
@@ -40,23 +44,27 @@ def rims(base: Base, across: float, speed: float, turn: float) -> tuple[float, f
     return speed - half, speed + half
 
 
-def drive(simulation: Simulation, base: Base, left: float, right: float) -> Floats:
+def drive(simulation: Simulation, base: Base, left: float, right: float, seconds: float = 3.0) -> Floats:
     """The twist that a base reaches, m/s, m/s, rad/s."""
     selected = joints(simulation).select([f"{wheel}_joint" for wheel in FOUR])
     speeds = np.array([left, right, left, right]) / base.radius
-    return reached(simulation, lambda share: selected.command(velocities=(share * speeds).tolist()))
+    return reached(simulation, lambda share: selected.command(velocities=(share * speeds).tolist()), seconds)
 
 
-@pytest.mark.parametrize("base", [SKID, LONG], ids=lambda base: base.name)
+@pytest.mark.parametrize(
+    ("base", "seconds"),
+    [(SKID, 3.0), (LONG, 3.0), (SIDE_HEAVY, 3.0), (TAIL_HEAVY, 9.0)],  # the last one drifts sideways for longer
+    ids=lambda value: value.name if isinstance(value, Base) else "",
+)
 @pytest.mark.parametrize("across", [0.3, 1.0])
 def test_a_skidding_base_moves_on_arcs_as_the_balance_of_coulomb_forces_says(
-    project: Project, across: float, base: Base
+    project: Project, across: float, base: Base, seconds: float
 ) -> None:
     simulation = load(project, base, across)
     for speed, turn in ARCS:
         simulation.reset()
         left, right = rims(base, across, speed, turn)
-        found, expected = drive(simulation, base, left, right), balanced(base, 1.0, across, left, right)
+        found, expected = drive(simulation, base, left, right, seconds), balanced(base, 1.0, across, left, right)
         assert math.hypot(*found[:2]) == pytest.approx(math.hypot(*expected[:2]), rel=0.05), (speed, turn)
         assert found[2] == pytest.approx(expected[2], rel=0.05), (speed, turn)
         assert sideslip(found) == pytest.approx(sideslip(expected), abs=math.radians(3.0)), (speed, turn)
