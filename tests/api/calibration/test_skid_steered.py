@@ -171,11 +171,11 @@ def test_a_track_with_which_no_drive_turned_as_commanded_is_the_best_one_tried(
 ) -> None:
     tracks: list[float] = []
 
-    def share(_: object, track: float) -> float:
+    def reached(_: object, speed: float, turn: float, track: float) -> tuple[float, float]:
         tracks.append(track)
-        return (1.2, 0.9, 1.03, 0.95, 1.1)[len(tracks) - 1]
+        return speed, (1.2, 0.9, 1.03, 0.95, 1.1)[len(tracks) - 1] * turn
 
-    monkeypatch.setattr("graphengine.api.calibration.arc_track.ArcDrives.share", share)
+    monkeypatch.setattr("graphengine.api.calibration.arc_track.ArcDrives.reached", reached)
     path, said = corrected(tmp_path, description(SKID), f"{CONTROLLER}    wheel_separation_multiplier: 1.85\n")
     expected = 0.5708 * 1.85 / 1.2 / 0.9
     assert tracks[2] == pytest.approx(expected, rel=1e-4)
