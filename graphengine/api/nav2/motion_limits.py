@@ -58,6 +58,16 @@ class MotionLimits:
     turn_acceleration: Sourced[float]
     turning_radius: Sourced[float]
 
+    @property
+    def omni(self) -> bool:
+        """Whether the base can drive sideways."""
+        return self.kinematics.value == "omni"
+
+    @property
+    def car(self) -> bool:
+        """Whether the base cannot turn on the spot."""
+        return self.turning_radius.value > 0.0
+
 
 def motion_limits(scene: LoadedScene, robot: RobotInstance, graphs: Collection[str]) -> MotionLimits:
     """Return the motion limits of a robot.

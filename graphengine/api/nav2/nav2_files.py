@@ -11,9 +11,8 @@ from graphengine.api.calibration.calibrator import calibrate
 from graphengine.api.calibration.figures import Calibration
 from graphengine.api.nav2.choices import Choices
 from graphengine.api.nav2.launch_files import fleet_launch, robot_launch
-from graphengine.api.nav2.localization import Alphas
 from graphengine.api.nav2.motion_limits import reached
-from graphengine.api.nav2.nav2_parameters import nav2_parameters
+from graphengine.api.nav2.nav2_parameters import Alphas, nav2_parameters
 from graphengine.api.nav2.readme_file import readme_file
 from graphengine.api.nav2.robot_facts import RobotFacts, robot_facts, unknown_covariances
 from graphengine.api.nav2.rviz_file import DESCRIPTION, rviz_file
