@@ -61,7 +61,7 @@ def robot_launch(robot: RobotFacts, scene: str, *, slam: bool, in_fleet: bool) -
         slam: whether slam_toolbox builds the map; otherwise, map_server loads a map file.
         in_fleet: whether the robot is one of several, which share a map file in the parent folder.
     """
-    return _filled(
+    return filled(
         "robot_launch.txt",
         robot=robot.name,
         scene=_plain(scene),
@@ -82,7 +82,7 @@ def fleet_launch(robots: Sequence[RobotFacts], scene: str, *, slam: bool) -> str
         defaults |= {"map": 'str(HERE / "map.yaml")', "localization": '"amcl"'}
     pairs = ", ".join(f'"{name}": {value}' for name, value in defaults.items())
     names = json.dumps([robot.name for robot in robots])
-    return _filled("fleet_launch.txt", scene=_plain(scene), robots=names, defaults=f"{{{pairs}}}")
+    return filled("fleet_launch.txt", scene=_plain(scene), robots=names, defaults=f"{{{pairs}}}")
 
 
 def _plain(name: str) -> str:
@@ -90,6 +90,7 @@ def _plain(name: str) -> str:
     return "".join(character if character.isalnum() or character in "_-. " else "_" for character in name)
 
 
-def _filled(template: str, **values: str) -> str:
+def filled(template: str, **values: str) -> str:
+    """Return the text of a template beside this module with its placeholders replaced."""
     text = files(__package__).joinpath(template).read_text(encoding="utf-8")
     return Template(text).substitute(values)

@@ -28,7 +28,6 @@ from graphengine.physics.model.robot import RobotInstance
 from graphengine.scene.loaded_scene import LoadedScene
 
 TRANSFORMS = "tf2_msgs/msg/TFMessage"
-MAP_FRAME = "map"
 _ODOMETRY_NODE = "isaacsim.ros2.bridge.ROS2PublishOdometry"
 _LIDAR_WORDS = ("scan", "laser", "lidar")
 """A link whose name contains one of these words is suggested as the mount of a lidar."""
