@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
-from importlib.resources import files
+from typing import get_args
 
-from graphengine.api.nav2.choices import Choices
+from graphengine.api.nav2.choices import CONTROLLERS, Choices
+from graphengine.api.nav2.motion_limits import Kinematics
 from graphengine.api.nav2.parameter_text import parameter_lines
 from graphengine.api.nav2.parameter_values import parameter_values
 from graphengine.api.nav2.robot_facts import RobotFacts
 from graphengine.api.nav2.sourced import Sourced
+from graphengine.api.nav2.templates import Facts, read
 from graphengine.format.yaml_text import comment
+from graphengine.messages.distros import DISTROS
 
 Alphas = tuple[float, float, float, float, float]
 CIRCULAR = 0.95
@@ -25,8 +28,7 @@ def nav2_parameters(robot: RobotFacts, choices: Choices, alphas: Sourced[Alphas]
         alphas: motion noise of AMCL; None configures slam_toolbox instead of AMCL.
         scene: name of the scene, for the comment in the first line.
     """
-    text = files(__package__).joinpath("nav2_params.txt").read_text(encoding="utf-8")
-    template = [line for line in text.splitlines() if not line.startswith("#")]
+    template = [line for line in read("nav2_params.txt").splitlines() if not line.startswith("#")]
     for name in reversed(list(filter(None, robot.namespace.split("/")))):
         template = [f"{name}:", *(f"  {line}" for line in template)]
     values = parameter_values(robot, choices)
@@ -38,16 +40,15 @@ def nav2_parameters(robot: RobotFacts, choices: Choices, alphas: Sourced[Alphas]
     return "\n".join([comment(head), *lines, ""])
 
 
-def _facts(robot: RobotFacts, choices: Choices, *, slam: bool) -> set[str]:
-    """Return the words of the template's conditions that hold."""
+def _facts(robot: RobotFacts, choices: Choices, *, slam: bool) -> Facts:
+    """Return the facts to which the conditions of the template refer."""
     limits, (inner, outer) = robot.limits, robot.radii
-    yes_or_no = {
-        "amcl": not slam,
-        "slam": slam,
+    chosen = {choices.distribution, choices.controller_for(limits), limits.kinematics.value}
+    return {
+        **{name: name in chosen for name in (*DISTROS, *CONTROLLERS, *get_args(Kinematics))},
         "busy": choices.busy,
         "car": limits.car,
         "circular": inner >= CIRCULAR * outer,
         "round": robot.radius is not None,
+        "slam": slam,
     }
-    chosen = {choices.distribution, choices.controller_for(limits), limits.kinematics.value}
-    return chosen | {name for name, holds in yes_or_no.items() if holds}

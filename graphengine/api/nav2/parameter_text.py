@@ -15,12 +15,13 @@ comment is from Nav2's own parameter file. Some lines need values that the calle
 from __future__ import annotations
 
 import re
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 import yaml
 
 from graphengine.api.nav2.sourced import NAV2, Sourced
+from graphengine.api.nav2.templates import Facts, holds
 from graphengine.format.yaml_text import comment
 
 BUSY = "to tolerate a busy machine (--busy)"
@@ -30,13 +31,13 @@ _LINE = re.compile(
 )
 
 
-def parameter_lines(template: Sequence[str], given: Mapping[str, Any], facts: Collection[str]) -> Iterator[str]:
+def parameter_lines(template: Sequence[str], given: Mapping[str, Any], facts: Facts) -> Iterator[str]:
     """Yield the lines of a parameter file.
 
     Args:
         template: lines of the template.
         given: values, with their sources as `Sourced` unless the template has the source.
-        facts: words of conditions that hold.
+        facts: facts to which conditions refer, and `busy`.
     """
     while template:
         line = _LINE.fullmatch(template[0])
@@ -45,7 +46,7 @@ def parameter_lines(template: Sequence[str], given: Mapping[str, Any], facts: Co
         below = [number for number, other in enumerate(template) if number and not other.startswith(f"{indent} ")]
         end = min(below, default=len(template))
         block, template = template[1:end], template[end:]
-        if not _holds(line["condition"], facts):
+        if line["condition"] and not holds(line["condition"], facts):
             continue
         if line["value"]:
             yield f"{indent}{name}: {_value(line, given, facts)}"
@@ -55,15 +56,10 @@ def parameter_lines(template: Sequence[str], given: Mapping[str, Any], facts: Co
             yield from parameter_lines(block, {**given, **more}, facts)
 
 
-def _holds(condition: str | None, facts: Collection[str]) -> bool:
-    words = condition.split(" and ") if condition else []
-    return all((word.removeprefix("not ") in facts) != word.startswith("not ") for word in words)
-
-
-def _value(line: re.Match[str], given: Mapping[str, Any], facts: Collection[str]) -> str:
+def _value(line: re.Match[str], given: Mapping[str, Any], facts: Facts) -> str:
     """Return the value of a line, and its source as a comment."""
     text, source = line["value"], line["source"]
-    if line["busy"] and "busy" in facts:
+    if line["busy"] and facts["busy"]:
         text, source = line["busy"], BUSY
     elif "$" in text:
         found = given[text.lstrip("-$")]

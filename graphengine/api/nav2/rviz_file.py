@@ -7,8 +7,8 @@ from string import Template
 
 import yaml
 
-from graphengine.api.nav2.launch_files import filled
 from graphengine.api.nav2.robot_facts import RobotFacts
+from graphengine.api.nav2.templates import filled
 
 _SCAN = Template(
     """\
