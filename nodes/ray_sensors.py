@@ -22,7 +22,7 @@ class IsaacReadRaycastSensor(Node, type="isaacsim.sensors.physics.IsaacReadRayca
     exec_out = ExecOut()
     sensor_time: Float = Out(default=0.0, unit="s", doc="simulation time of the reading")
     depths: Floats = Out(
-        unit="m", doc="for each ray, distance from its origin to its hit; the sensor's range if there is no hit"
+        unit="m", doc="for each ray, distance from its origin to its hit; the sensor's `max_range` if there is no hit"
     )
     hit_positions: Floats = Out(
         unit="m",
@@ -39,7 +39,7 @@ class IsaacReadRaycastSensor(Node, type="isaacsim.sensors.physics.IsaacReadRayca
     num_rays: UInt = Out(default=0, doc="number of rays")
     beam_origins: Point3fs = Out(unit="m", doc="origin of each ray in the world frame")
     beam_end_points: Point3fs = Out(
-        unit="m", doc="end of each ray in the world frame: its hit, or the point at the sensor's range"
+        unit="m", doc="end of each ray in the world frame: its hit, or the point at the sensor's `max_range`"
     )
 
     sensor: RaycastSensor = Bound()
@@ -61,8 +61,7 @@ class IsaacReadRaycastSensor(Node, type="isaacsim.sensors.physics.IsaacReadRayca
 class IsaacReadLightBeam(Node, type="isaacsim.sensors.physx.IsaacReadLightBeam"):
     """Casts the beams of a light beam sensor and outputs which beams are broken; fires at every execution.
 
-    A beam that is not broken ends at the distance `max_range` from the sensor; in
-    Isaac Sim, it ends at `max_range` + `min_range`.
+    A beam that is not broken ends at the distance `max_range` from its origin; in Isaac Sim, at `max_range` + `min_range`.
     """
 
     exec_in = ExecIn()
@@ -71,14 +70,14 @@ class IsaacReadLightBeam(Node, type="isaacsim.sensors.physx.IsaacReadLightBeam")
     num_rays: Int = Out(default=0, doc="number of beams")
     beam_hit_data: Bools = Out(doc="whether each beam is broken")
     linear_depth_data: Floats = Out(
-        unit="m", doc="for each beam, distance from the sensor to the hit; the sensor's range if there is no hit"
+        unit="m", doc="for each beam, distance from its origin to its hit; the sensor's `max_range` if there is no hit"
     )
     hit_pos_data: Point3fs = Out(
-        unit="m", doc="end of each beam in the sensor's frame: its hit, or the point at the sensor's range"
+        unit="m", doc="end of each beam in the sensor's frame: its hit, or the point at the sensor's `max_range`"
     )
     beam_origins: Point3fs = Out(unit="m", doc="start of each beam in the world frame")
     beam_end_points: Point3fs = Out(
-        unit="m", doc="end of each beam in the world frame: its hit, or the point at the sensor's range"
+        unit="m", doc="end of each beam in the world frame: its hit, or the point at the sensor's `max_range`"
     )
 
     sensor: LightBeam = Bound()

@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+from hypothesis import HealthCheck, settings
 
 from tests.ros import needs
 from tests.waiting import reserved_domain
@@ -21,6 +22,11 @@ signal.signal(signal.SIGINT, signal.default_int_handler)
 os.environ.pop("PYTHONDONTWRITEBYTECODE", None)  # each program that a test starts would compile all modules anew
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # to start threads takes a third of the time of an import of numpy
 
+# The same examples in each run; `--hypothesis-profile=default` tries others. No limit of time, because machines are shared.
+settings.register_profile(
+    "tests", derandomize=True, deadline=None, suppress_health_check=[HealthCheck.too_slow], database=None
+)
+settings.load_profile("tests")
 
 SLOW = tuple(
     line for line in Path(__file__).with_name("slow.txt").read_text(encoding="utf-8").splitlines() if line[:1] != "#"

@@ -118,16 +118,16 @@ class Scene:
             transport: `memory` keeps messages within the process; `auto`, `dds` and `rclpy` connect to ROS 2 programs.
             seed: seed of all random generators.
             keep_going: if True, an exception in a node ends only the node's branch of the graph, not the run.
-            bad_values: reaction to a value that a node cannot use, if it comes from a wire or was set while the session runs:
-                `drop` discards and counts it, `stop` raises NodeError. An unusable value in the files that were loaded at the
-                start always raises NodeError. `drop` also clamps commands to joint limits.
+            bad_values: reaction to a value that a node cannot use, if the value comes from a wire or was set while the session
+                runs: `drop` discards and counts the value, `stop` raises NodeError. An unusable value in the files that were
+                loaded at the start always raises NodeError. `drop` also clamps commands to joint limits.
             domain: ROS 2 domain ID; None takes `ROS_DOMAIN_ID` if it is set, otherwise 0.
-            record: MCAP file for a recording of the session, which begins before the first tick; None records nothing.
+            record: MCAP file for a recording of the session; the recording begins before the first tick. None records nothing.
             force: whether to overwrite an existing recording.
             control: name of the session for `graphrun ctl`; None creates no control channel.
             simulation_interfaces: namespace of the services of simulation_interfaces, such as `/`; None creates no services.
-            log: function that is called for each log message of a node with three arguments: severity, prim path of the node, and
-                text. None sends the messages to the Python logger `graphengine`.
+            log: function to call for each log message of a node; its arguments are the severity, the prim path of the node
+                and the text. None sends the messages to the Python logger `graphengine`.
 
         Raises:
             ControlError: the socket of the control channel cannot be created.
@@ -238,7 +238,7 @@ class Scene:
             path: path without suffix; the result is written to a PNG and a CSV file. None writes no files.
             robot: name of the robot; None takes the first robot.
             lidar: path of the lidar's prim; None takes the robot's only lidar.
-            spacing: distance between two places, m.
+            spacing: distance between neighbouring places, m.
             scans: number of scans whose likelihoods are multiplied to compute the ambiguity.
             alpha: translation noise of the motion model, alpha3 of AMCL.
             progress: function called with the completed share of the work, 0 to 1.
@@ -275,8 +275,8 @@ class Scene:
     ) -> Calibration:
         """Drive a robot alone on a flat floor and measure how it follows its commands, as `graphrun calibrate` does.
 
-        The robot file and its graphs are used unchanged; the scene's world and the graphs of the scene file are not used. The
-        same files and arguments give the same results.
+        The test drives use the robot file and its graphs unchanged. They do not use the scene's world and the graphs of the scene
+        file. The same files and arguments give the same results.
 
         >>> result = scene.calibrate()
         >>> result.kinematics, f"{result.wheel_radius:.3f} m", result.outside(0.02)

@@ -52,19 +52,19 @@ def load(
 
     Args:
         source: path of a file, or name of a scene or graph in the package, such as `dd100_warehouse` or `dd100/cmd_vel`.
-        set: input values by address `[robot/][graph/]Node.port`; each part may be a glob pattern.
+        set: input values by address `[robot/][graph/]Node.port`; each part can be a glob pattern.
         scene: scene in which to run the graph `source`; None if `source` is a scene or needs no scene.
         robot_state: whether to publish the topics of robot_state_publisher for every robot.
-        localization: `truth` publishes the transform map -> odom of every mobile robot on tf, from its true pose; None
-            publishes no such transform.
-        rays: ray casting method of lidars: `mujoco`, `fast` (needs numba), or `auto`: `fast` if numba works and supports all
-            shapes of the model, otherwise `mujoco`.
-        allow: folders from which files may be read, in addition to the folder of the source.
-        message_paths: message type definitions: ROS packages, folders of packages, or single files.
+        localization: `truth` publishes, for every mobile robot, the transform map -> odom on tf, computed from the robot's
+            true pose; None publishes no such transform.
+        rays: ray casting method of lidars: `mujoco`, `fast` (needs numba) or `auto`. `auto` takes `fast` if numba works and
+            `fast` supports all shapes of the model, otherwise `mujoco`.
+        allow: folders from which files can be read, in addition to the folder of the source.
+        message_paths: paths of message definitions: ROS packages, folders of packages, or single files.
         packages: `share` folders of ROS packages, in addition to those in AMENT_PREFIX_PATH.
         modules: Python modules with node types, or names of such modules.
-        env: values of the environment variables that graphs may read, by name.
-        allow_scripts: whether graphs may run the Python code of their ScriptNodes, without a sandbox.
+        env: values of the environment variables that graphs are allowed to read, by name.
+        allow_scripts: whether graphs are allowed to run the Python code of their ScriptNodes; it runs without a sandbox.
 
     Raises:
         CheckError: the files have errors; the attribute `findings` has all errors, warnings and notes.

@@ -144,7 +144,7 @@ class Session:
         return held if until is not None else passed
 
     def interrupt(self) -> None:
-        """End the current `run` after the present tick; without a current `run`, end the next one before its first tick.
+        """End the current `run` after the present tick; without a current `run`, end the next `run` before its first tick.
 
         Any thread may call this method.
         """
@@ -162,7 +162,7 @@ class Session:
             seed: new seed of all random generators, used if the time is reset; None keeps the seed.
 
         Raises:
-            UsageError: a spawned robot cannot be removed because a graph outside this robot reads from it.
+            UsageError: a spawned robot cannot be removed because a graph outside this robot reads from this robot.
         """
         self._runner.command("reset", scope=list(scopes) or "all", seed=seed)
 
@@ -185,9 +185,9 @@ class Session:
     def restore(self, checkpoint: Checkpoint) -> None:
         """Return to a checkpoint of this session. A recording stores the call.
 
-        With the transport `memory`, a repetition of the calls that followed the checkpoint sends the same bytes again. `restore`
-        does not withdraw messages that were already sent, and does not remove messages that a `Subscription` keeps. Sequence
-        numbers of DDS and times in a recording are not set back.
+        With the transport `memory`, repeating the calls that followed the checkpoint sends the same bytes again. `restore` does
+        not withdraw messages that were already sent, and does not remove messages that a `Subscription` keeps. It does not set
+        back sequence numbers of DDS or times in a recording.
 
         >>> mark = sim.checkpoint()
         >>> sim.run(1.0)
@@ -212,10 +212,10 @@ class Session:
         """Read the files of the scene again and run the changed scene. A recording stores the call, with the changed files.
 
         Changed graphs are replaced, and the world continues. A node whose name, type and ports are unchanged keeps its
-        state. A wired input keeps its value if its wire is unchanged; another input, if its value in the file is unchanged.
-        Unchanged topics keep their endpoints. A change of the world or of a robot restarts the session at time 0, without spawned
-        robots. An earlier checkpoint restores the earlier version of the files. Python modules with node types are not imported
-        again.
+        state. A wired input keeps its value if its wire is unchanged; an unwired input keeps its value if the file gives it the
+        same value as before. Unchanged topics keep their endpoints. A change of the world or of a robot restarts the session at
+        time 0, without spawned robots. `restore` with a checkpoint from before the reload returns to the scene as it was before
+        the reload. Python modules with node types are not imported again.
 
         >>> print(sim.reload())
         no file changed: graphs and world are unchanged
@@ -257,7 +257,7 @@ class Session:
         {'dd100/joint_states/ComputeOdom.position': (0.0, 0.0, 0.0)}
 
         Args:
-            pattern: address as in `value`; each part may be a glob pattern, such as `*`. `*` alone lists all ports.
+            pattern: address as in `value`; each part can be a glob pattern, such as `*`. `*` alone lists all ports.
 
         Raises:
             UsageError: no port matches.
@@ -271,7 +271,7 @@ class Session:
         >>> sim.set("dd100/cmd_vel/DiffController.maxLinearSpeed", 1.0)
 
         Args:
-            address: `[robot/][graph/]Node.port`; each part may be a glob pattern.
+            address: `[robot/][graph/]Node.port`; each part can be a glob pattern.
             value: value as in a graph file; all matching inputs get this value.
 
         Raises:
@@ -288,7 +288,7 @@ class Session:
         {}
 
         Args:
-            graph: name of the graph, `robot/graph` for a robot's graph; `robot/` may be left out if the rest is unique.
+            graph: name of the graph, `robot/graph` for a robot's graph; `robot/` can be left out if the rest is unique.
 
         Raises:
             UsageError: no graph or several graphs match the name.
@@ -307,7 +307,7 @@ class Session:
     @overload
     def subscribe(self, topic: str, type: str | None = None, keep: int = 1000) -> Subscription[Any]: ...
     def subscribe(self, topic: str, type: MessageType = None, keep: int = 1000) -> Subscription[Any]:
-        """Subscribe to a topic. Nodes that publish only if a topic has subscribers then also publish on this topic.
+        """Subscribe to a topic. Nodes that publish only on topics with subscribers then publish on this topic.
 
         >>> odom = sim.subscribe("/dd100_0000/odom")
         >>> sim.step()
@@ -317,7 +317,7 @@ class Session:
         Args:
             topic: full name of the topic.
             type: message type: its name, or its class in `graphengine.messages.messages`; needed if no graph uses the topic.
-            keep: number of newest messages to keep; a small number saves memory if the messages are images.
+            keep: number of newest messages to keep; if the messages are images, a small number saves memory.
 
         Raises:
             UsageError: no graph uses the topic and `type` is missing, or the graphs use another type.
@@ -403,7 +403,7 @@ class Session:
             orientation: quaternion (x, y, z, w) in the world frame; None keeps the orientation.
             linear: linear velocity after the move, in the world frame, m/s; None means zero.
             angular: angular velocity after the move, in the world frame, rad/s; None means zero.
-            force: whether to place the entity even if it overlaps others, with a warning; physics then pushes them apart.
+            force: whether to place the entity even if it overlaps others; this logs a warning, and physics pushes them apart.
             odometry: whether ground-truth odometry (`IsaacComputeOdometry`) continues, as REP 105 demands, or jumps with the
                 robot. Wheel odometry never jumps, because the wheels do not roll.
 
@@ -468,13 +468,13 @@ class Session:
         Args:
             name: name of the robot, unique in the scene.
             use: robot file or robot description (such as URDF). A path is first looked up in the working directory;
-                if it is not found there, it is looked up like a path after `use` in a scene file.
+                if it is not found there, it is looked up like the value of `use` in a scene file.
             position: position of the robot's base link in the world frame, m.
             orientation: orientation of the robot's base link in the world frame, quaternion (x, y, z, w).
             namespace: namespace of the robot's topics; None takes the namespace in the robot file.
             at: path of the robot's prim; None is `/NAME`.
             robot_state: whether to publish the topics of robot_state_publisher for the robot.
-            force: whether to add the robot even if it overlaps others, with a warning; physics then pushes them apart.
+            force: whether to add the robot even if it overlaps others; this logs a warning, and physics pushes them apart.
 
         Raises:
             BlockedPoseError: the robot would overlap others by 5 mm or more; planes below the robot, such as the floor, do not
@@ -563,7 +563,7 @@ class Session:
         Raises:
             OSError: the file cannot be written.
             RenderError: OpenGL is missing or failed.
-            UsageError: no view or camera has the name `view`, several camera prims have it, or the session has no scene.
+            UsageError: no view or camera has the name `view`, several camera prims have this name, or the session has no scene.
         """
         pixels = look(simulated(self._runner.session.services.world), view, size).rgb
         if path is not None:
@@ -592,7 +592,7 @@ class Session:
             fps: images per second of simulation time.
 
         Returns:
-            Whether the whole duration passed without `interrupt`; otherwise the video ends there.
+            Whether the whole duration passed without `interrupt`. The video ends where the run ended.
 
         Raises:
             NodeError: a node raised an exception; joint commands were set to zero. No file is written.
@@ -600,7 +600,7 @@ class Session:
             PhysicsError: the simulation diverged. No file is written.
             RenderError: OpenGL is missing or failed, or ffmpeg failed.
             UsageError: an argument is invalid, the video would be too large, no view or camera has the name `view`, several
-                camera prims have it, the session has no scene, or ffmpeg is missing.
+                camera prims have this name, the session has no scene, or ffmpeg is missing.
         """
         from graphengine.api.video import Video
 
@@ -623,7 +623,7 @@ class Session:
         'http://127.0.0.1:40123/#token=…'
 
         Args:
-            host: address to listen on; any other than 127.0.0.1 lets other machines connect, unencrypted.
+            host: address to listen on; an address other than 127.0.0.1 lets other machines connect without encryption.
             port: TCP port; 0 chooses a free one.
             read_only: whether viewers can only watch the session, not control it.
 

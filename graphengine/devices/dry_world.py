@@ -110,7 +110,7 @@ class DryWorld(Stateful):
         self._lights[prim.path] = light
 
     def body(self, prim: Prim) -> BodyStub:
-        """Return the stub of a prim, the same object at each call. It moves with the parent's stub until `place` moves it."""
+        """Return the stub of a prim, always the same object. The stub moves with the parent's stub until `place` moves it."""
         if prim not in self._bodies:
             carrier = self.body(prim.parent) if prim.parent else None
             self._bodies[prim] = BodyStub(prim.position, prim.orientation, carrier=carrier)
@@ -123,7 +123,7 @@ class DryWorld(Stateful):
         return 1.0
 
     def placement(self, prim: Prim) -> BodyStub | None:
-        """Return a stub with which nodes place a prim; the prim stays there. None if the prim is no body, link or robot."""
+        """Return the stub with which nodes set the pose of a prim; None if the prim is not a body, link or robot."""
         movable = prim.body is not None or self.stage.stands_for_robot(prim) is not None
         return self.body(prim) if movable else None
 

@@ -149,7 +149,7 @@ class TransportError(GraphError):
 
 
 class UsageError(GraphError):
-    """An argument of a command line or a call is invalid; `graphrun` then returns 2."""
+    """An argument of a command line or a call is invalid; `graphrun` then exits with code 2."""
 
 
 class StateError(UsageError):

@@ -69,10 +69,16 @@ def _loses(frame: FrameType | None) -> bool:
 
 
 def _wait(number: int, thread: int) -> None:
-    """Send the signal again when a thread can raise the interrupt; unlike `interrupt_main`, a signal ends a wait for a lock."""
-    while _loses(sys._current_frames().get(thread)):
+    """Send the signal again when a thread can raise the interrupt; unlike `interrupt_main`, a signal ends a wait for a lock.
+
+    A signal that arrives just before the thread starts to wait does not end this wait. So it is sent until the thread raises.
+    """
+    raised, sent = len(_raised), False
+    while not sent or (len(_raised) == raised and signal.getsignal(number) is interrupt):
+        if not _loses(sys._current_frames().get(thread)):
+            signal.pthread_kill(thread, number)
+            sent = True
         time.sleep(_POLL)
-    signal.pthread_kill(thread, number)
 
 
 def _raise_again(lost: sys.UnraisableHookArgs) -> None:

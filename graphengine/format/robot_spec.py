@@ -41,7 +41,7 @@ class DriveSpec(FileSpec):
     max_velocity: Positive | None = None
     """Maximum velocity set point, and maximum rate of change of the position set point, rad/s or m/s; default: no limit."""
     overtravel: NotNegative = 0.0
-    """Distance by which position targets may exceed the joint's range at both ends, so that a gripper presses, rad or m."""
+    """Distance by which position targets can exceed both ends of the joint's range, rad or m; lets a gripper press at an end."""
     interpolate: bool = False
     """If true, the set points move to new targets at a constant rate over one tick, as in servo drives; if false, they jump."""
     gravity_compensation: bool = False
@@ -60,7 +60,7 @@ class UsdDriveSpec(FileSpec):
     max_force: Positive | None = None
     """Limit of the drive's torque or force, N m or N; default: the description's effort."""
     overtravel: NotNegative = 0.0
-    """Distance by which position targets may exceed the joint's range at both ends, so that a gripper presses, deg or m."""
+    """Distance by which position targets can exceed both ends of the joint's range, deg or m; lets a gripper press at an end."""
 
 
 class SpringSpec(FileSpec):
@@ -146,8 +146,8 @@ class MaterialSpec(FileSpec):
     expressed_in: str = ""
     """Link in whose frame `direction` is given; default: the parent link of the wheel's joint."""
     steady_sliding: bool = False
-    """Whether the colliders keep their load while they slide, as skid-steered wheels must: MuJoCo's contacts lift a collider that
-    slides with much friction off the floor again and again, which changes turn rates by up to a tenth. Needs `across`."""
+    """Whether the colliders keep their load while they slide, as skid-steered wheels must. If false, a collider that slides with
+    much friction loses contact with the floor again and again, which changes turn rates by up to a tenth. Needs `across`."""
     bind: tuple[str, ...] = Field(default=(), strict=False)
     """Links whose colliders have this material."""
 
@@ -199,9 +199,9 @@ class SensorSpec(FrameSpec, defer_build=True):
     noise_std: NotNegative | None = None
     """Standard deviation of the measured distances, m; default: the value of the profile."""
     sees_own_robot: bool | None = None
-    """If false, rays pass through the sensor's own robot. By default they hit it, except for the sensor's own link."""
+    """If false, rays pass through the sensor's own robot. By default, rays hit the robot, except for the sensor's own link."""
     ignores: tuple[str, ...] = Field(default=(), strict=False)
-    """Links of the robot that rays pass through, in addition to the sensor's own link."""
+    """Links of the robot through which rays pass, in addition to the sensor's own link."""
 
 
 class RobotSpec(FileSpec, defer_build=True):
@@ -213,11 +213,11 @@ class RobotSpec(FileSpec, defer_build=True):
     doc: str = ""
     """Description for readers of the file."""
     extends: str = ""
-    """Robot file on which this file is based: mappings are merged key by key; any other value replaces that of the other file."""
+    """Robot file on which this file is based. Mappings are merged key by key; other values replace those of the base file."""
     urdf: str = ""
     """Robot description: a URDF file, or a .xacro or .sdf file, which is converted to URDF."""
     mjcf: str = ""
-    """MuJoCo model (MJCF) of the robot, instead of `urdf`. It is used unchanged; its actuators are the robot's drives."""
+    """MuJoCo model (MJCF) of the robot, instead of `urdf`. The model is used unchanged; its actuators are the robot's drives."""
     start: str = ""
     """Keyframe of the MuJoCo model in which the robot starts."""
     xacro_arguments: dict[str, str | bool | int | float] = {}
@@ -229,7 +229,7 @@ class RobotSpec(FileSpec, defer_build=True):
     fixed_base: bool = False
     """If true, the root link is fixed to the world, as for an arm; a root link named `world` is always fixed."""
     articulation_root: str = ""
-    """Link whose prim stands for the robot in graphs, as do the robot's prim and base link; default: the freely moving link."""
+    """Link whose prim can stand for the robot in graphs, like the robot's prim and base link; default: the freely moving link."""
     self_collision: bool = False
     """If true, the robot's links collide with each other, except links that a joint connects."""
     links: dict[str, LinkSpec] = {}
@@ -239,7 +239,7 @@ class RobotSpec(FileSpec, defer_build=True):
     keep_only_joints: tuple[str, ...] = Field(default=(), strict=False)
     """Joints to keep; if the list is not empty, every other joint of the description is disabled."""
     wheel_colliders: dict[str, Literal["as_urdf", "ellipsoid"] | WheelColliderSpec] = {}
-    """Colliders of wheels, by link: `ellipsoid` replaces a cylinder, {radius: …, width: …} all colliders; `as_urdf` keeps all."""
+    """Colliders of wheels, by link: `ellipsoid` replaces a cylinder, {radius: …, width: …} replaces all, `as_urdf` keeps all."""
     materials: dict[Name, MaterialSpec] = {}
     """Physics materials, as name: {dynamic_friction: 0.8, bind: [left_wheel]}."""
     frames: dict[Name, FrameSpec] = {}

@@ -104,7 +104,7 @@ class ParameterSpec(FileSpec):
     type: str
     """Type of the parameter: a port type such as double, string or target."""
     default: Any = None
-    """Value if the user of the file sets none; a parameter without a default must be set."""
+    """Value if the scene, robot or graph sets none; a parameter without a default must be set."""
     doc: str = ""
     """Description for readers of the file."""
 
@@ -150,7 +150,7 @@ class NodeSpec(FileSpec):
     type: str = ""
     """Registered OmniGraph name of the node type; for types that graphengine includes, the last part of the name suffices."""
     subgraph: str = ""
-    """Graph file to use as a subgraph, instead of a type; the ports of the subgraph are the file's `inputs` and `outputs`."""
+    """Graph file to use as a subgraph, an alternative to `type`; the node's ports are the file's `inputs` and `outputs`."""
     parameters: dict[Name, Any] = {}
     """Values of the parameters of the subgraph, by name."""
     inputs: dict[str, Any] = {}
@@ -290,7 +290,7 @@ class RobotUse(FileSpec):
     per_row: int | None = Field(default=None, ge=1)
     """Number of robots per row; default: all robots stand in one row."""
     places: Annotated[tuple[PlaceSpec, ...], Field(strict=False, max_length=MAX_ROBOTS)] | None = None
-    """Pose of each robot of the fleet, relative to `position` and `orientation`; instead of `count`."""
+    """Pose of each robot of the fleet, relative to `position` and `orientation`; an alternative to `count`."""
     namespace: NamespacePattern | None = None
     """Namespace of the base link; overrides the robot file. {name} is the robot's name, {index:04} its number with 4 digits."""
     start: str = ""
@@ -332,4 +332,4 @@ class SceneSpec(FileSpec):
     namespaces: dict[PrimPath, Namespace] = {}
     """ROS 2 namespaces (`isaac:namespace`) of prims of the world, robots, graphs or nodes, by prim path."""
     tf: Literal["namespaced", "global"] = "namespaced"
-    """`namespaced`: each robot has TF topics in its namespace; `global`: robots share /tf, with the namespace in frame names."""
+    """`namespaced`: each robot has TF topics in its namespace; `global`: all robots share /tf; frame names have namespaces."""

@@ -122,7 +122,7 @@ class Node(metaclass=NodeMeta):
 
     - `type`: registered OmniGraph name of the node type; a class without it is only a base class.
     - `gated`: an action with a single ExecOut fires this ExecOut only if `compute` returns it.
-    - `counts`: the node is computed once for each firing of an execution input, even if there are several in one pass.
+    - `counts`: the node is computed once for each firing of an execution input, even if several firings come in one pass.
     - `volatile`: the outputs of a data node depend on more than its inputs.
     - `aliases`: older registered names.
 
@@ -204,7 +204,7 @@ class Node(metaclass=NodeMeta):
         """Read the inputs and write the outputs. What it returns depends on the kind; see `graphengine.node.node_class`."""
 
     def reset(self) -> None:
-        """Reset state that is not in Out or State fields; the engine resets those. Called when the simulation stops."""
+        """Reset state that is not in Out or State fields; the engine resets these fields and calls `reset` at each stop."""
 
     def save(self) -> Any:
         """Return the node's state for a checkpoint: inputs, outputs and State fields, without Bound fields.
@@ -222,22 +222,22 @@ class Node(metaclass=NodeMeta):
             setattr(self, name, value)
 
     def reads(self) -> Iterable[str]:
-        """Return the keys of the resources that the node reads, such as `variable:speed`, but not of inputs and the clock."""
+        """Return the keys of the resources that the node reads, such as `variable:speed`; inputs and the clock are left out."""
         return ()
 
     def writes(self) -> Iterable[str]:
-        """Return the keys of the resources that the node changes, such as `variable:speed`, but not of outputs."""
+        """Return the keys of the resources that the node changes, such as `variable:speed`; outputs are left out."""
         return ()
 
     def resolve_types(self, known: Mapping[str, PortType], variables: Mapping[str, PortType]) -> Mapping[str, PortType]:
         """Derive types of union and `any` ports from the types of other ports, and return them by Python name of the port.
 
-        The compiler calls this method until it returns no new type. Ports that are declared with the keyword `couple` are
-        resolved by the compiler, not by this method. Before the first call, each input for which the graph file gives a value
-        has this value. If a port does not allow a returned type, or has a different type already, the compiler reports an error.
+        The compiler calls this method until it returns no new type. The compiler itself resolves ports that are declared with the
+        keyword `couple`. Before the first call, each input for which the graph file gives a value has this value. If a port
+        does not allow a returned type, or has a different type already, the compiler reports an error.
 
         Args:
-            known: the port types that are known so far, by Python name.
+            known: the port types that are known so far, by Python name of the port.
             variables: types of the graph's variables, by name.
 
         Raises:
@@ -249,7 +249,7 @@ class Node(metaclass=NodeMeta):
     def dynamic_ports(cls, literals: Mapping[str, Any], definitions: Definitions) -> Mapping[str, Any]:
         """Return the ports that a node has in addition to those of its class, such as one for each field of its message type.
 
-        The keys are the Python names of the ports. Entries that are not ports become attributes of the node's class; they must be
+        The keys are the Python names of the ports. Values that are not ports become attributes of the node's class; they must be
         hashable. The compiler calls this method once per node, before it reads the wires.
 
         Args:
@@ -260,7 +260,7 @@ class Node(metaclass=NodeMeta):
 
     @classmethod
     def grows(cls) -> bool:
-        """Return whether nodes of this type can have additional ports: the class sets `numbered` or overrides `dynamic_ports`."""
+        """Return whether the class sets `numbered` or overrides `dynamic_ports`, so that its nodes can have additional ports."""
         return bool(cls.numbered) or cls.dynamic_ports.__func__ is not Node.dynamic_ports.__func__  # type: ignore[attr-defined]
 
     def clear(self) -> None:

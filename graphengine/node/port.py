@@ -169,8 +169,8 @@ def In(*, default: Any = MISSING, **facts: Any) -> Any:
             - `required`: True if the port needs a literal or a wire. A string names a group of ports: at least one port of
               the group needs a literal or a wire.
             - `default_counts`: whether a literal that equals the default satisfies `required`.
-            - `unset`: True if an input without `default` has bounds that exclude zero. Its initial value, zero, then means that
-              it is not set. A required input does not need this keyword.
+            - `unset`: pass True for an input without `default` whose bounds exclude zero. The initial value zero then means
+              that the input is not set. A required input does not need this keyword.
             - `setup`: whether the node reads the port in `setup`; when the value changes, the node is set up again.
             - `extension`: whether the port is missing from the node in Isaac Sim.
             - `couple`: union ports with the same string resolve to the same type.

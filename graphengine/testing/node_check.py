@@ -26,8 +26,8 @@ def check_node(cls: type[Node], make: Callable[[], RecordingContext] = Recording
 
     The class needs a docstring, documented ports, units of physical quantities, a unique name, valid defaults and ports that
     JSON Schema can describe. The check then runs two instances of the node, each for three ticks and, after a stop, for three
-    more. Both instances must give the same outputs and messages, and each instance must give the same ones before and after
-    the stop. The node may raise ValueError or GraphError.
+    more. Both instances must give the same outputs and messages, and each instance must give the same outputs and messages
+    before and after the stop. The node is allowed to raise ValueError and GraphError.
 
     Args:
         cls: node class to check.

@@ -32,7 +32,7 @@ class RecordingEntities(DryEntities):
 class RecordingWorld(DryWorld):
     """A world without physics for tests. A test adds bodies, robots and devices, and moves them.
 
-    `stage.add` adds other prims. A session can also run with this world.
+    To add prims of other kinds, call `stage.add`. A `RecordingContext` has such a world in its attribute `world`.
     """
 
     def __init__(self, tick_period: tuple[int, int] = (1, 60), substeps: int = 1) -> None:

@@ -38,7 +38,7 @@ def session_fixture(
     scope: FixtureScope = "function",
     **arguments: Any,
 ) -> Any:
-    """Return a pytest fixture that starts a session for each test and closes it afterwards; the scene is loaded only once.
+    """Return a pytest fixture that starts a session and closes it at the end of `scope`; the scene is loaded only once.
 
         sim = session_fixture("dd100_flat", seed=1)
 
@@ -48,7 +48,7 @@ def session_fixture(
     Args:
         source: path of a file, or name of a scene or graph in the package.
         scope: pytest scope of the fixture. All tests in one scope, such as a module, share a session; with `function`, each
-            test has its own.
+            test has its own session.
         arguments: keyword arguments of `graphengine.load` and `Scene.session`.
     """
     import pytest

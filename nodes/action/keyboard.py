@@ -22,7 +22,7 @@ class KeyboardNode(Node):
 
 
 class OnKeyboardInput(KeyboardNode, type="omni.graph.action.OnKeyboardInput"):
-    """Fires `pressed` when the key `keyIn` is pressed, and `released` when it or one of the required modifiers is released.
+    """Fires `pressed` when the key `keyIn` is pressed, and `released` when this key or a required modifier is released.
 
     `shiftIn`, `altIn` and `ctrlIn` select the required modifiers. A press counts only if all required modifiers, and no other
     modifiers, are held.

@@ -60,8 +60,8 @@ class PrintText(TellingNode, type="omni.graph.ui_nodes.PrintText"):
 
     text: String = In(default="", doc="text to log")
     log_level: Token = In(default="Info", tokens=("Info", "Warning", "Error"))
-    to_screen: bool = In(default=False, doc="no effect: there is no viewport")
-    viewport: Token = In(default="", doc="no effect: there is no viewport")
+    to_screen: bool = In(default=False, doc="no effect: there is no window")
+    viewport: Token = In(default="", doc="no effect: there is no window")
 
     def compute(self) -> None:
         """Log `text` with the severity `logLevel`.

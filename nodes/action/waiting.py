@@ -45,7 +45,7 @@ class Timer(ClockNode, type="omni.graph.nodes.Timer"):
 
     play = ExecIn(doc="starts the motion of `value` in the next tick; ignored during a motion")
     duration: float = In(
-        default=1.0, ge=0.0, unit="s", doc="simulation time of the motion; below 0 (from a wire) counts as 0"
+        default=1.0, ge=0.0, unit="s", doc="simulation time of the motion; a wired value below 0 counts as 0"
     )
     start_value: float = In(default=0.0, doc="first `value` of the motion")
     end_value: float = In(default=1.0, doc="last `value` of the motion")

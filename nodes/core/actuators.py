@@ -17,15 +17,15 @@ from graphengine.nodes.touched import drives_of
 class ArticulationActuators(Node, type="isaacsim.core.experimental.actuators.ArticulationActuators"):
     """Sets feed-forward efforts, which are added to the efforts of the joints' drives.
 
-    Isaac Sim's actuators are the drives of the robot file: a drive with `stiffness` and `damping` corresponds to a PD actuator,
+    Isaac Sim's actuators correspond to the drives of the robot file: a drive with `stiffness` and `damping` to a PD actuator,
     and its `max_force` to the effort limit of the actuator. A feed-forward effort acts from the next physics step until it is
     set again or replaced by the `effortCommand` of an IsaacArticulationController. As in Isaac Sim, a feed-forward effort has no
     effect on a joint without a drive.
 
-    Drives act in every physics step, even if `autoStepPrePhysics` is false. In Isaac Sim, drives then act only when the node is
-    executed. The joint's effort limit bounds the feed-forward effort, and `max_force` bounds the effort of the drive; Isaac Sim
-    limits the sum of the two. Isaac Sim's PID and neural controllers, delays and motor curves are not available. `stepDt` has no
-    effect, because only those controllers use it.
+    Drives act in every physics step. In Isaac Sim, if `autoStepPrePhysics` is false, drives act only when the node is executed.
+    The joint's effort limit bounds the feed-forward effort, and `max_force` bounds the effort of the drive; Isaac Sim limits the
+    sum of the two efforts. Isaac Sim's PID and neural controllers, delays and motor curves are not available. `stepDt` has no
+    effect, because only PID and neural controllers use it.
     """
 
     exec_in = ExecIn()

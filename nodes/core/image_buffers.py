@@ -109,8 +109,8 @@ class IsaacConvertRGBAToRGB(ImageBufferNode, type="isaacsim.core.nodes.IsaacConv
     """Converts an rgba8 image to rgb8 and fires.
 
     The node converts the image in the buffer `dataPtr`. If `dataPtr` is empty, the node outputs the images of the camera that
-    `renderProductPath` selects; in this case, execute the node in every tick: it fires once per image. Isaac Sim's node converts
-    only buffers in GPU memory; it outputs buffers in host memory unchanged, with their alpha.
+    `renderProductPath` selects; in this case, execute the node in every tick; it then fires once per image. Isaac Sim's node
+    converts only buffers in GPU memory; it outputs buffers in host memory unchanged, with their alpha.
     """
 
     data_ptr: Buffer = In(default=0, doc="rgba8 image: buffer with four bytes per pixel, top row first")
@@ -160,8 +160,8 @@ class IsaacConvertDepthToPointCloud(
     coordinates are NaN at pixels without a surface.
 
     The node converts the image in the buffer `dataPtr`. If `dataPtr` is empty, the node converts the images of the camera that
-    `renderProductPath` selects, with the camera's image size and focal length; in this case, execute the node in every tick: it
-    fires once per image.
+    `renderProductPath` selects, with the camera's image size and focal length; in this case, execute the node in every tick; it
+    then fires once per image.
     """
 
     data_ptr: Buffer = In(

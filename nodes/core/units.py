@@ -9,7 +9,7 @@ from graphengine.nodes.data.unions import NUMERICS
 
 
 class OgnIsaacScaleToFromStageUnit(Node, type="isaacsim.core.nodes.OgnIsaacScaleToFromStageUnit"):
-    """Converts lengths from metres to stage units or back; a stage unit is always one metre here."""
+    """Converts lengths from metres to stage units or back; in graphengine, a stage unit is always one metre."""
 
     conversion: Token = In(
         default="Convert to stage units",

@@ -46,7 +46,7 @@ class _BreakVector(Node):
 
 
 class BreakVector2(_BreakVector, type="omni.graph.nodes.BreakVector2"):
-    """Splits a vector of any role into its two components."""
+    """Splits a vector, point, normal or colour into its two components."""
 
     tuple_in: Any = In(type=_vectors(2), name="tuple", couple="number", required=True, doc=_VECTOR)
 
@@ -56,7 +56,7 @@ class BreakVector2(_BreakVector, type="omni.graph.nodes.BreakVector2"):
 
 
 class BreakVector3(_BreakVector, type="omni.graph.nodes.BreakVector3"):
-    """Splits a vector of any role into its three components."""
+    """Splits a vector, point, normal or colour into its three components."""
 
     tuple_in: Any = In(type=_vectors(3), name="tuple", couple="number", required=True, doc=_VECTOR)
     z: Any = Out(type=_COMPONENTS, couple="number", component=True)
@@ -67,7 +67,7 @@ class BreakVector3(_BreakVector, type="omni.graph.nodes.BreakVector3"):
 
 
 class BreakVector4(_BreakVector, type="omni.graph.nodes.BreakVector4"):
-    """Splits a vector of any role into its four components."""
+    """Splits a vector, point, normal, colour or quaternion into its four components."""
 
     tuple_in: Any = In(type=_vectors(4), name="tuple", couple="number", required=True, doc=_VECTOR)
     z: Any = Out(type=_COMPONENTS, couple="number", component=True)

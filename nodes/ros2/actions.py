@@ -69,8 +69,8 @@ class ROS2ActionServerGoal(NamedActionNode, type="graphengine.ros2.ROS2ActionSer
 
     Execute the node in every tick. `graphrun nodes ROS2ActionServerGoal --message example_interfaces/action/Fibonacci` lists the
     outputs for the fields. `onGoal` fires once for each goal. When the nodes downstream of `onGoal` have run, the goal is
-    accepted, unless a ROS2ActionServerResult among them has ended it as `rejected`. At most one goal is active: a new goal
-    aborts the active goal if `preempts` is true, otherwise the new goal is rejected. Wire `serverHandle` to a
+    accepted, unless a ROS2ActionServerResult among them has ended it as `rejected`. At most one goal is active: if `preempts` is
+    true, a new goal aborts the active goal; otherwise the new goal is rejected. Wire `serverHandle` to a
     ROS2ActionServerFeedback, which sends feedback, and to a ROS2ActionServerResult, which ends the goal. When the simulation
     stops, the active goal is aborted.
     """

@@ -80,9 +80,11 @@ class ROS2CameraHelper(SkippingHelper, type="isaacsim.ros2.bridge.ROS2CameraHelp
     organized: bool = In(
         default=False,
         extension=True,
-        doc="point cloud: true: one point per pixel, in rows; false: only pixels that see a surface",
+        doc="true: a point cloud has one point per pixel, in rows; false: it has only the pixels that see a surface",
     )
-    colored: bool = In(default=False, extension=True, doc="point cloud: add the colour of each point as field `rgb`")
+    colored: bool = In(
+        default=False, extension=True, doc="true: points of a point cloud have their colour as field `rgb`"
+    )
     jpeg_quality: UInt = In(default=JPEG_QUALITY, ge=1, le=100, extension=True, doc="JPEG quality, 1 to 100")
 
     camera: Camera = Bound()

@@ -102,9 +102,9 @@ class Eye:
 class ROS2CameraInfoHelper(SkippingHelper, type="isaacsim.ros2.bridge.ROS2CameraInfoHelper"):
     """Publishes the calibration of a camera or a stereo pair as CameraInfo, once for each image.
 
-    A message has the stamp of its image and is published in the same tick, even if the image itself is not rendered. Cameras are
-    pinholes with square pixels and without distortion. Pixel coordinates begin at the centre of the first pixel: cx is
-    (width - 1) / 2. The cameras of a stereo pair have parallel axes and stand side by side, so their images are already
+    A message has the stamp of its image and is published in the same tick as the image, even if the image itself is not rendered.
+    Cameras are pinholes with square pixels and without distortion. Pixel coordinates begin at the centre of the first pixel: cx
+    is (width - 1) / 2. The cameras of a stereo pair have parallel axes and stand side by side, so their images are already
     rectified: R is the identity, and Tx in P of the right camera is -fx times the baseline.
     """
 

@@ -14,8 +14,8 @@ class ROS2PublishCompressedImage(SensorPublisher, type="isaacsim.ros2.bridge.ROS
     """Publishes a compressed image or video packet as sensor_msgs/CompressedImage; publishes nothing if there are no bytes.
 
     If `encoding` is empty, the bytes are published unchanged. Otherwise the bytes are pixels, which the node compresses to
-    `format` in the same tick. Subscribers of image_transport can decode the compressed images: their format strings are those of
-    compressed_image_transport. For an image topic IMAGE, such subscribers expect compressed images on the topic
+    `format` in the same tick. Subscribers of image_transport can decode the compressed images, because the node uses the format
+    strings of compressed_image_transport. For an image topic IMAGE, such subscribers expect compressed images on the topic
     IMAGE/compressed. Isaac Sim's node publishes H.264 packets only.
     """
 

@@ -34,21 +34,22 @@ class ROS2FollowJointTrajectory(RobotActionNode, type="graphengine.ros2.ROS2Foll
     """Moves a robot's joints along trajectories, like joint_trajectory_controller of ros2_controllers.
 
     Trajectories are goals of the action `<controllerName>/follow_joint_trajectory`, or messages on the topic
-    `<controllerName>/joint_trajectory`. The joints follow a spline that starts at once from the current set points. It is linear
-    between points that have only positions, cubic between points with velocities, and quintic between points with velocities
-    and accelerations. The times of the points are relative to the header's stamp, or to the current time if the stamp is 0;
-    points in the past are skipped. Wire the outputs to an IsaacArticulationController. They are the set points for the end of
-    the tick, so that drives with `interpolate: true` follow the spline with the smallest error.
+    `<controllerName>/joint_trajectory`. The joints follow a spline that starts at once from the current set points. The spline is
+    linear between trajectory points that have only positions, cubic between trajectory points with velocities, and quintic
+    between trajectory points with velocities and accelerations. The times of the trajectory points are relative to the header's
+    stamp, or to the current time if the stamp is 0; trajectory points in the past are skipped. Wire the outputs to an
+    IsaacArticulationController. The outputs are the set points for the end of the tick, so that drives with `interpolate: true`
+    follow the spline with the smallest error.
 
     A new trajectory replaces the current one and aborts its goal. The joints hold their measured positions if a goal is
-    canceled, if a tolerance is violated, or if a trajectory has no points. A goal succeeds when the time of its last point has
-    passed and all joints are within the goal tolerances.
+    canceled, if a tolerance is violated, or if a trajectory has no points. A goal succeeds when the time of its last trajectory
+    point has passed and all joints are within the goal tolerances.
 
     An invalid goal is accepted and aborted at once, so that the client gets an error code and the reason; the current trajectory
     continues (joint_trajectory_controller rejects such goals without a reason). The error codes are INVALID_JOINTS for unknown,
     missing and mimic joints, OLD_HEADER_TIMESTAMP for a trajectory that ends in the past, and INVALID_GOAL for wrong lengths,
-    times that do not increase, numbers that are not finite, positions beyond the limits of a joint, and a last point with
-    nonzero velocity. A trajectory that exceeds a joint's velocity limit is followed, but a warning is logged.
+    times that do not increase, numbers that are not finite, positions beyond the limits of a joint, and a last trajectory
+    point with nonzero velocity. A trajectory that exceeds a joint's velocity limit is followed, but a warning is logged.
     """
 
     joint_names: Tokens = In(
@@ -91,7 +92,7 @@ class ROS2FollowJointTrajectory(RobotActionNode, type="graphengine.ros2.ROS2Foll
         ge=0.0,
         setup=True,
         unit="s",
-        doc="time after the end of a trajectory during which the joints may still reach the goal; 0: no limit",
+        doc="time that the joints have to reach the goal after the end of a trajectory; 0: no limit",
     )
     feedback_rate: float = In(
         default=20.0, ge=0.0, unit="Hz", doc="maximum rate of the action's feedback; 0: no feedback"

@@ -31,10 +31,11 @@ class ROS2GripperCommand(RobotActionNode, type="graphengine.ros2.ROS2GripperComm
     gripper holds an object with this effort.
 
     A goal succeeds when the finger's position is within `goalTolerance` of the goal. If the finger rests for `stallTimeout`
-    before that, for example on an object, the goal ends and its result has `stalled` set: the goal succeeds if `allowStalling`
-    is true, otherwise it is aborted. A new goal aborts the current one. If a goal is canceled, the finger holds its position. To
-    let a gripper press against the limit of its own joint, give its drive `overtravel` in the robot file: position set points
-    may exceed the limit by this distance. Goals for another joint, and goals with numbers that are not finite, are rejected.
+    before it reaches the goal, for example on an object, the goal ends and its result has `stalled` set: the goal succeeds if
+    `allowStalling` is true, otherwise it is aborted. A new goal aborts the current goal. If a goal is canceled, the finger holds
+    its position. To let a gripper press against the limit of its own joint, give its drive `overtravel` in the robot file:
+    position set points can exceed the limit by this distance. Goals for another joint, and goals with numbers that are not
+    finite, are rejected.
     """
 
     joint_name: String = In(

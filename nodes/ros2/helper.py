@@ -17,7 +17,7 @@ class SensorHelper(TopicNode):
     prim and its ancestors.
     """
 
-    enabled: bool = In(default=True, doc="true: an execution starts publishing; false: it stops publishing")
+    enabled: bool = In(default=True, doc="true: an execution starts publishing; false: an execution stops publishing")
     render_product_path: Token = In(
         required=True, setup=True, doc="path from IsaacCreateRenderProduct, or the sensor's prim path"
     )
@@ -62,7 +62,7 @@ class SkippingHelper(SensorHelper):
     """Base of helper nodes that can skip samples."""
 
     frame_skip_count: UInt = In(
-        default=0, setup=True, doc="deprecated: number of samples to skip after each published one"
+        default=0, setup=True, doc="deprecated: number of samples to skip after each published sample"
     )
 
     def samples_per_message(self) -> int:

@@ -25,10 +25,10 @@ class ROS2RtxLidarHelper(SkippingHelper, type="isaacsim.ros2.bridge.ROS2RtxLidar
 
     A LaserScan has one range per beam of the ring nearest to the lidar's xy plane and covers exactly the lidar's field of view.
     A PointCloud2 has the points of all rings. With `selectedMetadata: [Intensity, Ring, Time]`, its points have the layout of
-    Velodyne's driver (x, y, z, intensity, ring, time), which lidar SLAM such as LIO-SAM expects. `Ring` and `Time` are
-    extensions. `Ring` is the index of the ring, 0 for the lowest one (uint16). `Time` is the time since the stamp in s (float32);
-    it is always 0, because all beams of a sample are cast at the same time. Switch off motion correction in SLAM software that
-    treats 0 as a missing time.
+    Velodyne's driver (x, y, z, intensity, ring, time), which lidar SLAM such as LIO-SAM expects. Isaac Sim does
+    not have `Ring` and `Time`. `Ring` is the index of the ring, 0 for the lowest one (uint16). `Time` is the time in s since the
+    stamp (float32); it is always 0, because all beams of a sample are cast at the same time. Switch off motion correction in SLAM
+    software that treats 0 as a missing time.
 
     If `nodeNamespace` is empty, the topic's namespace comes from `isaac:namespace` of the lidar's prim and its ancestors.
     Without subscribers, no rays are cast.
@@ -44,7 +44,7 @@ class ROS2RtxLidarHelper(SkippingHelper, type="isaacsim.ros2.bridge.ROS2RtxLidar
         doc="message to publish: LaserScan or PointCloud2",
     )
     full_scan: bool = In(default=True, doc="deprecated: samples are always full scans")
-    show_debug_view: bool = In(default=False, doc="no effect: there is no viewport")
+    show_debug_view: bool = In(default=False, doc="no effect: there is no window")
     selected_metadata: Tokens = In(
         setup=True, doc=f"further fields of a point in a PointCloud2: {', '.join(_METADATA)}"
     )

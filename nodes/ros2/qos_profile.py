@@ -16,8 +16,8 @@ class ROS2QoSProfile(Node, type="isaacsim.ros2.bridge.ROS2QoSProfile"):
     """Builds a QoS profile as JSON from a preset; a policy input with a value other than its default overrides the preset.
 
     "Default for publishers/subscribers" and "Services" are keepLast with depth 10, reliable, volatile; "Sensor Data" is
-    keepLast with depth 5, bestEffort, volatile; "System Default" leaves these policies to the middleware; "Custom" uses the
-    policies of the inputs only, whose defaults are those of the first preset.
+    keepLast with depth 5, bestEffort, volatile; "System Default" leaves these policies to the middleware; "Custom" uses only
+    the inputs; their defaults are the policies of the first preset.
     """
 
     history: Token = In(default="keepLast", tokens=("systemDefault", "keepLast", "keepAll", "unknown"))

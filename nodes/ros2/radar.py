@@ -29,7 +29,7 @@ class ROS2RtxRadarHelper(SensorHelper, type="isaacsim.ros2.bridge.ROS2RtxRadarHe
 
     frame_id: String = In(default="sim_radar", setup=True)
     topic_name: String = In(default="radar_point_cloud", setup=True)
-    show_debug_view: bool = In(default=False, doc="no effect: there is no viewport")
+    show_debug_view: bool = In(default=False, doc="no effect: there is no window")
     output_radial_velocity_ms: bool = In(
         default=False,
         name="outputRadialVelocityMS",

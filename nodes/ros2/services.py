@@ -162,8 +162,8 @@ class OgnROS2ServiceClient(NamedServiceNode, type="isaacsim.ros2.bridge.OgnROS2S
     """Calls a service; the request's fields are inputs, the response's fields are outputs, such as `Response:success`.
 
     `graphrun nodes ROS2ServiceClient --message std_srvs/srv/SetBool` lists these ports. Every execution calls the service, even
-    while earlier calls wait for responses. A call is sent at the end of the tick if a server exists, otherwise when a server
-    appears; until then, the last ten calls are kept. Responses are output in order of arrival, at most one per tick.
+    while earlier calls wait for responses. If a server exists, a call is sent at the end of the tick. Otherwise, the last ten
+    calls are kept, and sent when a server appears. Responses are output in order of arrival, at most one per tick.
     """
 
     exec_out = ExecOut(doc="fires once for each response, in a tick after the call")

@@ -27,8 +27,8 @@ if TYPE_CHECKING:
 class ROS2PublishClock(PublisherNode, type="isaacsim.ros2.bridge.ROS2PublishClock"):
     """Publishes simulation time as rosgraph_msgs/Clock.
 
-    On the topic `/clock`, the new time is published at once when the time jumps, for example by a reset, even while the session
-    is paused. This makes tf2 buffers discard transforms from the future.
+    When the time jumps, for example by a reset, the new time is published on the topic `/clock` at once, even while the session
+    is paused, so that tf2 buffers discard transforms from the future.
     """
 
     message_type: ClassVar[str] = "rosgraph_msgs/msg/Clock"

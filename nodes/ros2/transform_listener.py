@@ -26,8 +26,8 @@ class ROS2SubscribeTransformTree(TopicNode, type="isaacsim.ros2.bridge.ROS2Subsc
     the newest is used. The prim of the child frame moves to the transform's pose, relative to the current pose of the parent
     frame's prim. From then on until the simulation stops, physics does not move this prim: it is an immovable obstacle. If the
     prim is that of a robot, the whole robot moves. A link below a joint moves only within the joint's range. A prim that is fixed
-    to another one, such as a sensor, cannot move: its transform is ignored and logged. A transform from a frame to itself
-    is dropped and logged, and so is one with NaN, a coordinate above 1e9 m or a quaternion that is not a unit quaternion.
+    to another prim, such as a sensor, cannot move: its transform is ignored and logged. A transform from a frame to itself is
+    dropped and logged, and so is a transform with NaN, a coordinate above 1e9 m or a quaternion that is not a unit quaternion.
     """
 
     topic_name: String = In(default="tf", setup=True)

@@ -21,8 +21,8 @@ class AckermannController(Node, type="isaacsim.robot.wheeled_robots.AckermannCon
 
     With a `trackWidth` of 0, both wheels of an axle get the command of a bicycle's wheel. Some joints need the command with the
     opposite sign: steering joints whose axis points down, and wheel joints whose positive direction rolls the wheel backward.
-    Multiply the commands by 1 or -1 per joint with a Multiply node. If only some wheels are driven, select their speeds with an
-    ArraySlice node.
+    Use a Multiply node to multiply the command of each joint by 1 or -1. If only some wheels are driven, select their speeds with
+    an ArraySlice node.
 
     A limit of 0 means no limit. The sign of a wired limit, length, acceleration or rate of change is ignored. Changed inputs
     take effect at the next execution.

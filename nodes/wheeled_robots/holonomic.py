@@ -64,7 +64,7 @@ class HolonomicController(Node, type="isaacsim.robot.wheeled_robots.HolonomicCon
         default=100000.0,
         ge=0.0,
         unit="rad/s",
-        doc="largest speed of a wheel; if a wheel exceeds it, all wheel speeds are scaled down; 0 means no limit",
+        doc="largest speed of a wheel; if a wheel exceeds this speed, all wheel speeds are scaled down; 0: no limit",
     )
     linear_gain: float = In(default=1.0, doc="factor for both speeds in `inputVelocity`")
     angular_gain: float = In(default=1.0, doc="factor for the turn rate in `inputVelocity`")

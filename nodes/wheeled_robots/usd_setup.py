@@ -19,13 +19,13 @@ _AXLE = (0.0, 1.0, 0.0)
 class HolonomicRobotUsdSetup(Node, type="isaacsim.robot.wheeled_robots.HolonomicRobotUsdSetup"):
     """Outputs the wheel geometry of a base with omnidirectional or mecanum wheels.
 
-    Wire the outputs to the inputs of the same names of a HolonomicController with `rolling: true`. They describe all wheels that
-    have rollers. A wheel has rollers if its material in the robot file has different friction in two directions; the axis of the
-    roller on the floor is the direction of the greater friction. The radius of a wheel is the radius of its collider. Positions
-    and orientations are those of the wheel joints, with all joints at zero. Isaac Sim instead reads radii and roller angles from
-    the attributes `isaacmecanumwheel:radius` and `isaacmecanumwheel:angle` of wheel joints.
+    Wire the outputs to the inputs of the same names of a HolonomicController with `rolling: true`. The outputs describe all
+    wheels that have rollers. A wheel has rollers if its material in the robot file has different friction in two directions; the
+    axis of the roller on the floor is the direction of the greater friction. The radius of a wheel is the radius of its collider.
+    Positions and orientations are those of the wheel joints, with all joints at zero. Isaac Sim instead reads radii and roller
+    angles from the attributes `isaacmecanumwheel:radius` and `isaacmecanumwheel:angle` of wheel joints.
 
-    Positions are relative to `comPrim`, with components along its axes; in Isaac Sim, along the axes of the world frame.
+    Positions are relative to `comPrim`, with components along the axes of `comPrim`; Isaac Sim uses the axes of the world frame.
     `wheelAxis` is always the y axis, and the orientation of a wheel rotates the y axis to the axle of the wheel.
     """
 

@@ -64,7 +64,7 @@ def test_a_chunk_with_a_byte_that_changed_is_told(graphrun: Graphrun, clock: Pat
     assert "damaged: the checksum of the chunk at byte " in result.err
 
 
-@settings(max_examples=60, deadline=None, derandomize=True, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=60, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(data=st.data())
 def test_no_damage_leads_to_a_traceback(clock_recording: bytes, tmp_path: Path, data: st.DataObject) -> None:
     at = data.draw(st.integers(0, len(clock_recording) - 1))

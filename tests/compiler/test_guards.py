@@ -18,7 +18,7 @@ def implied(causes: dict[str, list[str]]) -> dict[str, set[str]]:
     return found
 
 
-@settings(max_examples=200, deadline=None, derandomize=True)
+@settings(max_examples=200)
 @given(st.randoms(use_true_random=False), st.integers(1, 40))
 def test_a_flag_implies_what_all_of_its_causes_imply(random: Random, size: int) -> None:
     tree, causes = GuardTree(), dict[str, list[str]]()

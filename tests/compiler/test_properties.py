@@ -198,7 +198,7 @@ def _fits(out: Port, into: Port) -> bool:
 
 
 EVERYTHING = (*DATA, *EVENTS, *ACTIONS, *PUSHERS, *LATENT)
-QUICK = settings(deadline=None, suppress_health_check=list(HealthCheck), derandomize=True)
+QUICK = settings(suppress_health_check=list(HealthCheck))
 
 
 @pytest.fixture(scope="module")

@@ -83,7 +83,7 @@ STRETCHED = {  # by a factor that no two sums round alike
 
 @given(graphs())
 @example(STRETCHED)
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 def test_any_graph_is_readable(data: dict[str, object]) -> None:
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "any.yaml"

@@ -47,8 +47,7 @@ SCALARS = [
     "\x00", "\x1b[31m", "\ufeff", "\u2028", "\x85", "\u202e", "é" * 30, "🤖", "x" * 300, '"\\e[31m"',
 ]  # fmt: skip
 
-few = settings(max_examples=200, deadline=None, derandomize=True, database=None)
-few = settings(few, suppress_health_check=[HealthCheck.too_slow, HealthCheck.function_scoped_fixture])
+few = settings(max_examples=200, suppress_health_check=[HealthCheck.function_scoped_fixture])
 
 
 @st.composite

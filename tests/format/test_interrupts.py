@@ -27,6 +27,18 @@ try:
 except KeyboardInterrupt:
     print("ended")
 """
+IN_A_DESTRUCTOR_BEFORE_A_WAIT = (
+    """
+send, sent = signal.pthread_kill, []
+def early(thread, number):
+    sent.append(number)
+    if len(sent) > 2:
+        send(thread, number)
+signal.pthread_kill = early
+"""
+    + IN_A_DESTRUCTOR
+)
+"""The first signals have no effect, as if they arrived just before the thread starts to wait."""
 IN_A_CONSTRUCTOR = """
 class HalfMade:
     def __init__(self):
@@ -86,7 +98,11 @@ def ended(code: str) -> tuple[int, str, str]:
     return done.returncode, done.stdout, done.stderr
 
 
-@pytest.mark.parametrize("code", [IN_A_DESTRUCTOR, IN_A_CONSTRUCTOR], ids=["destructor", "constructor"])
+@pytest.mark.parametrize(
+    "code",
+    [IN_A_DESTRUCTOR, IN_A_DESTRUCTOR_BEFORE_A_WAIT, IN_A_CONSTRUCTOR],
+    ids=["destructor", "before a wait", "constructor"],
+)
 def test_an_interrupt_is_raised_once_and_destructors_print_nothing(code: str) -> None:
     assert ended(code) == (0, "ended\n", "")
 

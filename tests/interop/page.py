@@ -110,7 +110,7 @@ The tests have these limits:
 - Embedded DDS lost the first reliable message of 1 MB (59 of 60 arrived) and of 4 MB (19 of 20 arrived) from a Fast DDS writer.
   Therefore, in the tests with these sizes, each ROS 2 writer first sends one message that is not counted.
 - If a client calls a server as soon as it discovers the server, the first call may get no response. In `action server` and
-  `parameters`, the server starts while the client already waits for the server. In these tests, the client therefore repeats an
+  `parameters`, the client is already waiting when the server starts. In these tests, the client therefore repeats an
   unanswered call after 5 s, at most 4 times. If calls were repeated, the entry gives their number.
 - `QoS events` tests incompatible QoS profiles and missed deadlines. Liveliness events and matched events are not tested, because
   nodes on rmw_fastrtps_cpp did not get all of these events within 20 s."""

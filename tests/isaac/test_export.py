@@ -428,7 +428,7 @@ def graphs(draw: st.DrawFn) -> str:
     return "\n".join([*lines, f"connections: {flow(list(dict.fromkeys(wires)))}", ""])
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=150)
 @given(graphs())
 def test_a_random_graph_comes_back_as_it_was(text: str) -> None:
     with tempfile.TemporaryDirectory() as folder:

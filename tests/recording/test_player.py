@@ -105,7 +105,7 @@ def played(straight: Straight) -> Iterator[RecordingPlayer]:
             yield player
 
 
-@settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=60, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(tick=st.integers(0, TICKS - 1))
 def test_after_a_seek_all_is_as_in_the_run(straight: Straight, played: RecordingPlayer, tick: int) -> None:
     played.show(tick)
@@ -113,7 +113,7 @@ def test_after_a_seek_all_is_as_in_the_run(straight: Straight, played: Recording
     assert state_of(played.session) == straight.states[tick]
 
 
-@settings(max_examples=10, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=10, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(begin=st.integers(0, TICKS - 12))
 def test_after_a_seek_the_same_bytes_are_sent(straight: Straight, played: RecordingPlayer, begin: int) -> None:
     listener = Listener()
@@ -126,7 +126,7 @@ def test_after_a_seek_the_same_bytes_are_sent(straight: Straight, played: Record
     played.replay.network.sinks.remove(listener)
 
 
-@settings(max_examples=3, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=3, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(moves=st.lists(st.tuples(st.integers(1, 40), st.integers(0, TICKS)), min_size=3, max_size=8))
 def test_what_is_shown_stays_while_the_replay_goes_on(straight: Straight, moves: list[tuple[int, int]]) -> None:
     with playing(straight.path) as player:

@@ -80,7 +80,7 @@ def test_a_chunk_with_anything_but_messages_and_what_they_need_is_damaged(tmp_pa
 
 
 @given(data=st.data())
-@settings(max_examples=100, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=100, suppress_health_check=[HealthCheck.function_scoped_fixture])
 def test_a_file_that_was_cut_off_holds_what_was_written_before(tmp_path: Path, data: st.DataObject) -> None:
     builder = RecordBuilder()
     Header("ros2", "test").write(builder)
@@ -125,7 +125,7 @@ def test_the_extent_of_a_file_is_its_last_log_time_and_metadata(tmp_path: Path) 
 
 
 @given(data=st.binary(max_size=200), kind=st.sampled_from([0, 6, 12, 15]))
-@settings(max_examples=200, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=200, suppress_health_check=[HealthCheck.function_scoped_fixture])
 def test_the_extent_of_any_bytes_is_found(tmp_path: Path, data: bytes, kind: int) -> None:
     path = tmp_path / "out.mcap"
     path.write_bytes(MCAP0_MAGIC + struct.pack("<BQ", kind, len(data)) + data + data)

@@ -11,7 +11,6 @@ from pathlib import Path
 from typing import Any, TypeAlias, cast
 
 import pytest
-from hypothesis import settings
 
 import graphengine
 from graphengine.messages.definitions import DEFINITIONS, Definitions
@@ -28,9 +27,6 @@ from tests.ros.contract import ALL, SEEN, AnyTransport, Join, composed
 
 OpenDds: TypeAlias = Callable[..., DdsTransport]
 StartPeer: TypeAlias = "Callable[..., subprocess.Popen[bytes]]"
-
-settings.register_profile("untimed", deadline=None)  # the first message of a type has its code made
-settings.load_profile("untimed")
 
 os.environ.setdefault("FASTRTPS_DEFAULT_PROFILES_FILE", str(Path(__file__).with_name("fast_dds.xml")))
 

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from graphengine.sandbox.expressions import (
@@ -60,7 +60,6 @@ def combined(inner: st.SearchStrategy[str]) -> st.SearchStrategy[str]:
     )
 
 
-@settings(deadline=None)
 @given(st.recursive(LEAVES, combined, max_leaves=8))
 def test_an_expression_has_the_value_or_the_error_that_python_gives_it(expression: str) -> None:
     found: list[Any] = []

@@ -270,13 +270,14 @@ class Calibration:
 
     Attributes:
         robot: name of the robot in its scene.
-        command_topic: topic to which the test drives publish commands; empty if the robot has no command topic.
+        command_topic: topic on which the test drives publish commands; empty if the robot has no command topic.
         command_type: message type of the command topic.
         speed: commanded speed, m/s.
         turn_speed: commanded turn rate, rad/s.
         moves: whether the robot moves and stays upright; `notes` has the reason if not.
-        kinematics: `differential` if the robot turns on the spot, `mecanum` if it also drives sideways, `omni` if its
-            wheels also roll in several directions, `ackermann` if it turns only in arcs; empty if the robot does not turn.
+        kinematics: `differential` if the robot turns on the spot, `mecanum` if it also drives sideways, `omni` if it also drives
+            sideways and its wheels have axles in several directions, `ackermann` if it turns only in arcs; empty if the robot
+            does not turn.
         motions: test drives with a constant command.
         wheels: driven wheels.
         wheel_radius: mean rolling radius of the driven wheels, m; wheel odometry with this radius gives the true distance.
@@ -285,9 +286,9 @@ class Calibration:
         wheel_base: effective distance between the axles, m; with this wheel base, the steering angles give the true turn rate.
             Only for `ackermann`.
         turning_centre: point about which the robot turns on the spot, x and y in the base link's frame, m.
-        stop: stop from full speed; None if the robot does not turn, or fell over.
+        stop: measurements of a stop from full speed; None if the robot does not turn, or fell over.
         slope: creep of the parked robot on a slope; None if the robot fell over.
-        squares: squares driven counter-clockwise and clockwise.
+        squares: test drives along squares, counter-clockwise and clockwise.
         odometry: errors of each odometry topic.
         imus: noise of each IMU.
         notes: sentences that say which values could not be measured, and why.

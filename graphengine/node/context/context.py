@@ -84,7 +84,7 @@ class Context(WorldHandles, OwnedActions, Shared):
         return find_variable(self._variables, name)
 
     def mailbox(self, name: str) -> Mailbox:
-        """Return a new mailbox for the node at one of the session's event queues, which is created if it does not exist."""
+        """Return a new mailbox for the session's event queue `name`; create the queue if it does not exist."""
         self.mailboxes.append(Mailbox(self._services.queues.setdefault(name, EventQueue(name))))
         return self.mailboxes[-1]
 
@@ -118,10 +118,10 @@ class Context(WorldHandles, OwnedActions, Shared):
         return all(permissions.read(path, folder) == found for path, found in self.files_read.items())
 
     def allow_scripts(self) -> None:
-        """Check that graphs may run Python scripts; a node calls this before it runs one.
+        """Check that graphs are allowed to run Python scripts; a node calls this before it runs a script.
 
         Raises:
-            ContextError: the user has not permitted it.
+            ContextError: the user has not permitted graphs to run scripts.
         """
         self._services.permissions.require_scripts()
 

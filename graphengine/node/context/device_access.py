@@ -83,7 +83,7 @@ class WorldHandles:
         """Return a handle to the pose and velocity of a prim that is a rigid body or is fixed to one.
 
         Raises:
-            PrimError: neither the prim nor one of its ancestors has a rigid body.
+            PrimError: neither the prim nor any of its ancestors has a rigid body.
         """
         found = self._find(prim)
         if not any(ancestor.body is not None for ancestor in found.ancestors()):
@@ -152,7 +152,7 @@ class WorldHandles:
         return robot
 
     def articulation(self, prim: str) -> Articulation:
-        """Return a handle to the movable joints of a robot, given by its root prim, base link or articulation root."""
+        """Return a handle to the movable joints of a robot; `prim` is its root prim, base link or articulation root."""
         return self._services.world.articulation(self._robot(prim))
 
     def joint(self, prim: str) -> tuple[Articulation, int]:
@@ -181,7 +181,7 @@ class WorldHandles:
         return tuple(overrides.get(name) or name for name in robot.facts.get("joints", ()))
 
     def holonomic_wheels(self, prim: str) -> Sequence[HolonomicWheel]:
-        """Return the mecanum and omnidirectional wheels of a robot, given by its root prim, base link or articulation root."""
+        """Return the mecanum and omnidirectional wheels of a robot; `prim` is its root prim, base link or articulation root."""
         return tuple(self._robot(prim).facts.get("holonomic_wheels", ()))
 
     def base_link(self, prim: str) -> Frame:
@@ -193,7 +193,7 @@ class WorldHandles:
         return self.frame(self._robot(prim).facts["base_link"])
 
     def robot_description(self, prim: str) -> RobotDescription:
-        """Return the URDF and the joint transforms of a robot, given by its root prim, base link or articulation root."""
+        """Return the URDF and the joint transforms of a robot; `prim` is its root prim, base link or articulation root."""
         robot = self._robot(prim)
         stage = self._services.stage
         links = [stage.find(path) for path in robot.facts.get("moving_links", ())]
@@ -211,7 +211,7 @@ class WorldHandles:
         return RobotDescription(robot.facts.get("urdf", ""), fixed, carried)
 
     def render_product(self, prim: str, width: int, height: int) -> str:
-        """Return the path of the render product of a lidar, radar or camera; it is created if it does not exist.
+        """Return the path of the render product of a lidar, radar or camera; create the render product if it does not exist.
 
         Args:
             prim: path of the sensor's prim.
@@ -278,8 +278,8 @@ class WorldHandles:
         Args:
             interface: Protocol of the device, such as `Lidar` of `graphengine.devices.lidar`.
             prim: path of the prim or of the render product.
-            options: for a camera at a prim, `size` is the width and height of its images, pixels. A camera of a render product
-                has the size of the render product. Other devices have no options.
+            options: if `prim` is the path of a camera's prim, `size` is the width and height of the images, pixels. If `prim` is
+                the path of a render product, the images have the size of the render product. Other devices have no options.
 
         Raises:
             ContextError: the device is sampled once per tick but the graph runs at every physics step, or the path is that of a

@@ -134,7 +134,7 @@ class OwnedEndpoints:
         """Create a publisher on a topic.
 
         In a scene with `tf: global`, a namespace is put before the frame names in the arguments, as `frame_name` describes. The
-        publisher's `claim` has the names with this prefix, and the node must write them into its messages. Names from
+        publisher's `claim` has the prefixed names, which the node must write into its messages. Names from
         `transform_tree` and `robot_description` already have the prefix.
 
         Args:
@@ -168,7 +168,8 @@ class OwnedEndpoints:
     def published_transform(self, beside: EndpointClaim, parent: str, children: Collection[str]) -> PublishedTransform:
         """Return an object that reads a transform which another node of this session publishes.
 
-        Only publishers on the topic and domain of the node's own publisher are considered.
+        The object reads only the messages of publishers that have the same topic and ROS domain as `beside`, a publisher of the
+        calling node.
 
         Args:
             beside: attribute `claim` of the node's own publisher, which describes its topic and domain.
@@ -178,9 +179,9 @@ class OwnedEndpoints:
         return PublishedTransform(self._services, beside, parent, children)
 
     def frame_name(self, frame: str, *, namespace_from: str = "", namespace: str = "") -> str:
-        """Return the name under which a frame is published: `namespace/frame` with `tf: global`, otherwise the name itself.
+        """Return the name under which a frame is published: `namespace/frame` with `tf: global`, otherwise `frame`.
 
-        The namespace is that of the outermost prim with a namespace, among the prim at `namespace_from` and its ancestors.
+        Of the prim at `namespace_from` and its ancestors, the outermost one that has a namespace gives the namespace.
         Shared frames such as `map`, and frames that already have a prefix, are returned unchanged.
 
         Args:
@@ -194,7 +195,7 @@ class OwnedEndpoints:
     def subscription(
         self, message_type: str, topic: str, *, alternatives: Sequence[str] = (), **options: Unpack[TopicOptions]
     ) -> Subscription:
-        """Create a subscription to a topic. The other arguments and the exceptions are those of `publisher`.
+        """Create a subscription to a topic. The exceptions are those of `publisher`.
 
         Args:
             message_type: ROS 2 name of the expected message type.

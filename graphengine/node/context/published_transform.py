@@ -16,7 +16,7 @@ class PublishedTransform:
 
     Args:
         services: services of the session.
-        beside: description of an endpoint; only publishers on the topic and domain of this endpoint are considered.
+        beside: description of an endpoint; only publishers with the topic and ROS domain of this endpoint are read.
         parent: published name of the parent frame.
         children: published names of the child frames; a transform to any of them is used.
     """

@@ -79,7 +79,7 @@ class ShapeSpec(Spec):
     """A part of a sensor's body. It is visible to cameras and to rays of other robots, and does not collide."""
 
     shape: Literal["box", "cylinder"]
-    """Form of the part."""
+    """Shape of the part."""
     size: Annotated[tuple[Length, Length, Length], Field(strict=False)] = Field(
         description="Length, width and height, m; a cylinder stands upright and is round."
     )

@@ -29,7 +29,7 @@ _BLOCK = 512
 
 
 class AccelerometerErrors(Spec):
-    """Errors of three accelerometers, in units of data sheets; 1 µg is 9.80665e-6 m/s2. Errors that are not given are 0."""
+    """Errors of three accelerometers, in the units of data sheets; 1 µg is 9.80665e-6 m/s2. Errors that are not given are 0."""
 
     noise_density_ug: Amount = Field(default=0.0, description="White noise, µg/√Hz.")
     bias_instability_ug: Amount = Field(
@@ -49,7 +49,7 @@ class AccelerometerErrors(Spec):
 
 
 class GyroscopeErrors(Spec):
-    """Errors of three gyroscopes, in units of data sheets. Errors that are not given are 0."""
+    """Errors of three gyroscopes, in the units of data sheets. Errors that are not given are 0."""
 
     noise_density_dps: Amount = Field(default=0.0, description="White noise, (deg/s)/√Hz.")
     bias_instability_dph: Amount = Field(

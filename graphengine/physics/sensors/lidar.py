@@ -63,7 +63,7 @@ class RingsSpec(Spec):
     """Number of rings."""
     each_deg: Annotated[tuple[Elevation, ...], Field(strict=False, min_length=1, max_length=1024)] | None = Field(
         default=None,
-        description="Angle of each ring above the sensor's xy plane; replaces first_deg, last_deg and count.",
+        description="Angle of each ring above the sensor's xy plane, degrees; replaces first_deg, last_deg and count.",
     )
 
     @model_validator(mode="after")
@@ -110,7 +110,7 @@ class LidarProfile(Profile):
     beams: BeamsSpec
     """Beams of a ring, as {first_deg: -90, last_deg: 90, count: 181}."""
     rings: RingsSpec | None = Field(
-        default=None, description="Rings of a 3D lidar; without it, the lidar has one ring in its xy plane."
+        default=None, description="Rings of a 3D sensor; without this key, the sensor has one ring in its xy plane."
     )
     near: NotNegative = Field(description="Nearest distance reported, m.")
     far: Positive = Field(le=1_000_000, description="Farthest distance reported, m.")

@@ -39,9 +39,11 @@ class LightBeamProfile(Profile):
     curtain_axis: Vector = Field(
         default=(0.0, 0.0, 1.0), description="Direction along which beams are placed, in the sensor's frame."
     )
-    min_range: NotNegative = Field(default=0.4, description="Distance from its origin at which a beam starts, m.")
+    min_range: NotNegative = Field(
+        default=0.4, description="Distance from a beam's origin at which the beam starts, m."
+    )
     max_range: Positive = Field(
-        default=100.0, le=1_000_000, description="Distance from its origin at which an unbroken beam ends, m."
+        default=100.0, le=1_000_000, description="Distance from a beam's origin at which an unbroken beam ends, m."
     )
 
     @model_validator(mode="after")

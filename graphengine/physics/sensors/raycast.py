@@ -41,9 +41,9 @@ class RaycastProfile(Profile):
     ray_directions: _Rows = Field(
         default=((1.0, 0.0, 0.0),), description="Direction of each ray in the sensor's frame; any length except zero."
     )
-    min_range: NotNegative = Field(default=0.4, description="Distance from its origin at which a ray starts, m.")
+    min_range: NotNegative = Field(default=0.4, description="Distance from a ray's origin at which the ray starts, m.")
     max_range: Positive = Field(
-        default=100.0, le=1_000_000, description="Distance from its origin at which a ray ends, m."
+        default=100.0, le=1_000_000, description="Distance from a ray's origin at which the ray ends, m."
     )
     output_frame: Literal["SENSOR", "WORLD"] = Field(
         default="SENSOR", description="Frame of hit positions and normals: the sensor's or the world frame."

@@ -38,7 +38,7 @@ class SurfaceGripperProfile(Profile):
         description="Positions of the grip points in the gripper's frame, m; each point holds one body.",
     )
     forward_axis: Literal["X", "Y", "Z"] = Field(
-        default="X", description="Axis of the gripper's frame along which it grips."
+        default="X", description="Axis of the gripper's frame along which the gripper grips."
     )
     max_grip_distance: Positive = Field(
         default=0.01, le=10.0, description="Largest distance from a point at which the gripper grips a body, m."
@@ -48,11 +48,11 @@ class SurfaceGripperProfile(Profile):
     )
     coaxial_force_limit: Positive | None = Field(
         default=None,
-        description="Pulling force along the forward axis above which a point releases its body, N; no limit if omitted.",
+        description="Pulling force along the forward axis above which a point releases its body, N; default: no limit.",
     )
     shear_force_limit: Positive | None = Field(
         default=None,
-        description="Force across the forward axis above which a point releases its body, N; no limit if omitted.",
+        description="Force across the forward axis above which a point releases its body, N; default: no limit.",
     )
     retry_interval: NotNegative = Field(
         default=0.0, description="Time for which a closing gripper tries to grip, s; with 0, it tries once."

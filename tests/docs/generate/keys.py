@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 import json
 import re
 from collections.abc import Iterator
@@ -36,7 +37,7 @@ _FILES: dict[str, tuple[str, str, type[BaseModel], str]] = {
     ),
     "robot_file.md": (
         "Robot files",
-        "A robot file names a robot description, such as a URDF, and lists changes to it. `graphrun import-robot` writes one.",
+        "A robot file names a robot description, such as a URDF, and changes to it. `graphrun import-robot` makes such a file.",
         KINDS["robot"],
         "scenes/robots/dd100.yaml",
     ),
@@ -70,7 +71,7 @@ def pages() -> Iterator[tuple[str, str]]:
 
 
 def _about(model: type[BaseModel]) -> str:
-    return (model.__doc__ or "").replace("\n    ", "\n")
+    return inspect.getdoc(model) or ""  # a model that `create_model` made has the docstring of its base
 
 
 def _name(model: type[BaseModel]) -> str:

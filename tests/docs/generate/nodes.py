@@ -75,9 +75,10 @@ FAMILIES = {
 _INTRODUCTION = """# Node types
 
 graphengine has {total} node types. A graph file names a type by its registered name or by the last part of this name. `Isaac`,
-`ROS2` or `Ogn` at the beginning of the last part may be left out: `PublishClock` is `isaacsim.ros2.bridge.ROS2PublishClock`.
-`graphrun nodes NAME` prints the same descriptions, and `graphrun nodes --search wheel` finds types. Each description ends with
-a small graph that `graphrun check` accepts; `/dd100` in this graph stands for the prim of a robot."""
+`ROS2` or `Ogn` at the beginning of the last part can be left out: `PublishClock` is `isaacsim.ros2.bridge.ROS2PublishClock`.
+`graphrun nodes NAME` prints the same descriptions, and `graphrun nodes --search wheel` finds types. The node in Isaac Sim does
+not have the ports that are marked as "extension". Each description ends with a small graph that `graphrun check` accepts;
+`/dd100` in this graph stands for the prim of a robot."""
 
 _KINDS = (
     ("data", "has no execution ports; it is computed when a node that is executed reads its outputs"),
@@ -147,7 +148,5 @@ def _page(family: Family, types: list[type[Node]], used: dict[str, list[str]]) -
         yield from description(cls)
         yield from ("", "```yaml", *example_of(cls).splitlines(), "```")
         if graphs := used.get(cls.type_name):
-            yield from (
-                "",
-                f"These commands show graphs that use it: {', '.join(code(f'graphrun show {graph}') for graph in graphs[:4])}.",
-            )
+            shown = ", ".join(code(f"graphrun show {graph}") for graph in graphs[:4])
+            yield from ("", f"These commands show graphs that use the node type: {shown}.")

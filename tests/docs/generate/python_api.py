@@ -13,12 +13,12 @@ from graphengine.format.stateful import Stateful
 
 _INTRODUCTION = """# Python API
 
-`import graphengine as ge` offers the names of the first section. `help(ge.Session)` prints the same texts. Units are SI, and
-times are in simulation time, unless a text says otherwise.
+After `import graphengine as ge`, the names of the first section begin with `ge.`, as in `ge.load`. `help`, as in
+`help(ge.Session)`, prints the same texts. Units are SI, and times are in simulation time, unless a text says otherwise.
 """
 _MODULES = {
     "graphengine": "Scenes, sessions, robots and topics.",
-    "graphengine.node": "The classes of nodes of your own.",
+    "graphengine.node": "Classes with which you write your own node types.",
     "graphengine.testing": "Tools for tests of nodes and graphs.",
 }
 

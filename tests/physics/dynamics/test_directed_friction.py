@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
@@ -275,7 +275,6 @@ def _random_contacts(seed: int) -> tuple[list[Any], list[Any]]:
     return [geoms, frames, frictions], [rotations(3), row_of, np.array([0, 1, 2, 2]), directions, ratios]
 
 
-@settings(deadline=None)  # machines are shared
 @given(st.integers(0, 2**32))
 def test_tangents_lie_in_the_contact_plane_and_friction_is_never_greater_than_before(seed: int) -> None:
     (geoms, frames, frictions), (rotations, row_of, bodies, directions, ratios) = _random_contacts(seed)
@@ -299,7 +298,6 @@ def test_tangents_lie_in_the_contact_plane_and_friction_is_never_greater_than_be
         assert frictions[contact, 1] <= max(mixed[contact, 0], 1e-5) * (1 + 1e-12)
 
 
-@settings(deadline=None)  # the first example waits for the compiler
 @given(st.integers(0, 2**32))
 def test_the_machine_code_turns_contacts_as_python_does_to_the_last_bit(seed: int) -> None:
     found = []

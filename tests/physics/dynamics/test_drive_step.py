@@ -98,7 +98,7 @@ def moves(train: Drivetrain, seed: int, steps: int) -> list[list[bytes]]:
     return found
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(st.integers(0, 2**32), st.integers(1, 40), st.sampled_from(["0 0 -9.81", "0.7 -1.1 -9.2", "0 0 0"]))
 @example(1, 300, "0 0 -9.81")
 @example(2, 150, "3 -4 -5")

@@ -48,7 +48,7 @@ def step(model: mujoco.MjModel, data: mujoco.MjData, limits: ForceLimits, target
     mujoco.mj_step1(model, data)
 
 
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=50)
 @given(
     st.floats(1e-3, 10),
     st.floats(1e-2, 1e6),
@@ -80,7 +80,7 @@ def test_what_gravity_takes_is_a_part_of_the_force() -> None:
             assert -1.5 * (data.qvel[0] - before) / STEP == pytest.approx(expected, rel=1e-3)
 
 
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=50)
 @given(st.floats(0.01, 1), st.floats(0.1, 1000), st.floats(0, 1e4), st.floats(1, 100), st.sampled_from([-1.0, 1.0]))
 def test_a_joint_held_fast_is_pushed_with_the_maximum_force(
     inertia: float, damping: float, stiffness: float, most: float, sign: float

@@ -36,7 +36,7 @@ def crane(project: Project, drive: str, more: str = "", effort: float = 40.0) ->
     return project.robot(f"joints: {{arm_joint: {{start: {START}, drive: {{{drive}}}}}}}\n{more}")
 
 
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=50)
 @given(st.lists(st.floats(-2, 2), min_size=17, max_size=17), st.sampled_from(["", ' gravcomp="1"']))
 def test_the_compensation_is_what_holds_the_links_beyond_a_joint(places: list[float], weightless: str) -> None:
     model = mujoco.MjModel.from_xml_string(CHAIN.format(weightless))

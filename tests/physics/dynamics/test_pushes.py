@@ -7,7 +7,7 @@ from fractions import Fraction
 
 import mujoco
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from graphengine.devices.rotation import Vector3
@@ -18,7 +18,6 @@ from tests.physics.dynamics.things import BALL, SHELF, SPACE, add, run, world
 from tests.physics.harness import Project
 
 
-@settings(deadline=None)
 @given(duration=st.floats(1e-4, 0.5), force=st.tuples(*[st.floats(-100, 100)] * 3))
 def test_the_impulse_of_a_push_is_force_times_duration(duration: float, force: Vector3) -> None:
     model = mujoco.MjModel.from_xml_string(f"<mujoco>{SPACE}<worldbody>{BALL}</worldbody></mujoco>")

@@ -385,7 +385,7 @@ TREES = st.recursive(
 )
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=150)
 @given(kind=st.sampled_from(sorted(READERS)), inside=st.lists(TREES, max_size=4), around=TREES)
 def test_an_import_survives_whatever_a_sensor_says(
     tmp_path_factory: pytest.TempPathFactory, kind: str, inside: list[str], around: str

@@ -77,7 +77,7 @@ orientations = st.one_of(upright, lying, turned, nearly_upright, tilted)
 
 
 @pytest.mark.parametrize("kind", ["box", "sphere", "ellipsoid", "capsule", "cylinder", "mesh"])
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(data=st.data())
 def test_a_cell_is_occupied_exactly_when_its_prism_overlaps_the_body(kind: str, data: st.DataObject) -> None:
     size = data.draw(st.tuples(lengths, lengths, lengths), "size")
@@ -242,7 +242,7 @@ def height_at(model: mujoco.MjModel, data: mujoco.MjData, x: float, y: float) ->
 
 
 @given(st.tuples(st.integers(-8, 8), st.integers(-8, 8)))
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 def test_what_moves_by_whole_cells_moves_on_the_map(shift: tuple[int, int]) -> None:
     columns, rows = shift
     geom = 'type="cylinder" size="0.3 0.2" pos="{} {} 0.4" quat="1 0.3 0.2 0.1"'

@@ -71,7 +71,7 @@ def test_all_that_a_profile_may_say_can_be_drawn(fov: float, clip: tuple[float, 
 
 
 @needs_opengl
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=15)
 @given(st.floats(0.3, 20.0), st.floats(0.0005, 0.05))
 def test_the_clip_range_is_exact(distance: float, margin: float) -> None:
     wall = f'<geom type="box" size=".1 50 50" pos="{distance + 0.1} 0 1"/>'

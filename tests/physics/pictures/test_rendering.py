@@ -20,7 +20,7 @@ from tests.physics.pictures.harness import EYE, camera_of, filming, needs_opengl
 pytestmark = needs_opengl
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 @given(st.floats(1.0, 6.0), st.floats(-0.8, 0.8), st.floats(-0.6, 0.6))
 def test_a_known_point_is_where_the_intrinsics_project_it(depth: float, right: float, down: float) -> None:
     x, y, z = depth, -right * depth, EYE[2] - down * depth
@@ -78,7 +78,7 @@ JUMBLE = """</worldbody>
 <worldbody><geom type="plane" size="0 0 1"/>"""
 
 
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=15)
 @given(seed=st.integers(0, 2**32 - 1))
 def test_what_is_out_of_sight_is_left_out_and_the_picture_is_the_same(seed: int) -> None:
     generator, parts = np.random.default_rng(seed), JUMBLE

@@ -57,7 +57,7 @@ def test_forces_from_above_and_below_are_summed_as_vectors(body: str, weight: fl
     assert tick(sensing(STACK, body), 120) == pytest.approx(weight, rel=1e-3)
 
 
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=15)
 @given(height=st.floats(0.11, 0.6), substeps=st.integers(1, 8))
 def test_forces_add_up_to_the_momentum_of_an_impact(height: float, substeps: int) -> None:
     # What the floor gave a ball in a second is what it weighs in a second, and the change of its momentum.

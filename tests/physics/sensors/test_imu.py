@@ -114,7 +114,7 @@ def test_on_a_turntable_it_reads_w_squared_r_towards_the_axis(w: float) -> None:
     assert sample.angular_velocity == pytest.approx((0.0, 0.0, w))
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 @given(rate=st.sampled_from([7.0, 20.0, 59.0, 60.0, 100.0, 1000.0]), height=st.floats(0.15, 0.5))
 def test_samples_add_up_to_the_change_of_velocity_shocks_included(rate: float, height: float) -> None:
     imu = carried(FREE.format(height=height, shape="sphere"), floor=True, rate=rate)

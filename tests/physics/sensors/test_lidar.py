@@ -100,7 +100,7 @@ def test_what_is_too_near_or_too_far_is_no_return() -> None:
     np.testing.assert_array_equal(scan.intensities > 0, returned)
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(
     st.decimals("0.5", "120", places=2), st.decimals("1", "240", places=2), st.integers(1, 400), st.integers(1, 10**6)
 )

@@ -147,7 +147,7 @@ def jumble(generator: np.random.Generator, count: int = 25) -> World:
 
 
 @needs_numba
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(seed=st.integers(0, 2**32 - 1))
 def test_every_shape_is_met_where_mj_ray_meets_it_from_outside_and_from_inside(seed: int) -> None:
     generator = np.random.default_rng(seed)
