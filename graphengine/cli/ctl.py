@@ -16,6 +16,7 @@ from graphengine.cli.common import clean, counted, parse_set, table
 from graphengine.cli.quantities import angle, duration, number, rate, vector, whole
 from graphengine.control.client import Client, find
 from graphengine.control.runs import Entry
+from graphengine.devices.rotation import yaw_of
 from graphengine.format.errors import ControlError
 from graphengine.format.wording import listing
 
@@ -310,7 +311,6 @@ def _show(entry: Entry, state: dict[str, Any], *, robots: bool) -> None:
 
 def _robot(robot: dict[str, Any]) -> tuple[str, str, str, str]:
     """Return the cells of a robot in the table: name, namespace, position (m) with yaw (deg), and `spawned` or nothing."""
-    (x, y, _), (qx, qy, qz, qw) = robot["position"], robot["orientation"]
-    yaw = math.degrees(math.atan2(2.0 * (qw * qz + qx * qy), 1.0 - 2.0 * (qy * qy + qz * qz)))
+    (x, y, _), yaw = robot["position"], math.degrees(yaw_of(robot["orientation"]))
     place = f"at ({x:z.2f}, {y:z.2f}) m, yaw {yaw:z.0f} deg"
     return robot["name"], f"/{robot['namespace']}", place, "spawned" if robot["spawned"] else ""
