@@ -99,8 +99,12 @@ def _base(pose: Pose, begin: Pose, placed: float) -> list[str]:
 
 
 def _joints(sim: Session, robot: RobotInstance) -> list[str]:
-    """Return which joints without a drive hang, and which drives sag under the weight of the links that they hold."""
+    """Return which joints without a drive hang, and which drives sag under the weight of the links that they hold.
+
+    Joints with a velocity drive have no position to hold.
+    """
     from graphengine.api.robots import find_robot
+    from graphengine.physics.model.drives import Drive
 
     held = sim._runner.session.services.world.articulation(find_robot(sim._runner, robot.name))
     targets = dict(zip(held.joint_names, held.set_points()[0].tolist(), strict=True))
@@ -110,7 +114,11 @@ def _joints(sim: Session, robot: RobotInstance) -> list[str]:
         described = robot.urdf.joints[name]
         if math.isfinite(targets[name]):
             sagging.append((name, joint.position - targets[name]))
-        elif described.mimic is None and (described.limits is not None or robot.disabled.free_link is None):
+        elif (
+            robot.drives.get(name, Drive()).servo(name, "velocity") is None
+            and described.mimic is None
+            and (described.limits is not None or robot.disabled.free_link is None)
+        ):
             hanging.append((name, joint.position - robot.starts.get(name, 0.0)))
     without = "joints without a drive hang, rad or m: {}; --position-drives holds joints that take efforts"
     if robot.urdf.mjcf is not None:

@@ -130,15 +130,17 @@ def execute(arguments: argparse.Namespace) -> int:
 
 
 def corrections(imported: Imported, robot_file: Path) -> list[str]:
-    """Measure the track of a skid-steered robot in test drives, write it into its file, and return lines that say so."""
-    from graphengine.api.calibration.arc_track import correct_track
+    """Measure the track of a skid-steered robot in test drives, and arcs at its limits; return lines on what was written."""
+    from graphengine.api.calibration.arc_track import correct_track, lower_turn
 
     told = imported.draft.controller_track
     if told is None or not imported.free:
         return []
     with progress("measuring the track"):
         try:
-            return [correct_track(robot_file, imported.robot.name, imported.lift, imported.outside, told=told)]
+            robot = robot_file, imported.robot.name, imported.lift, imported.outside
+            track = correct_track(*robot, told=told)
+            return [track, *lower_turn(*robot, guessed=imported.draft.guessed_turn)]
         except GraphError as error:
             return [f"track: not measured: {str(error).splitlines()[0]}"]
 

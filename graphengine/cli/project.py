@@ -142,7 +142,8 @@ class Project:
         for path, source in imported.copies.items():
             self._contents[path] = source.read_bytes()
         world = WORLDS[self.world or ("table" if is_arm(imported) else "flat")]
-        place = (*world.stand, imported.lift) if imported.free else world.mount
+        x, y, z = (*world.stand, imported.lift) if imported.free else world.mount
+        place = (x, y, z + imported.rise)
         more = ROS2_CONTROL if self._add_ros2_control(imported) else ""
         self._add_rest(f"the robot of {imported.draft.source}", skills_of(imported), world, place, more)
 

@@ -1,6 +1,6 @@
 """How an arm holds a pose, follows a trajectory and answers goals: `python -m tests.bench.arm_figures SCENE [--flange LINK]`.
 
-SCENE has one robot with the graph `arm/trajectory`, which starts in the pose to measure. The trajectory has 50 points with
+SCENE has one robot with a graph `arm/trajectory`, which starts in the pose to measure. The trajectory has 50 points with
 positions and velocities; each joint swings about its start at half its speed limit. Errors are those at the time of a point, of
 the joint with the largest. The payload is a point of 1 kg at the flange, unknown to the arm's gravity compensation. Prints JSON.
 """
@@ -64,7 +64,8 @@ class Arm:
         world = loaded_of(scene).world
         assert world is not None
         description = world.robots[self.robot.name]
-        (graph,) = (each for each in description.spec.graphs.values() if each.use.endswith("arm/trajectory.yaml"))
+        arms = [each for each in description.spec.graphs.values() if each.use.endswith("arm/trajectory.yaml")]
+        graph = max(arms, key=lambda each: len(each.parameters["joints"]))  # a gripper may have such a graph, too
         self.joints = tuple(graph.parameters["joints"])
         self.controller = f"/{graph.parameters.get('controller', 'joint_trajectory_controller')}"
         self.action = f"{self.controller}/follow_joint_trajectory/_action"

@@ -27,7 +27,7 @@ from graphengine.api.calibration.figures import Twist
 from graphengine.api.calibration.flat_scene import on_flat_floor
 from graphengine.api.calibration.measuring import mean_velocity
 from graphengine.api.calibration.omni_geometry import is_oblique
-from graphengine.api.calibration.robot_interface import ACKERMANN, find_command, known_wheel_base, limit_of
+from graphengine.api.calibration.robot_interface import find_command, inputs_named, known_wheel_base, limit_of
 from graphengine.api.calibration.wheel_geometry import WheelMeter
 from graphengine.api.run_options import RunOptions
 from graphengine.api.runner import Runner
@@ -76,7 +76,7 @@ class Base:
             raise SystemExit("no graph of the robot takes velocity commands")
         instance = scene.world.robots[robot]
         self.sim = sim
-        self.car = command.type == ACKERMANN or limit_of(scene, "maxWheelRotation") < math.inf
+        self.car = any(inputs_named(scene, "maxWheelRotation"))
         self.wheel_base = known_wheel_base(scene) or WheelMeter.described_wheel_base(instance)
         self.steering = limit_of(scene, "maxWheelRotation")
         self.drives = DriveRecorder(sim, robot, command, (), self.wheel_base)
@@ -130,7 +130,7 @@ def _limits(scene: LoadedScene, robot: RobotInstance) -> Limits:
     rim = limit_of(scene, "maxWheelSpeed", "maxWheelVelocity") * limit_of(scene, "wheelRadius", "backWheelRadius")
     track, brakes = limit_of(scene, "wheelDistance"), limit_of(scene, "maxDeceleration", "acceleration")
     lever = track / 2
-    if track == math.inf:  # a base with mecanum or omni wheels, whose drives have the ramps
+    if any(inputs_named(scene, "mecanumAngles")):  # mecanum or omni wheels, whose drives have the ramps
         joints = [robot.urdf.joints[name] for name, drive in robot.drives.items() if drive.max_acceleration < math.inf]
         places = [robot.urdf.pose_in_root(joint.child)[0] for joint in joints]
         axes = robot.urdf.axes_in_root()
@@ -218,20 +218,23 @@ def _share(base: Base, twist: Twist) -> tuple[float, float]:
 
 
 BOUND = 0.05
-"""Largest deviation of a speed or turn rate from the command, as a share."""
+"""Largest deviation of a speed or turn rate from the command, as a share; a skid-steered base may be faster in arcs."""
 SKID_TURN = 0.1
 """Largest deviation of the turn rate of a skid-steered base."""
 WAY = 1.2
 """Largest way to stop, as a multiple of v^2 / 2a."""
+DRIVES = ("straight", "sideways", "arc_0.3", "arc_1.0", "slope_up", "slope_across")
+"""The figures that are speeds."""
 
 
 def outside(found: dict[str, Any], *, skid: bool) -> list[str]:
     """The names of the figures that are out of bounds."""
+    bad = []
+    for name in (name for name in DRIVES if name in found):
+        most = math.inf if skid and name.startswith("arc") else 1.0 + BOUND
+        if not all(1.0 - BOUND <= share <= most for share in _values(found[name])):
+            bad.append(name)
     turns = [name for name in found if name == "spot" or name.endswith(("_turn", "_spot"))]
-    drives = [
-        name for name in found if name in ("straight", "sideways", "arc_0.3", "arc_1.0", "slope_up", "slope_across")
-    ]
-    bad = [name for name in drives if not all(abs(share - 1.0) <= BOUND for share in _values(found[name]))]
     bound = SKID_TURN if skid else BOUND
     bad += [name for name in turns if not all(abs(share - 1.0) <= bound for share in _values(found[name]))]
     return [*bad, *(["stop"] if "stop" in found and not found["stop"] <= WAY else [])]

@@ -56,7 +56,7 @@ def measure(robot: Robot, clones: Path, folder: Path) -> dict[str, dict[str, Any
     }
     rows = {}
     if "graphs/base/" in (scene.parent / "robots" / scene.name).read_text(encoding="utf-8"):
-        skid = "skid-steered" in made.stdout
+        skid = "base: skid-steered" in made.stdout
         rows["base"] = row | _base(scene, folder / project, skid=skid)
     elif kind == "base":
         rows["base"] = row | {"result": f"not driven: {_last_remark(made.stdout, 'noticed: nothing moves')}"}
@@ -104,7 +104,7 @@ def _base(scene: Path, log: Path, *, skid: bool) -> dict[str, Any]:
         "creep": f"{found['creep_across']:.1f}",
         "stop": f"{found['stop']:.2f}" if "stop" in found else "no limit",
         "odometry": _odometry(calibrated["odometry"]),
-        "result": "as told" if not bad else f"not: {', '.join(bad)}",
+        "result": "in bounds" if not bad else f"out of bounds: {', '.join(NAMES[name] for name in bad)}",
     }
 
 
@@ -178,6 +178,20 @@ def _odometry(found: list[dict[str, Any]]) -> str:
     return f"{1000 * wheels[0]['distance_error']:.1f} mm/m" + (f", {turn:.3f} rad a turn" if turn is not None else "")
 
 
+NAMES = {
+    "straight": "straight",
+    "sideways": "sideways",
+    "arc_0.3": "speed in arcs at 0.3",
+    "arc_1.0": "speed in arcs at the limits",
+    "slope_up": "up the slope",
+    "slope_across": "across the slope",
+    "spot": "on the spot",
+    "slope_spot": "on the spot on the slope",
+    "arc_0.3_turn": "turn rate in arcs at 0.3",
+    "arc_1.0_turn": "turn rate in arcs at the limits",
+    "stop": "stop",
+}
+"""The figures of tests/bench/base_figures.py that have bounds, for people."""
 BASES = {
     "robot": "robot",
     "kinematics": "kinematics",
@@ -192,7 +206,7 @@ BASES = {
     "stop": "way to stop from full speed, v²/2a",
     "odometry": "odometry error",
     "check": "`check --strict`",
-    "result": "as told",
+    "result": "within the bounds above",
     "seconds": "import and test, s",
 }
 ARMS = {

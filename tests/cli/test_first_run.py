@@ -91,6 +91,18 @@ def test_joints_that_take_efforts_hang_unless_they_get_position_drives(graphrun:
     assert "FollowJointTrajectory" in Path("bot/README.md").read_text()
 
 
+def test_a_velocity_drive_that_yields_does_not_count_as_no_drive(graphrun: Graphrun) -> None:
+    """1 kg at 0.5 m with 10 N m s/rad moves by about 1 rad in 2 s."""
+    ball = BALL.replace("<geometry>", '<origin xyz="0.5 0 0"/><geometry>')
+    text = bolted(arm(1, "plate").replace(BALL, ball), interfaces(joint_1="velocity"))
+    Path("bot.urdf").write_text(text)
+    graphrun("new", "bot", "--from", "bot.urdf", code=0, err="")
+    file = Path("bot/robots/bot.yaml")
+    file.write_text(re.sub(r"damping: [\d.]+", "damping: 1.0", file.read_text()))
+    assert "damping: 1.0" in file.read_text()
+    assert not any("without a drive" in line for line in first_run(Path("bot/bot.yaml"), "bot", holds=False))
+
+
 def test_a_model_of_mujoco_has_its_own_drives(graphrun: Graphrun) -> None:
     Path("bot.xml").write_text(SAGGING)
     graphrun(
@@ -105,10 +117,17 @@ def test_a_model_of_mujoco_has_its_own_drives(graphrun: Graphrun) -> None:
 
 
 def test_a_robot_that_starts_inside_the_world_is_said_to(graphrun: Graphrun) -> None:
-    """In the table, on which the arm is mounted."""
-    sunk = BALL.replace("<geometry>", '<origin xyz="0.2 0 -0.12"/><geometry>')
-    first, *_ = run_of(graphrun, bolted(arm(3, "plate").replace(BALL, sunk, 1)))
+    """In a cube on the table, on which the arm is mounted."""
+    inside = BALL.replace("<geometry>", '<origin xyz="0.38 -0.36 -0.08"/><geometry>')
+    first, *_ = run_of(graphrun, bolted(arm(3, "plate").replace(BALL, inside, 1)))
     assert first.startswith("at the start, bot touches ")
+
+
+def test_an_arm_whose_colliders_reach_below_its_base_is_mounted_higher(graphrun: Graphrun) -> None:
+    """Its ball of 30 mm is 120 mm below the first joint, which is 100 mm above the base."""
+    low = BALL.replace("<geometry>", '<origin xyz="0.2 0 -0.12"/><geometry>')
+    assert not any("touches" in line for line in run_of(graphrun, bolted(arm(3, "plate").replace(BALL, low, 1))))
+    assert "position: [0, 0, 0.8]" in Path("bot/bot.yaml").read_text()
 
 
 def test_a_line_names_the_worst_joints_up_to_a_number() -> None:

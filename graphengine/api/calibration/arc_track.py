@@ -1,10 +1,11 @@
-"""Finds the track with which a base turns as commanded on arcs, and writes it into the robot's files."""
+"""Finds the track and the limit of the turn rate with which a skid-steered base drives arcs as commanded, and writes them."""
 
 from __future__ import annotations
 
 import math
 import tempfile
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 
 from graphengine.api.calibration.drive_recorder import DriveRecorder, FallenError
@@ -13,7 +14,7 @@ from graphengine.api.calibration.flat_scene import WORLD
 from graphengine.api.calibration.full_speed import limits_of, slow_arc
 from graphengine.api.calibration.measuring import is_steady, mean_velocity
 from graphengine.api.calibration.robot_interface import find_command, inputs_named
-from graphengine.api.calibration.write_back import write_figures
+from graphengine.api.calibration.write_back import write_figures, write_input
 from graphengine.api.run_options import RunOptions
 from graphengine.api.runner import Runner
 from graphengine.api.session import Checkpoint, Session
@@ -27,6 +28,10 @@ EXACT = 0.005
 ACCEPTED = 0.05
 """Largest relative difference in the turn rate for which the track of the description's controller is kept."""
 _RUNS = 5
+AHEAD, TURNED = 0.05, 0.1
+"""Largest relative differences in speed and turn rate that arcs at the limits may have."""
+_LOWER = 0.8
+"""Factor by which the limit of the turn rate is lowered until arcs at the limits are as commanded."""
 
 
 def correct_track(robot_file: Path, name: str, lift: float, allowed: Sequence[Path], *, told: bool) -> str:
@@ -42,6 +47,38 @@ def correct_track(robot_file: Path, name: str, lift: float, allowed: Sequence[Pa
     Raises:
         CheckError: the robot has errors.
     """
+    with _on_flat_floor(robot_file, name, lift, allowed) as scene:
+        try:
+            return _correct(scene, name, told=told)
+        except FallenError as error:
+            return f"track: not measured, because {error}"
+
+
+def lower_turn(robot_file: Path, name: str, lift: float, allowed: Sequence[Path], *, guessed: bool) -> list[str]:
+    """Drive an imported skid-steered robot on arcs at its limits, and return lines on arcs that are not as commanded.
+
+    If the turn rate's limit was guessed, it is lowered in the robot's file until the arcs are as commanded.
+
+    Args:
+        robot_file: robot file with the track that `correct_track` has written.
+        name: name of the robot.
+        lift: height of the root link on the floor, m.
+        allowed: folders outside of the project that the robot uses.
+        guessed: whether the limit of the turn rate may be lowered, because the description does not give it.
+
+    Raises:
+        CheckError: the robot has errors.
+    """
+    with _on_flat_floor(robot_file, name, lift, allowed) as scene:
+        try:
+            return _lower(scene, name, guessed=guessed)
+        except FallenError as error:
+            return [f"arcs at the limits: {error}"]
+
+
+@contextmanager
+def _on_flat_floor(robot_file: Path, name: str, lift: float, allowed: Sequence[Path]) -> Iterator[LoadedScene]:
+    """Yield a scene with a robot on a flat floor."""
     place = robot_file.absolute()
     robot = {"use": str(place), "position": [0.0, 0.0, lift]}
     data = {"format": 1, "scene": "track", "world": WORLD, "settle": True, "robots": {name: robot}}
@@ -51,10 +88,7 @@ def correct_track(robot_file: Path, name: str, lift: float, allowed: Sequence[Pa
         outside = [place.parent, *([place.parent.parent] if place.parent.name == "robots" else []), *allowed]
         scene = load(path, Options(allowed=[each.absolute() for each in outside], rays="mujoco"))
         scene.findings.raise_errors()
-        try:
-            return _correct(scene, name, told=told)
-        except FallenError as error:
-            return f"track: not measured, because {error}"
+        yield scene
 
 
 def _correct(scene: LoadedScene, name: str, *, told: bool) -> str:
@@ -68,7 +102,7 @@ def _correct(scene: LoadedScene, name: str, *, told: bool) -> str:
         drives = DriveRecorder(sim, name, command, (), None)
         mark, factor = sim.checkpoint(), 1.0
         for run in range(_RUNS):
-            reached = sum(_turn_rate(sim, drives, mark, speed, sign * factor * turn) * sign for sign in (1, -1)) / 2
+            reached = _arc(sim, drives, mark, speed, factor * turn)[1]
             if run == 0 and told and abs(reached / turn - 1.0) <= ACCEPTED:
                 return f"track: {found[0]:.4g} m of the controller, with which it turns at {reached / turn:.1%} of commands"
             if reached < 0.1 * turn:
@@ -81,12 +115,42 @@ def _correct(scene: LoadedScene, name: str, *, told: bool) -> str:
     return f"track: {result.track:.4g} m, with which the robot turns as commanded on arcs of {speed:.3g} m/s, {turn:.3g} rad/s"
 
 
-def _turn_rate(sim: Session, drives: DriveRecorder, mark: Checkpoint, speed: float, turn: float) -> float:
-    """Return the turn rate that the robot reaches on an arc, rad/s."""
-    sim.restore(mark)
-    drives.begin()
-    command = Twist(x=speed, yaw=turn)
-    drives.drive_until(command, lambda trace: is_steady(trace, 2, turn), 10.0)
-    begin = drives.rows - 1
-    drives.drive(command, 2.0)
-    return mean_velocity(drives.trace().part(begin)).yaw
+def _lower(scene: LoadedScene, name: str, *, guessed: bool) -> list[str]:
+    command, (speed, turn) = find_command(scene.claims, None), limits_of(scene)
+    if command is None or not 0.0 < max(speed, turn) < math.inf:
+        return []
+    first, outcome = turn, ""
+    with Session(Runner(scene, RunOptions(domain=0))) as sim:
+        drives = DriveRecorder(sim, name, command, (), None)
+        mark = sim.checkpoint()
+        for _ in range(_RUNS):
+            speed, turn = limits_of(scene, turn)
+            ahead, rate = _arc(sim, drives, mark, speed, turn)
+            good = abs(ahead / speed - 1.0) <= AHEAD and abs(rate / turn - 1.0) <= TURNED
+            reached = f"{ahead / speed:.0%} of the speed and {rate / turn:.0%} of the turn rate"
+            outcome = (
+                outcome or f"on arcs of {speed:.3g} m/s and {turn:.3g} rad/s, it slides outwards and reaches {reached}"
+            )
+            if good or not guessed:
+                break
+            turn *= _LOWER
+    if turn == first:
+        return [] if good else [f"limits too high for the skid-steered base: {outcome}; lower `turn` of its graph"]
+    turn = float(f"{turn:.3g}")
+    write_input(scene, name, "maxAngularSpeed", turn, f"lowered from {first:.4g}, with which the robot slides outwards")
+    return [f"limit of the skid-steered base: turn {turn:g} rad/s in place of {first:.4g} rad/s: {outcome}"]
+
+
+def _arc(sim: Session, drives: DriveRecorder, mark: Checkpoint, speed: float, turn: float) -> tuple[float, float]:
+    """Return the speed (m/s) and turn rate (rad/s) that the robot reaches on an arc, as means of a left and a right arc."""
+    means = []
+    for sign in (1, -1):
+        sim.restore(mark)
+        drives.begin()
+        command = Twist(x=speed, yaw=sign * turn)
+        drives.drive_until(command, lambda trace, rate=sign * turn: is_steady(trace, 2, rate), 10.0)  # type: ignore[misc]
+        begin = drives.rows - 1
+        drives.drive(command, 2.0)
+        means.append(mean_velocity(drives.trace().part(begin)))
+    left, right = means
+    return (left.x + right.x) / 2, (left.yaw - right.yaw) / 2

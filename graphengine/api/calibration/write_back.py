@@ -96,6 +96,28 @@ def write_figures(scene: LoadedScene, calibration: Calibration) -> tuple[list[Ch
     return written, notes
 
 
+def write_input(scene: LoadedScene, robot: str, name: str, value: float, comment: str) -> bool:
+    """Write a number into the robot's file that sets an input of its graphs; return whether a file sets it.
+
+    Args:
+        scene: scene with the robot.
+        robot: name of the robot.
+        name: name of the input, which is no array.
+        value: new value.
+        comment: comment beside the value.
+    """
+    assert scene.world is not None
+    file = scene.world.robots[robot].file
+    for graph, instance, _, _ in inputs_named(scene, name):
+        place = _find_place(graph, instance, name, None, file) if graph.name.partition("/")[0] == robot else None
+        if place is not None:
+            path = Path(place.document.source.path)
+            text = set_value(path.read_bytes().decode("utf-8-sig"), place.location, value, comment)
+            write_together({path: text.encode()})
+            return True
+    return False
+
+
 def find_changes(scene: LoadedScene, calibration: Calibration) -> tuple[list[Change], list[str]]:
     """Return a change for each input whose value differs from the measured one, and notes on inputs that cannot be written."""
     assert scene.world is not None

@@ -93,7 +93,7 @@ def robot_facts(scene: LoadedScene, robot: RobotInstance) -> RobotFacts:
     claims = _claims_of(scene, robot)
     missing: list[str] = []
     command = _command(claims, missing)
-    odometry = _first(claims, "publish", ODOMETRY)
+    odometry = _odometry(scene, claims)
     if odometry is None:
         missing.append("no nav_msgs/Odometry: publish it with ROS2PublishOdometry, as graphs/wheel_odometry.yaml does")
     edges = _edges(claims)
@@ -150,6 +150,16 @@ def unknown_covariances(scene: LoadedScene, robot: RobotFacts) -> Iterator[str]:
     (claim,) = [
         claim for claim in scene.claims if claim.topic == robot.odometry_topic and claim.direction == "publish"
     ][:1]
+    for node in _nodes_without_covariances(scene, claim):
+        yield (
+            f"the covariances of {claim.topic} are all zero: AMCL ignores them, but robot_localization takes the "
+            "odometry for exact; publish wheel odometry with its covariances, as graphs/wheel_odometry.yaml does, or set "
+            f"poseCovariance and twistCovariance of {node}"
+        )
+
+
+def _nodes_without_covariances(scene: LoadedScene, claim: EndpointClaim) -> Iterator[str]:
+    """Yield the name of the ROS2PublishOdometry node of an endpoint if this node publishes covariances of zero."""
     for graph in scene.planned:
         for instance in graph.instances:
             if f"{graph.prim_path}/{instance.id}" != claim.node or instance.cls.type_name != _ODOMETRY_NODE:
@@ -157,11 +167,13 @@ def unknown_covariances(scene: LoadedScene, robot: RobotFacts) -> Iterator[str]:
             ports = ("pose_covariance", "twist_covariance")
             wired = any((instance.id, instance.cls.fields[port].name) in graph.wired_ports for port in ports)
             if not wired and not any(np.any(instance.value(port)) for port in ports):
-                yield (
-                    f"the covariances of {claim.topic} are all zero: AMCL ignores them, but robot_localization takes the "
-                    "odometry for exact; publish wheel odometry with its covariances, as graphs/wheel_odometry.yaml does, or set "
-                    f"poseCovariance and twistCovariance of {graph.name}/{instance.id}"
-                )
+                yield f"{graph.name}/{instance.id}"
+
+
+def _odometry(scene: LoadedScene, claims: Sequence[EndpointClaim]) -> EndpointClaim | None:
+    """Return the first odometry with covariances, or else the first odometry, such as the true motion."""
+    found = [claim for claim in claims if claim.direction == "publish" and claim.message_type == ODOMETRY]
+    return min(found, key=lambda claim: any(_nodes_without_covariances(scene, claim)), default=None)
 
 
 def _claims_of(scene: LoadedScene, robot: RobotInstance) -> list[EndpointClaim]:

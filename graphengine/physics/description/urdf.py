@@ -160,6 +160,17 @@ class Urdf:
         """Mass of all links, kg."""
         return sum(link.mass for link in self.links.values())
 
+    def centre_of_mass(self) -> Vector3:
+        """Return the centre of mass in the root link's frame, m, with all joints at position zero; the origin without mass."""
+        x = y = z = 0.0
+        for link in self.links.values():
+            inertial = link.element.first("inertial")
+            pose = (origin_of(inertial) if inertial is not None else None) or NOWHERE
+            place, _ = compose(self.pose_in_root(link.name), pose)
+            share = link.mass / self.mass if self.mass else 0.0
+            x, y, z = x + share * place[0], y + share * place[1], z + share * place[2]
+        return x, y, z
+
     def depth_first(self, start: str = "") -> Iterator[UrdfLink]:
         """Yield a link (by default the root) and all links below it, depth first; parents come before their children."""
         pending = [self.links[start or self.root]]

@@ -35,6 +35,14 @@ _COUNTS = {
     "color": {"rgba": 4},
 }
 """Required number of numbers in numeric attributes, by element tag and attribute name."""
+_SINGLE = {
+    "link": ("inertial",),
+    "joint": ("origin", "parent", "child", "axis", "limit", "dynamics", "mimic"),
+    "inertial": ("origin", "mass", "inertia"),
+    "collision": ("origin", "geometry"),
+    "visual": ("origin", "geometry"),
+}
+"""Tags of the child elements that an element can have only once, by its own tag; ROS reads the first of several."""
 _IN_WORDS = {1: "a number", 3: "three numbers", 4: "four numbers"}
 
 
@@ -45,6 +53,8 @@ def read_urdf(root: Element, packages: Packages, findings: Findings) -> Urdf | N
         return None
     before = len(findings.errors)
     for owner in root.children:
+        if owner.tag in _SINGLE:
+            _leave_first_parts(owner, findings)
         if owner.tag == "link":
             _leave_one_shape(owner, findings)
         if owner.tag in ("link", "joint", "material"):
@@ -117,6 +127,20 @@ def _check_shape(part: Element, link: str, findings: Findings) -> None:
     elif shape.tag not in SHAPES:
         near = did_you_mean(shape.tag, SHAPES) or listing(SHAPES)
         findings.add("S103", f"link {link!r}: unknown shape {shape.tag[:40]!r}", shape.span, near)
+
+
+def _leave_first_parts(owner: Element, findings: Findings) -> None:
+    """Remove repeated child elements of a link or joint that can have only one of them, as ROS does; keep the first."""
+    for element in owner.walk():
+        for tag in _SINGLE.get(element.tag, ()):
+            first, *more = element.all(tag) or [element]
+            if more:
+                where = f" in <{element.tag}>" if element is not owner else ""
+                text = f"{owner.tag} {owner.get('name')!r}: only the first of {1 + len(more)} <{tag}>{where} counts"
+                findings.add(
+                    "N103", text, more[0].span, f"delete the other <{tag}>", related=[(first.span, "first here")]
+                )
+                element.children = [child for child in element.children if child not in more]
 
 
 def _leave_one_shape(link: Element, findings: Findings) -> None:

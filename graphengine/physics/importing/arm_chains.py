@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Collection
+from collections.abc import Collection, Mapping, Sequence
 
 from graphengine.physics.description.urdf import Urdf, UrdfJoint
 
@@ -65,17 +65,34 @@ def _above(urdf: Urdf, joint: UrdfJoint) -> list[str]:
 def _hands(above: dict[str, list[str]], paths: dict[str, list[str]]) -> list[list[str]]:
     """Return the first joints of all fingers for each place where a chain branches into fingers.
 
-    Branches are fingers if none of them has enough joints for an arm.
+    Branches are fingers if none of them has enough joints for an arm, and if they are not an arm with the rods of a linkage.
     """
     branches: defaultdict[str, list[str]] = defaultdict(list)
     depths: defaultdict[str, int] = defaultdict(int)
+    lengths: defaultdict[str, int] = defaultdict(int)
     for name, carriers in above.items():
         if carriers:
             branches[carriers[-1]].append(name)
+        for number, each in enumerate([*carriers, name]):
+            lengths[each] = max(lengths[each], len(carriers) + 1 - number)
     for path in paths.values():
         for number, name in enumerate(path):
             depths[name] = max(depths[name], len(path) - number)
-    return [hand for hand in branches.values() if len(hand) > 1 and max(depths[name] for name in hand) <= _FINGER]
+    hands = [hand for hand in branches.values() if len(hand) > 1 and max(depths[name] for name in hand) <= _FINGER]
+    return [hand for hand in hands if not _is_linkage(hand, depths, lengths)]
+
+
+def _is_linkage(branches: Sequence[str], depths: Mapping[str, int], lengths: Mapping[str, int]) -> bool:
+    """Return whether one of several branches is the rest of an arm, beside which shorter rods without drives move.
+
+    Args:
+        branches: first joint of each branch.
+        depths: number of driven joints one after another from a joint on.
+        lengths: number of moving joints one after another from a joint on.
+    """
+    driven = [name for name in branches if depths.get(name)]
+    rods = [name for name in branches if not depths.get(name)]
+    return len(driven) == 1 and depths[driven[0]] > 1 and all(lengths[name] < lengths[driven[0]] for name in rods)
 
 
 def _own(chain: tuple[str, ...], chains: Collection[tuple[str, ...]]) -> tuple[str, ...]:

@@ -73,7 +73,8 @@ def fill(draft: Draft) -> None:
     draft.guessed.append(Remark(text + "gravity_compensation and interpolate", joints[0].element.span))
     if weak:
         text = f"effort limits below the weight that a joint carries in some poses, N m or N: {', '.join(weak)}"
-        draft.noticed.append(Remark(text, joints[0].element.span))
+        remedy = "there the joint sinks; max_force of a drive replaces the limit"
+        draft.noticed.append(Remark(f"{text}; {remedy}", joints[0].element.span))
 
 
 def _gains(joint: UrdfJoint, load: Load) -> tuple[float, float]:

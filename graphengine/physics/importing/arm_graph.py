@@ -7,10 +7,10 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from graphengine.format.diagnostics import Span
-from graphengine.format.wording import did_you_mean, printable
+from graphengine.format.wording import printable
 from graphengine.physics.importing.arm_chains import arm_chains
 from graphengine.physics.importing.controllers_file import Controller
-from graphengine.physics.importing.draft import Draft, Remark, says
+from graphengine.physics.importing.draft import Draft, Remark, no_joint, says
 
 CONTROLLER = "joint_trajectory_controller"
 """Default name of the controller in the graph of an arm."""
@@ -76,8 +76,7 @@ def flaw(draft: Draft, joints: Sequence[str], held: Collection[str]) -> str:
     """
     for name in joints:
         if name not in draft.urdf.joints:
-            near = did_you_mean(name, draft.urdf.joints)
-            return f"the description has no joint {printable(name)!r}" + (f"; {near}" if near else "")
+            return no_joint(draft.urdf, name)
         if name not in held:
             return f"joint {printable(name)!r} has no drive that takes positions"
     return "" if joints else "it names no joints"

@@ -12,10 +12,10 @@ from typing import Any, Literal
 
 from graphengine.devices.rotation import Vector3
 from graphengine.format.diagnostics import Span
-from graphengine.format.wording import did_you_mean, printable
+from graphengine.format.wording import printable
 from graphengine.physics.description.urdf import UrdfJoint
 from graphengine.physics.importing.base_wheels import BaseWheel
-from graphengine.physics.importing.draft import Draft
+from graphengine.physics.importing.draft import Draft, no_joint
 
 Kinematics = Literal["differential", "mecanum", "omni", "ackermann"]
 
@@ -60,8 +60,7 @@ def flaw(draft: Draft, base: Base) -> str:
     joints = draft.urdf.joints
     for name in (*base.driven, *base.steering):
         if name not in joints:
-            near = did_you_mean(name, joints)
-            return f"the description has no joint {printable(name)!r}" + (f"; {near}" if near else "")
+            return no_joint(draft.urdf, name)
         if not joints[name].moves:
             return f"joint {printable(name)!r} is fixed"
     return "" if base.driven else "it names no wheels"
@@ -81,12 +80,14 @@ class Grip:
         across: friction coefficient across it.
         reason: where the values come from, as a comment for the robot file.
         described: whether they are those of the description.
+        replaces_track: whether the track of the base's controller does not suit these values.
     """
 
     along: float
     across: float
     reason: str
     described: bool = False
+    replaces_track: bool = False
 
 
 @dataclass(frozen=True, slots=True)

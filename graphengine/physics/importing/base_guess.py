@@ -10,6 +10,7 @@ from graphengine.physics.files.xml import Element, numbers
 from graphengine.physics.importing.base import Base
 from graphengine.physics.importing.base_wheels import BaseWheel
 from graphengine.physics.importing.draft import Draft, Remark
+from graphengine.physics.importing.skid_steering import SMALL
 
 _HOLONOMIC = ("mecanum", "omni_wheel", "omniwheel", "omni-wheel")
 """Parts of names of mecanum wheels; parallel wheels that are called omni wheels can only be mecanum wheels."""
@@ -37,8 +38,13 @@ def base_of_wheels(draft: Draft, wheels: Sequence[BaseWheel], commanded: Collect
         pivots = tuple(dict.fromkeys(wheel.swivel for wheel in steered))
         if fixed and len(pivots) <= 2:
             return Base("ackermann", "the wheels, of which some are steered", span, names, pivots, guessed=True)
-        draft.lost.append(Remark(f"a base whose {len(steered)} wheels are all steered: no graph drives it", span))
+        which = (
+            f"of whose {len(rolling)} wheels {len(steered)} are" if fixed else f"whose {len(steered)} wheels are all"
+        )
+        draft.lost.append(Remark(f"a base {which} steered: no graph drives it", span))
         return None
+    driven = _without_casters(driven, commanded)
+    names = tuple(wheel.joint for wheel in driven)
     if all(wheel.sideways for wheel in driven):
         if max(wheel.centre[1] for wheel in driven) - min(wheel.centre[1] for wheel in driven) > driven[0].radius / 2:
             if len(driven) >= 4 and is_mecanum(draft.urdf, driven):
@@ -50,6 +56,12 @@ def base_of_wheels(draft: Draft, wheels: Sequence[BaseWheel], commanded: Collect
         return Base("omni", "the wheels, whose axles have several directions", span, names, guessed=True)
     draft.lost.append(Remark("wheels that do not roll along the x axis of the root link: no graph drives them", span))
     return None
+
+
+def _without_casters(wheels: Sequence[BaseWheel], commanded: Collection[str]) -> list[BaseWheel]:
+    """Leave out uncommanded wheels that roll only sideways and are smaller than the others, as in casters of several balls."""
+    limit = SMALL * max(wheel.radius for wheel in wheels)
+    return [each for each in wheels if each.sideways or each.joint in commanded or each.radius >= limit]
 
 
 def is_mecanum(urdf: Urdf, wheels: Sequence[BaseWheel]) -> bool:

@@ -122,8 +122,9 @@ def _skidding(draft: Draft, found: Drivetrain, wheels: Sequence[BaseWheel]) -> D
     base, track, ends = found.base, found.parameters["track"], [wheel.centre[0] for wheel in wheels]
     length = max(max(ends) - min(ends), _BESIDE)
     links = list(dict.fromkeys(wheel.link for wheel in wheels))
-    skid = choose_grip(draft, base, links, track, length)
-    told = controller_track(base, track)
+    middle = (min(wheel.centre[1] for wheel in wheels) + max(wheel.centre[1] for wheel in wheels)) / 2.0
+    skid = choose_grip(draft, base, links, track, length, abs(draft.urdf.centre_of_mass()[1] - middle))
+    told = None if skid.replaces_track else controller_track(base, track)
     draft.controller_track = told is not None
     if told is not None:
         product = f"{base.track or track:g} m x {base.multiplier:g}"

@@ -19,6 +19,7 @@ def base_of_plugins(draft: Draft) -> Base | None:
         told = _told(plugin)
         if "planar_move" in told:
             draft.use(plugin)
+            draft.pushed = True
             draft.lost.append(Remark("plugin planar_move: it pushes the base without turning its wheels", plugin.span))
         elif "joint_state_publisher" in told or "jointstatepublisher" in told:
             draft.use(plugin)

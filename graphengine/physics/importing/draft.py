@@ -10,6 +10,7 @@ from typing import Any
 from graphengine.devices.rotation import Vector3
 from graphengine.format.diagnostics import Span
 from graphengine.format.document import Document
+from graphengine.format.wording import did_you_mean, printable
 from graphengine.physics.description.urdf import Urdf
 from graphengine.physics.files.references import Library
 from graphengine.physics.files.xml import Element
@@ -54,6 +55,12 @@ def says(*path: str, value: Any) -> Claim:
     return holds
 
 
+def no_joint(urdf: Urdf, name: str) -> str:
+    """Return a text that a description has no joint with a name, and which names are similar."""
+    near = did_you_mean(name, urdf.joints)
+    return f"the description has no joint {printable(name)!r}" + (f"; {near}" if near else "")
+
+
 @dataclass(frozen=True, slots=True)
 class Remark:
     """A remark of an import, for its report.
@@ -88,6 +95,7 @@ class WheelShape:
         on_floor: whether the wheel reaches down to the lowest collider of the robot.
         swivels: whether the wheel's fork turns on a vertical joint without limits, as in a caster.
         rollers: rollers of an omni or mecanum wheel; empty if the description does not model them.
+        drags: whether the wheel has no drive and rolls across the direction in which the base drives, so it slides.
     """
 
     joint: str
@@ -101,6 +109,7 @@ class WheelShape:
     on_floor: bool
     swivels: bool = False
     rollers: Rollers = NO_ROLLERS
+    drags: bool = False
 
 
 @dataclass(slots=True, eq=False)
@@ -125,8 +134,10 @@ class Draft:
         carried: remarks on values that were taken from the description.
         guessed: remarks on values that the description lacks and that the import chose.
         lost: remarks on parts of the description that a robot file cannot express, with the reason.
+        pushed: whether a plugin of Gazebo pushes the base without turning its wheels.
         second_frictions: Gazebo's friction `mu2` of links for which it has no direction, by link.
         controller_track: whether the track of a skid-steered base is that of its controller; None for other bases.
+        guessed_turn: whether the limit of the turn rate of a skid-steered base is guessed.
         noticed: remarks on the robot itself, e.g. that part of its weight rests on the chassis.
         commanded: names of joints that a topic commands, except those of a mobile base.
         mujoco_warnings: MuJoCo's warnings about models compiled from the draft, as keys; the values are None.
@@ -152,6 +163,8 @@ class Draft:
     noticed: list[Remark] = field(default_factory=list)
     commanded: list[str] = field(default_factory=list)
     controller_track: bool | None = None
+    guessed_turn: bool = False
+    pushed: bool = False
     second_frictions: dict[str, float] = field(default_factory=dict)
     mujoco_warnings: dict[str, None] = field(default_factory=dict)
     _used: dict[int, Element] = field(default_factory=dict)

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Sequence
+from dataclasses import replace
 
+from graphengine.format.wording import printable
 from graphengine.physics.description.urdf import WORLD
 from graphengine.physics.importing import base_graph, joint_drives, joint_graphs
-from graphengine.physics.importing.base import Base
+from graphengine.physics.importing.base import Base, Drivetrain
 from graphengine.physics.importing.base_controllers import base_of_controllers
 from graphengine.physics.importing.base_guess import base_of_wheels, is_diagonal
 from graphengine.physics.importing.base_measures import measured
@@ -15,6 +17,11 @@ from graphengine.physics.importing.base_wheels import BaseWheel, wheels_on_floor
 from graphengine.physics.importing.controllers_file import Controller, controllers
 from graphengine.physics.importing.draft import Draft, Remark
 from graphengine.physics.importing.joint_commands import joint_commands
+
+_ACROSS = 0.7
+"""Cosine of the angle between its axle and the y axis of the root link below which a wheel rolls across the x axis."""
+_SLIPPERY = 0.1
+"""Friction below which wheels cannot accelerate a base by 1 m/s2."""
 
 
 def fill(draft: Draft) -> None:
@@ -29,12 +36,24 @@ def fill(draft: Draft) -> None:
         tried = (measured(draft, base, _sliding(base, wheels)) for base in bases)
         drivetrain = next((found for found in tried if found is not None), None)
     if drivetrain is not None:
+        _mark_dragging(draft, drivetrain)
         base_graph.fill(draft, drivetrain)
     if draft.urdf.mjcf is None:  # a MuJoCo model has its own drives
         joint_drives.fill(draft, commands, wheels, drivetrain)
     joint_graphs.fill(draft, known, drivetrain)
+    _tell_fixed(draft, wheels)
     if drivetrain is None and draft.urdf.mjcf is None and not draft.fixed_base and draft.urdf.root != WORLD:
         _tell_undriven(draft)
+
+
+def _mark_dragging(draft: Draft, drivetrain: Drivetrain) -> None:
+    """Mark wheels without a drive that roll across the x axis of the root link, along which a base with fixed wheels drives."""
+    if not all(wheel.sideways for wheel in drivetrain.wheels):
+        return
+    driven = {wheel.joint for wheel in drivetrain.wheels}
+    for joint, shape in draft.wheels.items():
+        if joint not in driven and not shape.swivels and not shape.rollers.links and abs(shape.axis[1]) < _ACROSS:
+            draft.wheels[joint] = replace(shape, drags=True)
 
 
 def _rolls_aside(draft: Draft, base: Base, wheels: Sequence[BaseWheel]) -> bool:
@@ -50,6 +69,22 @@ def _rolls_aside(draft: Draft, base: Base, wheels: Sequence[BaseWheel]) -> bool:
 def _sliding(base: Base, wheels: Sequence[BaseWheel]) -> list[BaseWheel]:
     """Return the wheels that slide if they move sideways: all but omni wheels with rollers that the base does not drive."""
     return [wheel for wheel in wheels if wheel.joint in base.driven or not wheel.rollers.links]
+
+
+def _tell_fixed(draft: Draft, wheels: Sequence[BaseWheel]) -> None:
+    """Add a remark if fixed joints connect a base on wheels to the link `world`, so that its wheels cannot move it."""
+    rolling = [wheel for wheel in wheels if not wheel.caster]
+    if draft.urdf.root != WORLD or len(rolling) < 2:
+        return
+    joint, first = draft.urdf.joints[rolling[0].joint], None
+    while (carrier := draft.urdf.links[joint.parent].carrier) is not None:
+        if carrier.type != "fixed":
+            return
+        joint = first = carrier
+    if first is not None:
+        text = f"joint {first.name} fixes the base to the link {WORLD!r}, so its wheels do not move it"
+        text += "; without this link it is free"
+        draft.noticed.append(Remark(text, first.element.span))
 
 
 def _tell_undriven(draft: Draft) -> None:
@@ -77,4 +112,24 @@ def _bases(
         yield base
     base = base_of_wheels(draft, wheels, commanded)
     if base is not None:
+        if draft.pushed:
+            _drop_slippery(draft, {wheel.link for wheel in wheels if wheel.joint in base.driven})
         yield base.with_parameters(topics)
+
+
+def _drop_slippery(draft: Draft, links: Collection[str]) -> None:
+    """Unbind links of driven wheels from materials with which they cannot drive, and add a remark."""
+    dropped: dict[str, float] = {}
+    for name, entry in [*draft.sections["materials"].items()]:
+        friction, bound = float(entry.value["dynamic_friction"]), entry.value.get("bind", ())
+        slippery = [link for link in bound if link in links]
+        if friction >= _SLIPPERY or not slippery:
+            continue
+        dropped |= dict.fromkeys(slippery, friction)
+        entry.value["bind"] = [link for link in bound if link not in links]
+        if not entry.value["bind"]:
+            del draft.sections["materials"][name]
+    for friction in sorted(set(dropped.values())):
+        names = ", ".join(printable(link) for link, each in dropped.items() if each == friction)
+        text = f"friction {friction:g} of {names}: a plugin drags these wheels over the floor, but wheels that drive need grip"
+        draft.lost.append(Remark(text))

@@ -141,8 +141,19 @@ class Imported:
 
         It is 0 for a robot with a fixed base, and for a robot that starts in a keyframe, which contains the height already.
         """
-        if not self.free or "start" in self.draft.settings:
-            return 0.0
+        return 0.0 if not self.free or "start" in self.draft.settings else self._depth
+
+    @property
+    def rise(self) -> float:
+        """Height (m) of the root link of a robot with a fixed base above its place, so that no collider is below; else 0.
+
+        It is rounded up to 1 mm.
+        """
+        return 0.0 if self.free else max(0.0, self._depth)
+
+    @property
+    def _depth(self) -> float:
+        """Distance from the root link down to the lowest point of the colliders, rounded up to 1 mm, m."""
         return math.ceil(round(-(self.lowest or 0.0), 4) * 1000) / 1000
 
 

@@ -9,7 +9,7 @@ from graphengine.format.diagnostics import Findings, Span
 from graphengine.format.wording import printable
 from graphengine.physics.files.xml import Element, number
 from graphengine.physics.importing.controllers_file import Controller
-from graphengine.physics.importing.draft import Draft, Remark
+from graphengine.physics.importing.draft import Draft, Remark, no_joint
 
 KINDS = ("position", "velocity", "effort")
 _SERVOS = ("TrajectoryController", "GripperActionController")
@@ -147,7 +147,7 @@ def _unknown(draft: Draft, name: str, source: str, span: Span) -> bool:
     """Return whether the description has no moving joint with this name; add a remark if it has no such joint at all."""
     joint = draft.urdf.joints.get(name)
     if joint is None:
-        draft.lost.append(Remark(f"{source}: the description has no joint {printable(name)!r}", span))
+        draft.lost.append(Remark(f"{source}: {no_joint(draft.urdf, name)}", span))
     return joint is None or not joint.moves
 
 

@@ -15,7 +15,9 @@ from graphengine.format.wording import printable
 from graphengine.physics.description.urdf import WORLD
 from graphengine.physics.dynamics.contact_forces import contact_points
 from graphengine.physics.engine import Floats, body_names, collides, mujoco
+from graphengine.physics.importing.base_graph import GRAPH
 from graphengine.physics.importing.draft import Draft, Entry, Remark, WheelShape
+from graphengine.physics.importing.skid_steering import GRAVITY, OFF_CENTRE
 from graphengine.physics.importing.trial import FLOOR_FRICTION, trial_model, trial_spec
 from graphengine.physics.model.geoms import extents
 from graphengine.physics.model.robot import RobotInstance
@@ -35,8 +37,6 @@ LEANING = 1.0
 """A larger tilt (degrees) of the root link is reported, because a tilted lidar sees the floor."""
 FALLEN = math.cos(math.radians(20))
 """Cosine of the tilt beyond which a robot counts as fallen."""
-OFF_CENTRE = 0.05
-"""A larger lateral offset of the centre of mass, as a fraction of the track, is reported."""
 LEAST_SHARE = 0.001
 """A link that carries a smaller fraction of the weight does not count as resting on the floor."""
 NEAR = 0.01
@@ -45,7 +45,7 @@ NEAR = 0.01
 
 def fill(draft: Draft) -> None:
     """Add remarks on how a wheeled robot rests on a floor; bind links that rest but do not roll to a frictionless material."""
-    standing = [wheel for wheel in draft.wheels.values() if wheel.on_floor]
+    standing = [wheel for wheel in draft.wheels.values() if wheel.on_floor and not wheel.drags]
     driven = [wheel for wheel in standing if not wheel.swivels]
     if not driven or draft.fixed_base or draft.urdf.root == WORLD:
         return
@@ -69,6 +69,7 @@ def fill(draft: Draft) -> None:
     wheels = {link for wheel in standing for link in (wheel.link, *wheel.rollers.links)}
     forces = _forces(model, data)
     _tell_idle(draft, standing, forces)
+    _tell_slipping(draft, driven, forces)
     near = [link for link in _near(draft, model, data) if link not in wheels]
     _free(draft, {link: force for link, force in forces.items() if link not in wheels}, near, sum(forces.values()))
 
@@ -141,6 +142,30 @@ def _tell_idle(draft: Draft, standing: list[WheelShape], forces: dict[str, float
         draft.noticed.append(Remark(f"{text}; they do not drive the base, and a mecanum base slides on a slope"))
 
 
+def _tell_slipping(draft: Draft, wheels: list[WheelShape], forces: dict[str, float]) -> None:
+    """Add a remark on limits of the acceleration with which the driven wheels slip."""
+    graph, joints = draft.sections["graphs"].get(GRAPH), draft.sections["joints"]
+    known = graph.value["parameters"] if graph is not None else {}
+    held = sum(
+        forces.get(wheel.link, 0.0) * _friction(draft, wheel.link)
+        for wheel in wheels
+        if wheel.joint in joints and "drive" in joints[wheel.joint].value
+    )
+    grip = held / sum(forces.values()) * GRAVITY
+    beyond = [
+        f"{name} {known[name]:g} m/s2" for name in ("acceleration", "deceleration") if known.get(name, 0.0) > grip
+    ]
+    if beyond and held:
+        text = f"the driven wheels grip up to {grip:.2g} m/s2 and slip beyond, so the robot starts and stops later than with "
+        draft.noticed.append(Remark(text + " and ".join(beyond)))
+
+
+def _friction(draft: Draft, link: str) -> float:
+    """Return the friction of a link's material along its direction; 1 without a material."""
+    materials = (entry.value for entry in draft.sections["materials"].values())
+    return next((float(each["dynamic_friction"]) for each in materials if link in each.get("bind", ())), FLOOR_FRICTION)
+
+
 def _near(draft: Draft, model: mujoco.MjModel, data: mujoco.MjData) -> list[str]:
     """Return the names of links whose colliders reach down to less than `NEAR` above the floor."""
     floor, solid = data.geom_xpos[model.geom_bodyid == 0][0][2], np.flatnonzero(collides(model))
@@ -163,14 +188,18 @@ def _free(draft: Draft, forces: dict[str, float], near: list[str], weight: float
         weight: sum of all vertical forces, N.
     """
     resting = {link: force for link, force in forces.items() if force > LEAST_SHARE * weight}
+    dragging = {wheel.link for wheel in draft.wheels.values() if wheel.drags}
     for link, force in resting.items():
-        text = f"{force:.3g} N, {force / weight:.0%} of the weight, rest on {link}, which does not roll"
+        rolls = "rolls only sideways" if link in dragging else "does not roll"
+        text = f"{force:.3g} N, {force / weight:.0%} of the weight, rest on {link}, which {rolls}"
         colliders = draft.urdf.links[link].colliders
         draft.noticed.append(Remark(text, colliders[0].span if colliders else None))
     _slide(draft, resting)
     if links := [link for link in dict.fromkeys([*resting, *near]) if link not in draft.bound()]:
         entry = draft.entry("materials", NAME)
-        entry.comments.append("without friction: links that touch the floor and do not roll would brake the robot")
+        entry.comments.append(
+            "without friction: links that touch the floor and do not roll forward would brake the robot"
+        )
         entry.value = {"static_friction": 0.0, "dynamic_friction": 0.0, "combine": "min", "bind": links}
 
 

@@ -24,6 +24,7 @@ ALONG = 1.0
 """Friction of a wheel along its rolling direction, if the description has none."""
 _SAME_TRACK = 0.25
 """Largest a B / (f T) for which one track serves all arcs within 5 %."""
+_ONE_TRACK = f"{_SAME_TRACK:g} track / wheelbase across, for which one track serves all arcs within 5 %"
 HELD = 0.15
 """Largest share of the friction across that the force towards the centre of an arc may take, at the guessed limits."""
 _SPEED, _SLOWEST, _TURN = 1.0, 0.5, 1.5
@@ -32,23 +33,28 @@ _UNITS = {"speed": "m/s", "turn": "rad/s"}
 GRAVITY = 9.81
 _SKIDS = 1.02
 """Smallest ratio of a controller's track to the distance of the wheels at which the controller compensates for skidding."""
+OFF_CENTRE = 0.05
+"""Offset of the centre of mass to one side, as a fraction of the track, above which a base drifts noticeably in turns."""
 _STEEP = 0.18
 """Friction across below which the import says from which slope a parked robot slides."""
-_SMALL = 0.75
+SMALL = 0.75
 """Largest radius of a caster without a drive, as a fraction of the radius of the driven wheels."""
 
 
 def casters(driven: Sequence[BaseWheel], parallel: Sequence[BaseWheel]) -> list[BaseWheel]:
     """Return the parallel wheels that stand in for casters: no drive, and small or named so, beside one driven axle."""
     names = {wheel.joint for wheel in driven}
-    limit = _SMALL * max(wheel.radius for wheel in driven)
+    limit = SMALL * max(wheel.radius for wheel in driven)
     loose = [wheel for wheel in parallel if wheel.joint not in names]
     named = [wheel for wheel in loose if any("cast" in text.lower() for text in (wheel.joint, wheel.link))]
     return [wheel for wheel in loose if wheel in named or wheel.radius < limit] if len(driven) == 2 else []
 
 
-def choose_grip(draft: Draft, base: Base, links: Sequence[str], track: float, wheelbase: float) -> Grip:
+def choose_grip(draft: Draft, base: Base, links: Sequence[str], track: float, wheelbase: float, aside: float) -> Grip:
     """Return the friction of skid-steered wheels: that of the description, else one that suits the controller's track.
+
+    If the centre of mass lies to one side, friction that is equal in all directions is not chosen: the wheels on the light side
+    would slide more than the others, and the base would turn about a point far from its middle.
 
     Args:
         draft: draft with the materials of the description.
@@ -56,6 +62,7 @@ def choose_grip(draft: Draft, base: Base, links: Sequence[str], track: float, wh
         links: links of the wheels.
         track: distance between the left and right wheels, m.
         wheelbase: distance between the foremost and the rearmost wheels, m.
+        aside: distance of the centre of mass from the middle between the left and right wheels, m.
     """
     if (found := _described(draft, links)) is not None:
         return found
@@ -63,13 +70,13 @@ def choose_grip(draft: Draft, base: Base, links: Sequence[str], track: float, wh
     told = controller_track(base, track)
     if told is not None:
         exact, equal = (math.log(effective_track(track, wheelbase, each) / told) for each in (across, ALONG))
-        if abs(equal) < abs(exact):
+        if abs(equal) < abs(exact) and aside <= OFF_CENTRE * track:
             return Grip(ALONG, ALONG, f"equal in all directions, as the track {told:.4g} m of {base.source} needs")
-    return Grip(
-        ALONG,
-        round(across, 3),
-        f"{_SAME_TRACK:g} track / wheelbase across, for which one track serves all arcs within 5 %",
-    )
+        if abs(equal) < abs(exact):
+            reason = "it needs equal friction, with which the base would turn about a point to one side, as its mass lies there"
+            draft.lost.append(Remark(f"{base.source}: the track {told:.4g} m for turns: {reason}", base.span))
+            return Grip(ALONG, round(across, 3), _ONE_TRACK, replaces_track=True)
+    return Grip(ALONG, round(across, 3), _ONE_TRACK)
 
 
 def controller_track(base: Base, track: float) -> float | None:
@@ -142,6 +149,7 @@ def guess_limits(draft: Draft, grip: Grip, known: Mapping[str, Any], rim_speed: 
         for name, value in (("speed", speed), ("turn", turn))
         if not known.get(name)
     }
+    draft.guessed_turn = "turn" in found
     if found:
         shown = ", ".join(f"{name} {value:g} {_UNITS[name]}" for name, value in found.items())
         outcome = f"arcs then need at most {HELD:g} of the grip across the wheels"

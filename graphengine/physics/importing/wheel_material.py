@@ -10,9 +10,9 @@ _FULL = 1.0
 
 
 def fill(draft: Draft) -> None:
-    """Bind the material to each wheel that stands on the floor, is not a caster's wheel, and has no material yet."""
+    """Bind the material to each wheel that rolls on the floor, is not a caster's wheel, and has no material yet."""
     bound = draft.bound()
-    wheels = [wheel for wheel in draft.wheels.values() if wheel.on_floor and not wheel.swivels]
+    wheels = [wheel for wheel in draft.wheels.values() if wheel.on_floor and not wheel.swivels and not wheel.drags]
     links = [link for wheel in wheels for link in wheel.rollers.links or (wheel.link,)]
     links = [link for link in dict.fromkeys(links) if link not in bound]
     if not links or NAME in draft.sections["materials"]:

@@ -10,8 +10,8 @@ import pytest
 import yaml
 
 import graphengine as ge
-from graphengine.api.calibration.arc_track import correct_track
-from tests.physics.bases import SKID
+from graphengine.api.calibration.arc_track import correct_track, lower_turn
+from tests.physics.bases import SKID, Base, Wheel
 from tests.physics.importing.imported_bases import description, imported, robot_file, scene
 from tests.physics.importing.test_skid_steering import CONTROLLER, LENGTH, friction
 
@@ -65,6 +65,62 @@ def test_a_new_skid_steered_robot_follows_arcs_within_its_limits(tmp_path: Path,
             assert ahead >= 0.95 * speed
             assert 0.9 <= rate / turn <= 1.1, (speed, turn)
             assert abs(slip) <= math.atan(abs(turn) * LENGTH / 2 / speed) + math.radians(15.0)
+
+
+CORNERS = [
+    ("front_left", 0.7, 0.55),
+    ("front_right", 0.7, -0.55),
+    ("rear_left", -0.7, 0.55),
+    ("rear_right", -0.7, -0.55),
+]
+LARGE = Base("large", tuple(Wheel(*corner) for corner in CORNERS), 0.1, 0.08, 200.0)
+"""With equal friction in all directions it slides outwards by an angle that grows with its size and its turn rate squared."""
+
+
+def lowered(folder: Path, controllers: str = "") -> tuple[Path, float, list[str]]:
+    """Import the large robot, correct its track and limit, and return its scene, its limit before, and what was corrected."""
+    found = imported(folder, description(LARGE, friction(1.0, 1.0)), controllers)
+    path = scene(folder, found)
+    robot = folder / "robots/bot.yaml", "bot", found.lift, found.outside
+    correct_track(*robot, told=False)
+    before = parameters(path)["turn"]
+    return path, before, lower_turn(*robot, guessed=found.draft.guessed_turn)
+
+
+def test_a_guessed_limit_with_which_a_large_base_slides_outwards_is_lowered(tmp_path: Path) -> None:
+    path, before, (said,) = lowered(tmp_path)
+    known, loaded = parameters(path), ge.load(path)
+    assert said.startswith(
+        f"limit of the skid-steered base: turn {known['turn']:g} rad/s in place of {before:g} rad/s: "
+    )
+    ahead, rate, slip = arc(loaded, known["speed"], known["turn"])
+    assert ahead >= 0.95 * known["speed"]
+    assert rate == pytest.approx(known["turn"], rel=0.1)
+    # Small angles by Coulomb's law, with half the wheelbase b, its ratio q to half the track, and the floor's friction 0.8.
+    b, q = 0.7, 0.7 / 0.55
+    expected = known["turn"] ** 2 * b * (1 + q**2) ** 1.5 / q**2 / (0.8 * 9.81)
+    assert math.tan(abs(slip)) == pytest.approx(expected, rel=0.25)
+
+
+def test_a_limit_of_the_description_stays_and_is_reported(tmp_path: Path) -> None:
+    limits = "    angular.z.max_velocity: 1.5\n    linear.x.max_velocity: 0.98\n"
+    path, before, (said,) = lowered(tmp_path, f"{CONTROLLER}{limits}")
+    assert parameters(path)["turn"] == before == 1.5
+    assert said.startswith(
+        "limits too high for the skid-steered base: on arcs of 0.98 m/s and 1.5 rad/s, it slides outwards"
+    )
+    assert said.endswith("; lower `turn` of its graph")
+
+
+def test_a_skid_steered_robot_whose_mass_lies_to_one_side_follows_arcs(tmp_path: Path) -> None:
+    """With equal friction, the wheels on the light side slide more, and the robot turns about a point 0.16 m from its middle."""
+    text = description(SKID).replace("<inertial>", '<inertial><origin xyz="0 -0.085 0"/>', 1)
+    path, _ = corrected(tmp_path, text, f"{CONTROLLER}    wheel_separation_multiplier: 1.875\n")
+    loaded = ge.load(path)
+    for turn in (0.3, -0.3):
+        ahead, rate, _ = arc(loaded, 0.3, turn)
+        assert ahead == pytest.approx(0.3, rel=0.02)
+        assert rate == pytest.approx(turn, rel=0.05)
 
 
 def test_the_track_of_a_controller_is_kept_if_the_robot_turns_with_it(tmp_path: Path) -> None:

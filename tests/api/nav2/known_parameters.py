@@ -53,7 +53,7 @@ ALL = {
         lookahead_dist lookahead_time max_allowed_time_to_collision_up_to_carrot max_lookahead_dist max_speed_xy
         max_vel_theta max_vel_x max_vel_y min_approach_linear_velocity min_lookahead_dist min_speed_theta min_speed_xy
         min_theta_velocity_threshold min_vel_x min_vel_y min_x_velocity_threshold min_y_velocity_threshold
-        max_angular_accel movement_time_allowance plugin primary_controller
+        max_angular_accel movement_time_allowance odom_topic plugin primary_controller
         progress_checker_plugins regulated_linear_scaling_min_radius
         regulated_linear_scaling_min_speed required_movement_angle required_movement_radius
         rotate_to_heading_angular_vel scale

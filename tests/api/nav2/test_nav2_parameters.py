@@ -23,6 +23,8 @@ from tests.api.nav2 import mobile_bases
 from tests.api.nav2.known_parameters import known
 from tests.other_process import in_another_process
 
+USERS_OF_ODOMETRY = ("bt_navigator", "controller_server", "velocity_smoother")
+
 
 def files_of(scene: str | Path, **options: Any) -> dict[str, str]:
     """The files for a scene as text, without those of the map."""
@@ -54,7 +56,7 @@ def test_topics_and_frames_are_those_of_the_scene(dd100: dict[str, Any]) -> None
     assert dd100["local_costmap"]["obstacle_layer"]["scan"]["topic"] == scan
     assert dd100["collision_monitor"]["scan"]["topic"] == scan
     assert dd100["collision_monitor"]["cmd_vel_out_topic"] == "/dd100_0000/cmd_vel"
-    assert dd100["bt_navigator"]["odom_topic"] == "/dd100_0000/odom"
+    assert {dd100[node]["odom_topic"] for node in USERS_OF_ODOMETRY} == {"/dd100_0000/odom"}
     assert {dd100[node]["robot_base_frame"] for node in ("global_costmap", "local_costmap", "bt_navigator")} == {
         "base_link"
     }
@@ -230,6 +232,13 @@ def test_covariances_that_are_all_zero_are_reported_with_the_remedy(tmp_path: Pa
     assert any("/dd100_0000/odom are all zero" in note and "wheel_odometry.yaml" in note for note in ground_truth.notes)
     wheels = nav2_files(loaded_of(ge.load(mobile_bases.mecanum(tmp_path).write().scene)), calibrated=False)
     assert not any("all zero" in note for note in wheels.notes)
+
+
+def test_nav2_uses_the_odometry_of_the_wheels_and_not_the_true_motion_whatever_its_name(tmp_path: Path) -> None:
+    base = mobile_bases.mecanum(tmp_path)
+    base.graphs["base"] = "{use: graphs/base/mecanum.yaml, parameters: {odom: odom/unfiltered}}"
+    nodes = parameters_of(files_of(base.write().scene)["nav2_params.yaml"])
+    assert {nodes[node]["odom_topic"] for node in USERS_OF_ODOMETRY} == {"/odom/unfiltered"}
 
 
 def test_the_distributions_differ_in_error_codes() -> None:

@@ -10,6 +10,9 @@ from tests.physics.harness import CART, ROBOT, Project, steps
 INERTIA = '<inertia ixx=".01" iyy=".01" izz=".01" ixy="0" ixz="0" iyz="0"/>'
 LINK = f'<link name="{{}}"><inertial><mass value="{{}}"/>{INERTIA}</inertial></link>'
 
+_HEAVY = (("base", 9), ("arm", 3))
+_LIMIT = '<limit lower="-2" upper="2" effort="1" velocity="1"/>'
+
 
 def joint(name: str, kind: str, parent: str, child: str, more: str = "") -> str:
     ends = f'<parent link="{parent}"/><child link="{child}"/>'
@@ -47,11 +50,45 @@ def test_a_joint_follows_the_one_that_it_mimics(project: Project) -> None:
     assert hook == pytest.approx(0.5 * wrist, abs=1e-4)
 
 
+def test_the_centre_of_mass_is_that_of_all_links_in_the_frame_of_the_root(project: Project) -> None:
+    """9 kg at x = 0.1, and 3 kg at 0.4 along the x axis of a link that stands at (1, 0, 0) and is turned to the left."""
+    base, arm = (LINK.format(*each).replace("<inertial>", "<inertial><origin xyz='{} 0 0'/>") for each in _HEAVY)
+    turned = joint(
+        "arm_joint", "revolute", "base", "arm", '<origin xyz="1 0 0" rpy="0 0 1.5707963267948966"/>' + _LIMIT
+    )
+    project.write("bot.urdf", robot(base.format(0.1), arm.format(0.4), turned))
+    world, findings = project.robot("base_link: base\nfixed_base: true").load_with_findings()
+    assert findings.errors == []
+    assert world.robots["bot"].urdf.centre_of_mass() == pytest.approx(((9 * 0.1 + 3 * 1.0) / 12, 3 * 0.4 / 12, 0.0))
+
+
 def test_joints_that_mimic_each_other_in_a_ring_are_told(project: Project) -> None:
     mimicking(project)
     text = (project.folder / "bot.urdf").read_text(encoding="utf-8")
     project.write("bot.urdf", text.replace("<limit", '<mimic joint="hook_joint"/><limit', 1))
     assert any("joint 'lift_joint' mimics itself" in error for error in project.errors())
+
+
+def test_of_repeated_elements_the_first_counts_as_in_ros(project: Project) -> None:
+    twice = '<origin xyz="0 0 .5"/><origin xyz="0 0 9"/>'
+    shape = f'<collision>{twice}<geometry><sphere radius=".1"/></geometry></collision>'
+    arm = f'<link name="arm">{shape}<inertial><mass value="2"/><mass value="7"/>{INERTIA}</inertial></link>'
+    limit = '<limit lower="-1" upper="1" effort="5" velocity="1"/>'
+    more = f'{twice}{limit}<limit lower="-9" upper="9" effort="5" velocity="1"/><axis xyz="1 0 0"/>'
+    project.write("bot.urdf", robot(LINK.format("base", 9), arm, joint("arm_joint", "revolute", "base", "arm", more)))
+    world, findings = project.robot("base_link: base\nfixed_base: true").load_with_findings()
+    model = world.simulation.model
+    assert model.joint("bot/arm_joint").axis.tolist() == [0, 0, 1]
+    assert model.joint("bot/arm_joint").range.tolist() == [-1, 1]
+    assert model.body("bot/arm").pos.tolist() == [0, 0, 0.5]
+    assert model.body("bot/arm").mass == 2
+    assert [item.message for item in findings.items if item.code == "N103"] == [
+        "link 'arm': only the first of 2 <origin> in <collision> counts",
+        "link 'arm': only the first of 2 <mass> in <inertial> counts",
+        "joint 'arm_joint': only the first of 2 <origin> counts",
+        "joint 'arm_joint': only the first of 2 <axis> counts",
+        "joint 'arm_joint': only the first of 2 <limit> counts",
+    ]
 
 
 @pytest.mark.parametrize("limit", ["", '<limit effort="40" velocity="1"/>', '<limit lower="1" upper="1"/>'])

@@ -66,6 +66,7 @@ def test_an_arm_that_is_too_weak_for_its_own_weight_is_noticed(tmp_path: Path) -
     weak = imported(tmp_path, robot(limb("j", 6, effort=5)))
     (told,) = [remark.text for remark in weak.draft.noticed if "effort limits below the weight" in remark.text]
     assert "j2 (5 of " in told
+    assert told.endswith("; there the joint sinks; max_force of a drive replaces the limit")
     assert "j1" not in told
     assert not [remark for remark in imported(tmp_path, ARM).draft.noticed if "effort limits" in remark.text]
 

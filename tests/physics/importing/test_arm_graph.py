@@ -7,13 +7,15 @@ from typing import Any
 
 import pytest
 
-from tests.physics.importing.imported_arms import PLATE, arm, bolted, joint
+from tests.physics.importing.imported_arms import LIMIT, MIMIC, PLATE, arm, bolted, joint
 from tests.physics.importing.imported_bases import (
     DIFFERENTIAL,
     description,
     imported,
     robot_file,
 )
+
+FOLLOWS_2 = MIMIC.format("").replace("finger", "joint_2")
 
 
 def graphs(folder: Path, text: str, controllers: str = "") -> dict[str, Any]:
@@ -67,6 +69,23 @@ def test_a_joint_without_a_drive_gets_no_graph(tmp_path: Path) -> None:
 @pytest.mark.parametrize(("number", "arms"), [(1, False), (2, True)])
 def test_an_arm_has_two_joints_at_least(tmp_path: Path, number: int, arms: bool) -> None:
     assert ("arm" in graphs(tmp_path, bolted(arm(number, "plate")))) == arms
+
+
+def test_rods_that_follow_an_arm_are_no_fingers(tmp_path: Path) -> None:
+    """As in a palletizer: rods beside the upper arm, and a rod on the lower arm, follow the second joint."""
+    rods = joint("rod", "plate", LIMIT + FOLLOWS_2), joint("link", "joint_1", LIMIT + FOLLOWS_2)
+    found = graphs(tmp_path, bolted(arm(2, "plate", gripper=True), *rods))
+    assert found["arm"]["parameters"]["joints"] == joints(2)
+    assert [each["parameters"]["joint"] for name, each in found.items() if "gripper" in name] == ["finger"]
+
+
+def test_a_finger_with_two_joints_is_one_if_the_other_is_as_long(tmp_path: Path) -> None:
+    fingers = [
+        joint("proximal", "joint_3") + joint("distal", "proximal"),
+        joint("other", "joint_3", LIMIT + FOLLOWS_2) + joint("other_distal", "other", LIMIT + FOLLOWS_2),
+    ]
+    found = graphs(tmp_path, bolted(arm(3, "plate"), *fingers))
+    assert found["arm"]["parameters"]["joints"] == joints(3)
 
 
 ARM = """controller_manager:

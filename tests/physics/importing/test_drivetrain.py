@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -243,8 +244,10 @@ def test_transmissions_decide_where_nothing_else_does(tmp_path: Path) -> None:
 
 
 def test_a_joint_that_is_not_there_is_told(tmp_path: Path) -> None:
-    said = remarks(imported(tmp_path, description(DIFFERENTIAL, interfaces(left_joint="velocity", lost="velocity"))))
+    found = interfaces(left_joint="velocity", right_jont="velocity", lost="velocity")
+    said = remarks(imported(tmp_path, description(DIFFERENTIAL, found))).splitlines()
     assert "lost: ros2_control hardware: the description has no joint 'lost'" in said
+    assert "lost: ros2_control hardware: the description has no joint 'right_jont'; did you mean 'right_joint'?" in said
 
 
 def test_a_caster_swivels_freely(tmp_path: Path) -> None:
@@ -453,6 +456,27 @@ def test_left_and_right_are_those_of_the_middle_of_the_wheels(tmp_path: Path) ->
     beside = Base("beside", (Wheel("a", 0.0, 0.5), Wheel("b", 0.0, 0.2)), 0.05, 0.03, 5.0)
     found = parameters(tmp_path, description(beside))
     assert (found["left"], found["right"], found["center"]) == (["a_joint"], ["b_joint"], [0.0, 0.35])
+
+
+@pytest.mark.parametrize(
+    ("middle", "told"), [(False, "whose 4 wheels are all steered"), (True, "of whose 6 wheels 4 are steered")]
+)
+def test_a_base_with_more_than_two_steered_wheels_is_told(tmp_path: Path, middle: bool, told: str) -> None:
+    wheels = [*(replace(wheel, steering=-1) for wheel in CAR.wheels)]
+    if middle:
+        wheels += [Wheel("middle_left", 0.0, 0.15), Wheel("middle_right", 0.0, -0.15)]
+    rover = replace(CAR, name="rover", wheels=tuple(wheels))
+    commands = interfaces(**{f"{wheel.name}_joint": "velocity" for wheel in wheels})
+    assert f"a base {told}: no graph drives it" in remarks(imported(tmp_path, description(rover, commands)))
+
+
+@pytest.mark.parametrize(("kind", "told"), [("fixed", True), ("prismatic", False)])
+def test_a_base_that_the_description_fixes_to_the_world_is_told(tmp_path: Path, kind: str, told: bool) -> None:
+    limit = '<limit lower="-5" upper="5" effort="100" velocity="1"/>' if kind == "prismatic" else ""
+    weld = f'<joint name="weld" type="{kind}"><parent link="world"/><child link="base_link"/>{limit}</joint>'
+    found = imported(tmp_path, description(DIFFERENTIAL, PLUGIN, '<link name="world"/>', weld))
+    text = "noticed: joint weld fixes the base to the link 'world', so its wheels do not move it; without this link it is free"
+    assert (text in remarks(found)) is told
 
 
 def test_steering_axes_of_opposite_directions_are_told(tmp_path: Path) -> None:

@@ -18,6 +18,42 @@ def test_a_caster_that_does_not_roll_slides_and_its_share_of_the_weight_is_told(
     assert told == "19.7 N, 17% of the weight, rest on caster, which does not roll"
 
 
+ROLLER = """<link name="roller"><inertial><mass value=".01"/><inertia ixx="1e-5" iyy="1e-5" izz="1e-5" ixy="0" ixz="0" iyz="0"/>
+    </inertial><collision><geometry><sphere radius=".05"/></geometry></collision></link>
+  <joint name="roller_joint" type="continuous">
+    <parent link="base_link"/><child link="roller"/><origin xyz="-.25 0 -.05"/><axis xyz="1 0 0"/>
+  </joint><gazebo><plugin filename="gz-sim-diff-drive-system" name="gz::sim::systems::DiffDrive">
+    <left_joint>left_joint</left_joint><right_joint>right_joint</right_joint>
+    <wheel_separation>.4</wheel_separation><wheel_radius>.1</wheel_radius>
+  </plugin></gazebo>"""
+
+
+@pytest.mark.parametrize("plugin", [True, False])
+def test_a_caster_that_rolls_only_sideways_slides_too(tmp_path: Path, plugin: bool) -> None:
+    robot = imported(tmp_path, rover(ROLLER if plugin else ROLLER[: ROLLER.index("<gazebo>")]))
+    materials = keys(robot)["materials"]
+    assert materials["CasterMaterial"]["bind"] == ["roller"]  # type: ignore[index]
+    assert materials["WheelMaterial"]["bind"] == ["left_wheel", "right_wheel"]  # type: ignore[index]
+    (told,) = noticed(robot)
+    # As above, and its own 0.01 kg.
+    assert told == "19.8 N, 17% of the weight, rest on roller, which rolls only sideways"
+
+
+@pytest.mark.parametrize(("limit", "told"), [(8.0, False), (8.3, True)])
+def test_an_acceleration_beyond_the_grip_of_the_driven_wheels_is_told(tmp_path: Path, limit: float, told: bool) -> None:
+    """10 kg of 12 stand on the driven wheels, whose friction is 1: 8.17 m/s2."""
+    plugin = f"<max_linear_acceleration>{limit}</max_linear_acceleration></plugin>"
+    robot = imported(tmp_path, rover(CASTER, ROLLER[ROLLER.index("<gazebo>") :].replace("</plugin>", plugin)))
+    said = "the driven wheels grip up to 8.2 m/s2 and slip beyond, so the robot starts and stops later than with"
+    assert (f"{said} acceleration {limit:g} m/s2 and deceleration {limit:g} m/s2" in noticed(robot)) is told
+
+
+def test_a_caster_that_rolls_forward_keeps_its_grip_along(tmp_path: Path) -> None:
+    robot = imported(tmp_path, rover(ROLLER.replace('axis xyz="1 0 0"', 'axis xyz="0 1 0"')))
+    assert "CasterMaterial" not in keys(robot)["materials"]
+    assert noticed(robot) == []
+
+
 def test_a_chassis_that_drags_slides_too(tmp_path: Path) -> None:
     low = CHASSIS.replace('xyz="-.1 0 .06"', 'xyz="-.1 0 -.07"')
     robot = imported(tmp_path, rover(chassis=low))

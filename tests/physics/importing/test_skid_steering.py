@@ -72,6 +72,31 @@ def test_the_multiplier_of_a_controller_chooses_the_friction_and_its_track_count
     )
 
 
+@pytest.mark.parametrize(("aside", "across"), [(0.02, 1.0), (-0.02, 1.0), (0.07, 0.279), (-0.07, 0.279)])
+def test_friction_is_not_equal_if_the_mass_lies_to_one_side(tmp_path: Path, aside: float, across: float) -> None:
+    """The chassis has 5/6 of the mass; 5 % of the track are 0.0285 m."""
+    text = description(SKID).replace("<inertial>", f'<inertial><origin xyz="0 {aside * 6 / 5} 0"/>', 1)
+    found = imported(tmp_path, text, f"{CONTROLLER}    wheel_separation_multiplier: 1.875\n")
+    wheels, known = parts(found)
+    equal = across == 1.0
+    assert (wheels["across"], found.draft.controller_track) == (across, equal)
+    assert known["track"] == pytest.approx(TRACK * (1.875 if equal else 1 + 0.25**2), rel=1e-3)
+    assert ("lost: DiffDriveController base_controller: the track 1.07 m for turns" in remarks(found)) is not equal
+
+
+def test_the_slippery_friction_of_wheels_that_a_plugin_pushes_does_not_count(tmp_path: Path) -> None:
+    plugin = '<gazebo><plugin name="move" filename="libgazebo_ros_planar_move.so"/></gazebo>'
+    tags = friction(0.01, 0.01)
+    wheels, _ = parts(imported(tmp_path, description(SKID, tags)))
+    assert (wheels["dynamic_friction"], wheels["across"]) == (0.01, 0.01)
+    found = imported(tmp_path, description(SKID, tags, plugin))
+    wheels, _ = parts(found)
+    assert (wheels["dynamic_friction"], wheels["across"], wheels["combine"]) == (1.0, 0.279, "max")
+    assert f"lost: friction 0.01 of {', '.join(FOUR)}: a plugin drags these wheels over the floor" in remarks(found)
+    wheels, _ = parts(imported(tmp_path, description(SKID, friction(0.4, 0.4), plugin)))
+    assert (wheels["dynamic_friction"], wheels["across"]) == (0.4, 0.4)
+
+
 def test_a_controller_without_a_multiplier_says_nothing_of_skidding(tmp_path: Path) -> None:
     _, known = parts(imported(tmp_path, description(SKID), CONTROLLER))
     assert known["track"] == pytest.approx(TRACK * (1 + 0.25**2), rel=1e-3)
