@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from graphengine.node import Node
 
 if TYPE_CHECKING:
     from graphengine.compiler.graph import Graph, Instance, Wire
     from graphengine.compiler.lint_registry import LintContext
+    from graphengine.format.diagnostics import Findings, Span
+
+N = TypeVar("N", bound=Node)
 
 
 @dataclass(slots=True)
@@ -19,6 +22,7 @@ class KnownInputs:
 
     graph: Graph
     instance: Instance
+    findings: Findings
     _above: frozenset[int] = frozenset()
     """Indices of the nodes downstream whose lengths are being looked up."""
     _wires: dict[tuple[int, str], Wire] = field(default_factory=dict)
@@ -50,7 +54,7 @@ class KnownInputs:
         source, port = self.graph.source(wire)
         if source.index in self._above:
             return None
-        inputs = KnownInputs(self.graph, source, self._above | {self.instance.index}, self._wires)
+        inputs = KnownInputs(self.graph, source, self.findings, self._above | {self.instance.index}, self._wires)
         if port.side == "inputs":  # of a constant, whose wires start at its input
             return inputs.length(port.field)
         rule = next((LENGTHS[cls] for cls in source.cls.__mro__ if cls in LENGTHS), None)
@@ -65,6 +69,50 @@ class KnownInputs:
         lengths = {self.length(name) for name in arrays} - {None}
         return lengths.pop() if len(lengths) == 1 else None
 
+    def warn_of_length(self, name: str, needed: int, reason: str, *, may_be_empty: bool = False) -> None:
+        """Add W215 if an array input does not have the needed length.
+
+        Args:
+            name: Python name of the input.
+            needed: length that the node needs.
+            reason: help line that says why it needs this length.
+            may_be_empty: whether the node also takes an empty array.
+        """
+        length, node = self.length(name), self.instance
+        if length is None or length == needed or (may_be_empty and not length):
+            return
+        port, source = node.cls.fields[name], self.source(name)
+        elements = "1 element" if length == 1 else f"{length} elements"
+        message = f"{node.id}: {port.name} has {elements}, but the node needs {needed}"
+        span = node.span if source else self._span(name)
+        origin = f"the array comes from {source}" if source else ""
+        self.findings.add("W215", message, span, origin, reason, related=node.entry.via)
+
+    def warn_of_unequal(self, *names: str) -> None:
+        """Add W215 for array inputs whose length differs from that of the first of them; their lengths must be equal."""
+        needed = self.length(names[0])
+        if needed is not None:
+            first = self.instance.cls.fields[names[0]].name
+            for name in names[1:]:
+                self.warn_of_length(name, needed, f"its length must be that of {first}")
+
+    def warn_of_value(self, name: str, message: str, remedy: str) -> None:
+        """Add W216 for the value of an input that is not wired.
+
+        Args:
+            name: Python name of the input.
+            message: text that says what is wrong with the value.
+            remedy: help line.
+        """
+        node = self.instance
+        self.findings.add("W216", f"{node.id}: {message}", self._span(name), remedy, related=node.entry.via)
+
+    def _span(self, name: str) -> Span:
+        """Return the position of an input's value in the file; the position of the node if the file does not set the input."""
+        node = self.instance
+        key = node.literal_key(node.cls.fields[name])
+        return node.entry.span("inputs", key) if key in node.entry.spec.inputs else node.span
+
 
 LENGTHS: dict[type[Node], Callable[[KnownInputs, str], int | None]] = {}
 """Functions that return the length of an array output, by node type, or None if it is unknown before the run.
@@ -73,51 +121,7 @@ Each gets the inputs of the node and the Python name of the output. The modules 
 """
 
 
-def warn_of_length(
-    context: LintContext, inputs: KnownInputs, name: str, needed: int, reason: str, *, may_be_empty: bool = False
-) -> None:
-    """Add W215 if an array input does not have the needed length.
-
-    Args:
-        context: context of the lint.
-        inputs: inputs of the node.
-        name: Python name of the array input.
-        needed: length that the node needs.
-        reason: help line that says why it needs this length.
-        may_be_empty: whether the node also takes an empty array.
-    """
-    length, node = inputs.length(name), inputs.instance
-    if length is None or length == needed or (may_be_empty and not length):
-        return
-    port, source = node.cls.fields[name], inputs.source(name)
-    elements = "1 element" if length == 1 else f"{length} elements"
-    message = f"{node.id}: {port.name} has {elements}, but the node needs {needed}"
-    key = node.literal_key(port)
-    span = node.span if key not in node.entry.spec.inputs or source else node.entry.span("inputs", key)
-    origin = f"the array comes from {source}" if source else ""
-    context.findings.add("W215", message, span, origin, reason, related=node.entry.via)
-
-
-def warn_of_unequal(context: LintContext, inputs: KnownInputs, *names: str) -> None:
-    """Add W215 for array inputs whose length differs from that of the first of them; their lengths must be equal."""
-    needed = inputs.length(names[0])
-    if needed is not None:
-        first = inputs.instance.cls.fields[names[0]].name
-        for name in names[1:]:
-            warn_of_length(context, inputs, name, needed, f"its length must be that of {first}")
-
-
-def warn_of_value(context: LintContext, inputs: KnownInputs, name: str, message: str, remedy: str) -> None:
-    """Add W216 for the value of an input that is not wired.
-
-    Args:
-        context: context of the lint.
-        inputs: inputs of the node.
-        name: Python name of the input.
-        message: text that says what is wrong with the value.
-        remedy: help line.
-    """
-    node = inputs.instance
-    key = node.literal_key(node.cls.fields[name])
-    span = node.entry.span("inputs", key) if key in node.entry.spec.inputs else node.span
-    context.findings.add("W216", f"{node.id}: {message}", span, remedy, related=node.entry.via)
+def known_inputs(context: LintContext, cls: type[N]) -> Iterator[tuple[KnownInputs, N]]:
+    """Yield what is known about the inputs of each node of a type, and a node object with the initial values of its inputs."""
+    for graph, instance, node in context.nodes(cls):
+        yield KnownInputs(graph, instance, context.findings), node

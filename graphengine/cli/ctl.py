@@ -16,6 +16,7 @@ from graphengine.cli.common import clean, counted, parse_set, table
 from graphengine.cli.quantities import angle, duration, number, rate, vector, whole
 from graphengine.control.client import Client, find
 from graphengine.control.runs import Entry
+from graphengine.devices.rotation import yaw_of
 from graphengine.format.errors import ControlError
 from graphengine.format.wording import listing
 
@@ -138,7 +139,7 @@ def _add_robots(add: Callable[..., Any]) -> None:
     state = "publish the topics of robot_state_publisher for this robot"
     spawn.add_argument("--robot-state", action="store_true", help=state)
     force = "place the robot even if it overlaps other objects; physics then pushes them apart"
-    spawn.add_argument("--force", action="store_true", help=force)
+    spawn.add_argument("--force", action="store_const", const=True, help=force)  # older runs accept no `False`
     delete = add("delete", "remove a robot from the scene", "name")
     delete.add_argument("name", metavar="NAME", help="name of the robot")
     move = add("move", "move a robot or an object of the world", make=_move)
@@ -154,9 +155,9 @@ def _add_robots(add: Callable[..., Any]) -> None:
     move.add_argument("--linear", metavar="X,Y,Z", type=vector(3), help=linear)
     move.add_argument("--angular", metavar="X,Y,Z", type=vector(3), help=angular)
     force = "place the robot or object even if it overlaps others; physics then pushes them apart"
-    move.add_argument("--force", action="store_true", help=force)
+    move.add_argument("--force", action="store_const", const=True, help=force)
     jumps = "let ground-truth odometry jump with the robot (default: it continues, as REP 105 demands)"
-    move.add_argument("--odometry-jumps", action="store_true", help=jumps)
+    move.add_argument("--odometry-jumps", action="store_const", const="jumps", dest="odometry", help=jumps)
     summary = "print all that would be close to a robot or object at another position, in any heading"
     clearance = add("clearance", summary, "entity", "position", "margin")
     clearance.add_argument("entity", metavar="NAME", help="name of the robot or object")
@@ -217,11 +218,7 @@ def _spawn(given: argparse.Namespace) -> dict[str, Any]:
         "robot_state": given.robot_state,
     }
     use = {key: value for key, value in use.items() if value is not None}
-    return {"name": given.name, "use": use, **_force(given)}
-
-
-def _force(given: argparse.Namespace) -> dict[str, bool]:
-    return {"force": True} if given.force else {}  # left out otherwise, so that older runs accept the command
+    return {"name": given.name, "use": use, "force": given.force}
 
 
 def _move(given: argparse.Namespace) -> dict[str, Any]:
@@ -232,8 +229,8 @@ def _move(given: argparse.Namespace) -> dict[str, Any]:
         "orientation": _rotation(given),
         "linear": given.linear,
         "angular": given.angular,
-        **({"odometry": "jumps"} if given.odometry_jumps else {}),
-        **_force(given),
+        "odometry": given.odometry,
+        "force": given.force,
     }
 
 
@@ -310,7 +307,6 @@ def _show(entry: Entry, state: dict[str, Any], *, robots: bool) -> None:
 
 def _robot(robot: dict[str, Any]) -> tuple[str, str, str, str]:
     """Return the cells of a robot in the table: name, namespace, position (m) with yaw (deg), and `spawned` or nothing."""
-    (x, y, _), (qx, qy, qz, qw) = robot["position"], robot["orientation"]
-    yaw = math.degrees(math.atan2(2.0 * (qw * qz + qx * qy), 1.0 - 2.0 * (qy * qy + qz * qz)))
+    (x, y, _), yaw = robot["position"], math.degrees(yaw_of(robot["orientation"]))
     place = f"at ({x:z.2f}, {y:z.2f}) m, yaw {yaw:z.0f} deg"
     return robot["name"], f"/{robot['namespace']}", place, "spawned" if robot["spawned"] else ""

@@ -28,6 +28,12 @@ def add_subverbs(parser: argparse.ArgumentParser, subverbs: Mapping[str, tuple[S
         sub.set_defaults(execute_subverb=module.execute)
 
 
+def reach_of(peers: str) -> str:
+    """Return the sentence that says which peers a verb reaches with each transport, for its help."""
+    dds = f"--transport dds reaches only {peers} on Cyclone DDS"
+    return f"{dds}; --transport rclpy reaches {peers} on the RMW of the sourced ROS 2."
+
+
 def execute(arguments: argparse.Namespace) -> int:
     """Execute the subverb that the user gave and return its exit code."""
     return int(arguments.execute_subverb(arguments))

@@ -86,6 +86,12 @@ def from_rpy(roll: float, pitch: float, yaw: float) -> Quaternion:
     )
 
 
+def yaw_of(q: Quaternion) -> float:
+    """Return the yaw of a unit quaternion, rad: its rotation about the fixed z axis after roll and pitch."""
+    x, y, z, w = q
+    return math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
+
+
 def from_orientation(orientation: Orientation) -> Quaternion:
     """Return the unit quaternion of an orientation that a file gives as a quaternion or as roll, pitch and yaw in degrees."""
     if orientation.quaternion_xyzw is None:

@@ -238,10 +238,8 @@ def _check_places(context: LintContext) -> None:
 
 
 def _check_topic_types(context: LintContext) -> None:
-    first: dict[tuple[int, str, bool], EndpointClaim] = {}
     users_last = sorted(context.claims, key=lambda claim: claim.direction in ("subscribe", "call"))
-    for claim in users_last:
-        other = first.setdefault((_domain(claim), claim.topic, claim.is_service), claim)
+    for claim, other in _later(users_last):
         if other.message_type != claim.message_type and not _is_told_elsewhere(claim):
             _, name, here = _what(claim)
             message = f"{name} has the type {here} here and {_what(other)[2]} at {other.node}"
@@ -252,17 +250,22 @@ def _check_topic_types(context: LintContext) -> None:
 
 
 def _check_servers(context: LintContext) -> None:
-    servers: dict[tuple[int, str], EndpointClaim] = {}
-    for claim in context.claims:
-        if claim.direction != "serve" or _is_told_elsewhere(claim):
-            continue
-        other = servers.setdefault((_domain(claim), claim.topic), claim)
+    servers = [claim for claim in context.claims if claim.direction == "serve" and not _is_told_elsewhere(claim)]
+    for claim, other in _later(servers):
+        what, name, _ = _what(claim)
+        message = f"the {what} {name} has a server here and another in {other.node}"
+        article = "an" if what == "action" else "a"
+        remedy = f"{article} {what} has one server; rename one of the two, or set its nodeNamespace"
+        context.disagree("G309", message, claim, other, remedy)
+
+
+def _later(claims: Iterable[EndpointClaim]) -> Iterator[tuple[EndpointClaim, EndpointClaim]]:
+    """Yield each claim of a topic or service that an earlier claim names too, and the first claim of this topic or service."""
+    first: dict[tuple[int, str, bool], EndpointClaim] = {}
+    for claim in claims:
+        other = first.setdefault((_domain(claim), claim.topic, claim.is_service), claim)
         if other is not claim:
-            what, name, _ = _what(claim)
-            message = f"the {what} {name} has a server here and another in {other.node}"
-            article = "an" if what == "action" else "a"
-            remedy = f"{article} {what} has one server; rename one of the two, or set its nodeNamespace"
-            context.disagree("G309", message, claim, other, remedy)
+            yield claim, other
 
 
 def _domain(claim: EndpointClaim) -> int:
@@ -283,15 +286,11 @@ def _is_told_elsewhere(claim: EndpointClaim) -> bool:
 
 
 def _check_clocks(context: LintContext) -> None:
-    publishers: dict[tuple[int, str], EndpointClaim] = {}
-    for claim in context.claims:
-        if claim.direction == "publish" and claim.message_type == "rosgraph_msgs/msg/Clock":
-            other = publishers.setdefault((_domain(claim), claim.topic), claim)
-            if other is not claim:
-                message = f"{claim.topic} is published by both {other.node} and {claim.node}"
-                context.disagree(
-                    "W212", message, claim, other, "subscribers get each time twice; remove one of the two nodes"
-                )
+    clocks = (claim for claim in context.claims if claim.message_type == "rosgraph_msgs/msg/Clock")
+    for claim, other in _later(clock for clock in clocks if clock.direction == "publish"):
+        message = f"{claim.topic} is published by both {other.node} and {claim.node}"
+        remedy = "subscribers get each time twice; remove one of the two nodes"
+        context.disagree("W212", message, claim, other, remedy)
 
 
 def _check_transforms(context: LintContext) -> None:

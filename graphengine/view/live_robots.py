@@ -6,6 +6,7 @@ import math
 from collections.abc import Collection, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
+from graphengine.devices.rotation import yaw_of
 from graphengine.devices.stage import Prim
 from graphengine.messages.names import join_namespaces
 
@@ -48,12 +49,11 @@ def states_of(session: SessionCore, names: Collection[str]) -> Mapping[str, Mapp
         name = robot.entity_name
         if name in names:
             state = session.services.world.entities.state(name)
-            x, y, z, w = state.orientation
             numbers = {
                 "x": state.position[0],
                 "y": state.position[1],
                 "z": state.position[2],
-                "heading": math.degrees(math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))),
+                "heading": math.degrees(yaw_of(state.orientation)),
                 "speed": math.hypot(*state.linear_velocity),
                 "turn": state.angular_velocity[2],
             }

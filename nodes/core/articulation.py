@@ -12,7 +12,7 @@ from graphengine.format.errors import BadValueError, GraphError, JointError
 from graphengine.format.wording import listing
 from graphengine.node import Bound, Context, ExecIn, ExecOut, In, Node, Out
 from graphengine.node.types import Double3s, Doubles, Ints, String, Target, Tokens
-from graphengine.nodes.known_inputs import KnownInputs, warn_of_length
+from graphengine.nodes.known_inputs import known_inputs
 from graphengine.nodes.touched import drives_of
 
 if TYPE_CHECKING:
@@ -332,17 +332,16 @@ def lint_velocities_held_by_stiffness(context: LintContext) -> None:
 @lint("W215")
 def lint_lengths_of_commands(context: LintContext) -> None:
     """Warn of commands that do not have one number for each selected joint, if their length is known before the run."""
-    for graph, instance, node in context.nodes(IsaacArticulationController):
-        inputs, robot = KnownInputs(graph, instance), robot_of(context, node)
-        names, indices = inputs.length("joint_names"), inputs.length("joint_indices")
-        if instance.index not in graph.plan.order or names is None or indices is None:
+    for inputs, node in known_inputs(context, IsaacArticulationController):
+        robot, names, indices = robot_of(context, node), inputs.length("joint_names"), inputs.length("joint_indices")
+        if inputs.instance.index not in inputs.graph.plan.order or names is None or indices is None:
             continue
         joints: tuple[str, ...] | None = robot.facts.get("joints") if robot is not None else None
         selected = names or indices or (len(joints) if joints is not None else 0)
         by = "jointNames" if names else "jointIndices" if indices else f"joints of {robot.path if robot else ''}"
         for kind in _KINDS if selected else ():
             reason = f"one number for each joint is needed ({by}); otherwise the node sets no target"
-            warn_of_length(context, inputs, kind, selected, reason, may_be_empty=True)
+            inputs.warn_of_length(kind, selected, reason, may_be_empty=True)
 
 
 @lint("W211")

@@ -18,7 +18,7 @@ from graphengine.nodes.data.broadcast import Operand, Operation, common, lift
 from graphengine.nodes.data.elementwise import Elementwise
 from graphengine.nodes.data.orientation import slerp
 from graphengine.nodes.data.unions import DECIMALS
-from graphengine.nodes.known_inputs import KnownInputs, warn_of_unequal, warn_of_value
+from graphengine.nodes.known_inputs import known_inputs
 
 
 class InterpolateTo(Elementwise, type="omni.graph.nodes.InterpolateTo"):
@@ -145,20 +145,18 @@ class Interpolator(Node, type="omni.graph.nodes.Interpolator"):
 @lint("W215")
 def lint_lengths_of_samples(context: LintContext) -> None:
     """Warn of interpolators whose knots and values differ in number."""
-    for graph, instance, _ in context.nodes(Interpolator):
-        warn_of_unequal(context, KnownInputs(graph, instance), "knots", "values")
+    for inputs, _ in known_inputs(context, Interpolator):
+        inputs.warn_of_unequal("knots", "values")
 
 
 @lint("W216")
 def lint_order_of_knots(context: LintContext) -> None:
     """Warn of interpolators whose knots do not ascend, because their values are then wrong or jump."""
-    for graph, instance, _ in context.nodes(Interpolator):
-        inputs = KnownInputs(graph, instance)
+    for inputs, _ in known_inputs(context, Interpolator):
         knots = inputs.value("knots")
         pairs = itertools.pairwise(knots.tolist()) if knots is not None else ()
         fall = next((pair for pair in pairs if not pair[0] < pair[1]), None)
         if fall:
             message = f"knots do not ascend: {fall[0]:g} is followed by {fall[1]:g}"
-            warn_of_value(
-                context, inputs, "knots", message, "sort the knots, and their values with them; each knot occurs once"
-            )
+            remedy = "sort the knots, and their values with them; each knot occurs once"
+            inputs.warn_of_value("knots", message, remedy)

@@ -8,7 +8,7 @@ import numpy as np
 
 from graphengine.compiler.lint_registry import LintContext, lint
 from graphengine.node import Float, Float2, Floats, In, Node, Out
-from graphengine.nodes.known_inputs import KnownInputs, warn_of_value
+from graphengine.nodes.known_inputs import known_inputs
 
 
 class NearestRange(Node, type="graphengine.data.NearestRange"):
@@ -45,33 +45,25 @@ class NearestRange(Node, type="graphengine.data.NearestRange"):
 @lint("W216")
 def lint_sectors(context: LintContext) -> None:
     """Warn of sectors that contain no azimuth of a beam, and of angles that seem to be in radians."""
-    for graph, instance, node in context.nodes(NearestRange):
-        inputs = KnownInputs(graph, instance)
+    for inputs, node in known_inputs(context, NearestRange):
         known = [name for name in ("sector", "azimuth_range") if inputs.value(name) is not None]
         radians = [name for name in known if _seem_radians(*inputs.value(name))]
         for name in radians:
             low, high = inputs.value(name)
             degrees = f"[{math.degrees(low):.3g}, {math.degrees(high):.3g}]"
-            port = instance.cls.fields[name].name
+            port = inputs.instance.cls.fields[name].name
             message = f"{port} is in degrees: [{low:g}, {high:g}] is {abs(high - low):.3g} deg wide"
-            warn_of_value(context, inputs, name, message, f"if the numbers are in radians, write {degrees}")
+            inputs.warn_of_value(name, message, f"if the numbers are in radians, write {degrees}")
         if radians or "sector" not in known:
             continue
         (right, left), ends = node.sector, node.azimuth_range
         if right > left:
             message = f"sector is empty, because {right:g} is above {left:g}: no range is ever found"
-            warn_of_value(
-                context, inputs, "sector", message, f"write [{left:g}, {right:g}]; for a sector behind, use two nodes"
-            )
+            inputs.warn_of_value("sector", message, f"write [{left:g}, {right:g}]; for a sector behind, use two nodes")
         elif "azimuth_range" in known and (left < min(ends) or right > max(ends)):
             message = f"sector [{right:g}, {left:g}] contains no beam: no range is ever found"
-            warn_of_value(
-                context,
-                inputs,
-                "sector",
-                message,
-                f"the beams are from {min(ends):g} to {max(ends):g} deg (azimuthRange)",
-            )
+            remedy = f"the beams are from {min(ends):g} to {max(ends):g} deg (azimuthRange)"
+            inputs.warn_of_value("sector", message, remedy)
 
 
 def _seem_radians(low: float, high: float) -> bool:

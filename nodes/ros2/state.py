@@ -17,7 +17,7 @@ from graphengine.node import Bound, Context, In
 from graphengine.node.types import Doubles, Float, Quaterniond, String, Target, Tokens, UChars, Vector3d, read_only
 from graphengine.nodes.checked import same_length
 from graphengine.nodes.core.articulation import NO_JOINTS
-from graphengine.nodes.known_inputs import KnownInputs, warn_of_length, warn_of_unequal
+from graphengine.nodes.known_inputs import known_inputs
 from graphengine.nodes.ros2.publisher import PublisherNode, header, stamp
 
 if TYPE_CHECKING:
@@ -163,21 +163,13 @@ def lint_empty_joint_states(context: LintContext) -> None:
 @lint("W215")
 def lint_lengths_of_states(context: LintContext) -> None:
     """Warn of joint states with arrays of different lengths, and of covariances that do not have 36 numbers."""
-    for graph, instance, node in context.nodes(PublisherNode):
-        inputs = KnownInputs(graph, instance)
+    for inputs, node in known_inputs(context, PublisherNode):
         if isinstance(node, ROS2PublishJointState) and inputs.length("joint_names"):
-            warn_of_unequal(
-                context,
-                inputs,
-                "joint_names",
-                "joint_positions",
-                "joint_velocities",
-                "joint_efforts",
-                "joint_dof_types",
-            )
+            states = "joint_positions", "joint_velocities", "joint_efforts", "joint_dof_types"
+            inputs.warn_of_unequal("joint_names", *states)
         elif isinstance(node, ROS2PublishOdometry):
             for name in ("pose_covariance", "twist_covariance"):
-                warn_of_length(context, inputs, name, 36, "a covariance has 6 x 6 numbers", may_be_empty=True)
+                inputs.warn_of_length(name, 36, "a covariance has 6 x 6 numbers", may_be_empty=True)
 
 
 def _rounded(values: NDArray[np.float64], steps: float) -> NDArray[np.float64]:

@@ -14,7 +14,7 @@ from graphengine.node import BadValueError, Bound, Context, ContextError, In, Ro
 from graphengine.node.types import Double3s, Double4s, Quaterniond, String, Target, Tokens, Vector3d
 from graphengine.nodes.checked import same_length
 from graphengine.nodes.core.transforms import pose_of
-from graphengine.nodes.known_inputs import KnownInputs, warn_of_unequal
+from graphengine.nodes.known_inputs import known_inputs
 from graphengine.nodes.ros2.publisher import NetworkNode, PublisherNode, header, send, stamp
 from graphengine.nodes.touched import reading_poses
 
@@ -136,10 +136,9 @@ class ROS2PublishTransformTree(TransformPublisher, type="isaacsim.ros2.bridge.RO
 @lint("W215")
 def lint_lengths_of_transforms(context: LintContext) -> None:
     """Warn of transforms in arrays of different lengths."""
-    for graph, instance, _ in context.nodes(ROS2PublishTransformTree):
-        inputs = KnownInputs(graph, instance)
+    for inputs, _ in known_inputs(context, ROS2PublishTransformTree):
         if inputs.length("parent_frames"):
-            warn_of_unequal(context, inputs, "parent_frames", "child_frames", "translations", "orientations")
+            inputs.warn_of_unequal("parent_frames", "child_frames", "translations", "orientations")
 
 
 def linked(time: float, publisher: Publisher, links: Iterable[FrameLink]) -> messages.TFMessage:

@@ -110,7 +110,6 @@ BOUNDS_NO_INPUT = {
         "ros.parameter_client.PATIENCE",
     ),
     "a setting that another program gets": (
-        "api.nav2.nav2_parameters.BOND_TIMEOUT",
         "ros.transports.dds.cyclone.MAX_BLOCKING_MS",
         "ros.ports.MAX_PARTICIPANT_INDEX",
     ),

@@ -3,18 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal, TypeVar, get_args
+from typing import Literal, get_args
 
-from graphengine.api.nav2.distributions import DEFAULT, DISTRIBUTIONS, Distribution
 from graphengine.api.nav2.motion_limits import MotionLimits
-from graphengine.api.nav2.sourced import Sourced, nav2
+from graphengine.api.nav2.sourced import Sourced
 from graphengine.format.errors import UsageError
+from graphengine.messages.distros import JAZZY, Distro
 
 Controller = Literal["dwb", "mppi", "rpp"]
 CONTROLLERS: tuple[Controller, ...] = get_args(Controller)
-T = TypeVar("T")
 
-BUSY = "to tolerate a busy machine (--busy)"
 REACHED, FACING, COARSE = 0.15, 0.1, 0.2
 """Distance (m) from a goal within which the robot has reached it, and angle (rad) with DWB and with the other controllers."""
 
@@ -31,15 +29,11 @@ class Choices:
         yaw_tolerance: angle from a goal at which it is reached, rad; None takes the default of the controller.
     """
 
-    distribution: Distribution = DISTRIBUTIONS[DEFAULT]
+    distribution: Distro = JAZZY
     busy: bool = False
     controller: Controller | None = None
     xy_tolerance: float | None = None
     yaw_tolerance: float | None = None
-
-    def patient(self, own: T, busy: T) -> Sourced[T]:
-        """Return Nav2's own value, or another value if the machine is busy."""
-        return Sourced(busy, BUSY) if self.busy else nav2(own)
 
     @property
     def frequency(self) -> float:
@@ -52,10 +46,9 @@ class Choices:
         Raises:
             UsageError: the chosen controller cannot steer a car.
         """
-        car = limits.turning_radius.value > 0.0
-        if car and self.controller == "dwb":
+        if limits.car and self.controller == "dwb":
             raise UsageError("--controller dwb: DWB turns on the spot, which a car cannot do; choose mppi or rpp")
-        return self.controller or ("rpp" if car else "dwb")
+        return self.controller or ("rpp" if limits.car else "dwb")
 
     def reached(self) -> Sourced[float]:
         """Return the distance from a goal at which it is reached, m."""

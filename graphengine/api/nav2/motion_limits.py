@@ -58,6 +58,16 @@ class MotionLimits:
     turn_acceleration: Sourced[float]
     turning_radius: Sourced[float]
 
+    @property
+    def omni(self) -> bool:
+        """Whether the base can drive sideways."""
+        return self.kinematics.value == "omni"
+
+    @property
+    def car(self) -> bool:
+        """Whether the base cannot turn on the spot."""
+        return self.turning_radius.value > 0.0
+
 
 def motion_limits(scene: LoadedScene, robot: RobotInstance, graphs: Collection[str]) -> MotionLimits:
     """Return the motion limits of a robot.
@@ -72,17 +82,13 @@ def motion_limits(scene: LoadedScene, robot: RobotInstance, graphs: Collection[s
     )
     kinematics = inputs.kinematics()
     radius, base, track = (inputs.first(*names) for names in (_RADIUS, ("wheelBase",), ("wheelDistance", "trackWidth")))
-    speeds = [
-        *inputs.limits("maxLinearSpeed"),
-        *(
-            _times(one, radius, "m/s at the rim")
-            for one in inputs.limits("maxWheelSpeed", "maxWheelVelocity")
-            if radius
-        ),
-        *_rim_speeds(robot),
-        Sourced(MOST_SPEED, "limit for indoor driving"),
-    ]
-    speed = _least(speeds)
+    at_rim: list[Sourced[float]] = []
+    if radius is not None:
+        turned = inputs.limits("maxWheelSpeed", "maxWheelVelocity")
+        how = "times the wheel's radius, m/s at the rim"
+        at_rim = [Sourced(one.value * radius.value, f"{one.source} {how}") for one in turned]
+    at_rim += _rim_speeds(robot)
+    speed = _least([*inputs.limits("maxLinearSpeed"), *at_rim, Sourced(MOST_SPEED, "limit for indoor driving")])
     steering = inputs.first("maxWheelRotation")
     turning_radius = Sourced(0.0, "the robot turns on the spot")
     if kinematics.value == "ackermann" and base is not None:
@@ -188,10 +194,6 @@ def _least(found: list[Sourced[float]]) -> Sourced[float]:
     return min(found, key=lambda one: one.value)
 
 
-def _times(one: Sourced[float], radius: Sourced[float], unit: str) -> Sourced[float]:
-    return Sourced(one.value * radius.value, f"{one.source} times the wheel's radius, {unit}")
-
-
 def _rim_speeds(robot: RobotInstance) -> Iterator[Sourced[float]]:
     """Yield the highest rim speed of each driven wheel whose drive or joint has a velocity limit, m/s."""
     joints = {joint.name: joint for joint in robot.moving}
@@ -220,7 +222,7 @@ def _turning_radius(
 
 
 def _acceleration_by_force(scene: LoadedScene, robot: RobotInstance) -> list[Sourced[float]]:
-    """Return a list with the acceleration that the wheel drives can reach, m/s2; empty if their forces have no limit."""
+    """Return the accelerations that the wheel drives and the grip of the wheels allow, m/s2; none if the drives have no limit."""
     assert scene.world is not None
     wheels = {name: radius for name, radius in robot.wheel_radii.items() if name in robot.drives}
     force = sum(robot.drives[name].max_force / radius for name, radius in wheels.items())
@@ -229,7 +231,5 @@ def _acceleration_by_force(scene: LoadedScene, robot: RobotInstance) -> list[Sou
     model = scene.world.simulation.model
     own = [name.startswith(f"{robot.name}/") for name in body_names(model)]
     mass = float(model.body_mass[own].sum())
-    grip = GRIP * 9.81
-    if SHARE_OF_FORCE * force / mass > grip:
-        return [Sourced(grip, f"grip of the wheels: {GRIP:g} times gravity")]
-    return [Sourced(SHARE_OF_FORCE * force / mass, f"max_force of {len(wheels)} drives, mass {mass:.3g} kg")]
+    by_force = Sourced(SHARE_OF_FORCE * force / mass, f"max_force of {len(wheels)} drives, mass {mass:.3g} kg")
+    return [by_force, Sourced(GRIP * 9.81, f"grip of the wheels: {GRIP:g} times gravity")]

@@ -11,12 +11,11 @@ from graphengine.api.calibration.calibrator import calibrate
 from graphengine.api.calibration.figures import Calibration
 from graphengine.api.nav2.choices import Choices
 from graphengine.api.nav2.launch_files import fleet_launch, robot_launch
-from graphengine.api.nav2.localization import Alphas
 from graphengine.api.nav2.motion_limits import reached
-from graphengine.api.nav2.nav2_parameters import nav2_parameters
+from graphengine.api.nav2.nav2_parameters import Alphas, nav2_parameters
 from graphengine.api.nav2.readme_file import readme_file
 from graphengine.api.nav2.robot_facts import RobotFacts, robot_facts, unknown_covariances
-from graphengine.api.nav2.rviz_file import DESCRIPTION, rviz_file
+from graphengine.api.nav2.rviz_file import rviz_file
 from graphengine.api.nav2.sourced import Sourced
 from graphengine.format.errors import UsageError
 from graphengine.format.wording import unknown
@@ -103,7 +102,7 @@ def nav2_files(
     if not slam:
         contents |= _map(scene, facts, notes)
     notes += [note for one in facts for note in unknown_covariances(scene, one)]
-    described = {claim.topic for claim in scene.claims}.issuperset(one.topic(DESCRIPTION) for one in facts)
+    described = {claim.topic for claim in scene.claims}.issuperset(one.topic("robot_description") for one in facts)
     readme = readme_file(name, facts, slam=slam, robot_state=scene.options.robot_state, described=described)
     contents[Path("README.md")] = readme.encode()
     return Nav2Files(contents, tuple(facts), tuple(notes))

@@ -28,7 +28,6 @@ from graphengine.physics.model.robot import RobotInstance
 from graphengine.scene.loaded_scene import LoadedScene
 
 TRANSFORMS = "tf2_msgs/msg/TFMessage"
-MAP_FRAME = "map"
 _ODOMETRY_NODE = "isaacsim.ros2.bridge.ROS2PublishOdometry"
 _LIDAR_WORDS = ("scan", "laser", "lidar")
 """A link whose name contains one of these words is suggested as the mount of a lidar."""
@@ -148,9 +147,7 @@ def robot_facts(scene: LoadedScene, robot: RobotInstance) -> RobotFacts:
 
 def unknown_covariances(scene: LoadedScene, robot: RobotFacts) -> Iterator[str]:
     """Yield a note if the covariances of a robot's odometry are all zero, which filters such as robot_localization misread."""
-    (claim,) = [
-        claim for claim in scene.claims if claim.topic == robot.odometry_topic and claim.direction == "publish"
-    ][:1]
+    claim = next(one for one in scene.claims if (one.topic, one.direction) == (robot.odometry_topic, "publish"))
     for node in _nodes_without_covariances(scene, claim):
         yield (
             f"the covariances of {claim.topic} are all zero: AMCL ignores them, but robot_localization takes the "
@@ -173,7 +170,7 @@ def _nodes_without_covariances(scene: LoadedScene, claim: EndpointClaim) -> Iter
 
 def _odometry(scene: LoadedScene, claims: Sequence[EndpointClaim]) -> EndpointClaim | None:
     """Return the first odometry with covariances, or else the first odometry, such as the true motion."""
-    found = [claim for claim in claims if claim.direction == "publish" and claim.message_type == ODOMETRY]
+    found = _published(claims, ODOMETRY)
     return min(found, key=lambda claim: any(_nodes_without_covariances(scene, claim)), default=None)
 
 
@@ -188,8 +185,8 @@ def _claims_of(scene: LoadedScene, robot: RobotInstance) -> list[EndpointClaim]:
     return sorted(own, key=lambda claim: (claim.topic.count("/"), claim.topic, claim.node))
 
 
-def _first(claims: Sequence[EndpointClaim], direction: str, *types: str) -> EndpointClaim | None:
-    return next((one for one in claims if one.direction == direction and one.message_type in types), None)
+def _published(claims: Sequence[EndpointClaim], message_type: str) -> list[EndpointClaim]:
+    return [claim for claim in claims if claim.direction == "publish" and claim.message_type == message_type]
 
 
 def _command(claims: Sequence[EndpointClaim], missing: list[str]) -> EndpointClaim | None:
@@ -246,10 +243,9 @@ def _connected(frame: str, edges: Sequence[tuple[str, str]]) -> set[str]:
 
 def _no_scan(robot: RobotInstance, stage: Stage, claims: Sequence[EndpointClaim]) -> str:
     """Return the error text for a robot without a LaserScan topic; the text says what to add, with YAML lines if possible."""
-    cloud = _first(claims, "publish", "sensor_msgs/msg/PointCloud2")
-    if cloud is not None:
+    if clouds := _published(claims, "sensor_msgs/msg/PointCloud2"):
         return (
-            f"no sensor_msgs/LaserScan: {cloud.topic} is a PointCloud2; publish a scan with ROS2RtxLidarHelper, type "
+            f"no sensor_msgs/LaserScan: {clouds[0].topic} is a PointCloud2; publish a scan with ROS2RtxLidarHelper, type "
             "laser_scan, or with ROS2PublishLaserScan, or convert it with pointcloud_to_laserscan"
         )
     prims = [prim for prim in stage.find(robot.prim_path).descendants() if prim.kind == "link"]

@@ -17,8 +17,4 @@ class Sourced(Generic[T]):
 
 
 NAV2 = "Nav2's own parameter file"
-
-
-def nav2(value: T) -> Sourced[T]:
-    """Label a value as taken from Nav2's own parameter file, and return it; defaults of Nav2's nodes get this label too."""
-    return Sourced(value, NAV2)
+"""Source of the values in a template without another source; this includes defaults of Nav2's nodes."""

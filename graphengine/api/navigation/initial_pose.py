@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import math
 import time
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import partial
 
-from graphengine.api.navigation.true_poses import PlanarPose, TruePoses
+from graphengine.api.navigation.true_poses import MAP, PlanarPose, TruePoses
 from graphengine.format.errors import TransportError
 from graphengine.messages import messages
 from graphengine.messages.definitions import DEFINITIONS
@@ -53,9 +52,7 @@ def may_belong(frame: str, namespace: str) -> bool:
     return frame.strip("/").rpartition("/")[0] in ("", namespace.strip("/"))
 
 
-def give_initial_pose(
-    transport: Transport, namespace: str, truth: TruePoses, clock: Callable[[], float], frame: str = "map"
-) -> bool:
+def give_initial_pose(transport: Transport, namespace: str, truth: TruePoses, clock: Callable[[], float]) -> bool:
     """Publish the true pose on `initialpose` until the localization node accepts it; return whether the node accepted it.
 
     The function returns False after `PATIENCE` s of wall time, or when the run that provides `truth` has ended. The pose counts
@@ -67,16 +64,13 @@ def give_initial_pose(
 
     def take_pose(data: bytes) -> None:
         with suppress(TransportError):
-            pose = messages.decode(data, MESSAGE).pose.pose
-            q = pose.orientation
-            yaw = math.atan2(2.0 * (q.w * q.z + q.x * q.y), 1.0 - 2.0 * (q.y * q.y + q.z * q.z))
-            found = PlanarPose(pose.position.x, pose.position.y, yaw)
+            found = PlanarPose.of(messages.decode(data, MESSAGE).pose.pose)
             heard.near = found.distance(truth.newest) < NEAR and found.turn(truth.newest) < NEAR
 
     def take_transforms(data: bytes, *, shared: bool) -> None:
         with suppress(TransportError):
             edges = messages.decode(data, "tf2_msgs/msg/TFMessage").transforms
-            children = [edge.child_frame_id for edge in edges if edge.header.frame_id == frame]
+            children = [edge.child_frame_id for edge in edges if edge.header.frame_id == MAP]
             heard.broadcasts |= any(not shared or may_belong(child, namespace) for child in children)
 
     own = transport.reader(f"{namespace}/amcl_pose", MESSAGE, QoS(depth=1), take_pose)
@@ -95,7 +89,7 @@ def give_initial_pose(
         while time.monotonic() < deadline and not truth.ended:
             if time.monotonic() >= due and writer.matched:
                 due = time.monotonic() + AGAIN
-                _send(writer, truth.newest, clock(), frame)
+                _send(writer, truth.newest, clock())
             time.sleep(0.05)
             reports = bool(transport.graph().publishers(f"{namespace}/amcl_pose"))
             if due and (heard.near or (heard.broadcasts and not reports)):
@@ -106,11 +100,9 @@ def give_initial_pose(
             end.close()
 
 
-def _send(writer: Writer, pose: PlanarPose, now: float, frame: str) -> None:
+def _send(writer: Writer, pose: PlanarPose, now: float) -> None:
     message = DEFINITIONS.initial(MESSAGE)
-    message.header = messages.Header(messages.stamp(now), frame)
-    message.pose.pose.position.x, message.pose.pose.position.y = pose.x, pose.y
-    orientation = message.pose.pose.orientation
-    orientation.z, orientation.w = math.sin(pose.yaw / 2.0), math.cos(pose.yaw / 2.0)
+    message.header = messages.Header(messages.stamp(now), MAP)
+    pose.put_into(message.pose.pose)
     message.pose.covariance[[0, 7, 35]] = SPREAD * SPREAD
     writer.write(messages.encode(message))

@@ -14,7 +14,7 @@ from typing import Any
 
 from graphengine.api.navigation.goal_list import NavigationGoal
 from graphengine.api.navigation.outcome import REACHED, RESET, Outcome, error_name
-from graphengine.api.navigation.true_poses import PlanarPose, TruePoses, yaw_of
+from graphengine.api.navigation.true_poses import MAP, PlanarPose, TruePoses
 from graphengine.format.errors import GraphError
 from graphengine.messages import messages
 from graphengine.messages.definitions import DEFINITIONS, Definitions
@@ -24,7 +24,6 @@ from graphengine.ros.transport import Transport
 
 ACTION = "navigate_to_pose"
 ACTION_TYPE = "nav2_msgs/action/NavigateToPose"
-MAP = "map"
 POLL = 0.1
 """Wall time between two checks of a goal, s."""
 RETRY = 1.0
@@ -71,12 +70,10 @@ class Track:
 
     def add(self, feedback: Any, now: float) -> None:
         """Add a feedback message; `now` is the simulation time of its arrival, s."""
-        head, pose = feedback.current_pose.header, feedback.current_pose.pose
-        stamp = head.stamp.sec + head.stamp.nanosec * 1e-9 or now
-        q = pose.orientation
-        believed = PlanarPose(pose.position.x, pose.position.y, yaw_of(q.x, q.y, q.z, q.w))
+        head = feedback.current_pose.header
         if head.frame_id:  # the first feedback of Nav2 can have no pose
-            self.poses[stamp] = believed
+            stamp = head.stamp.sec + head.stamp.nanosec * 1e-9 or now
+            self.poses[stamp] = PlanarPose.of(feedback.current_pose.pose)
         left = feedback.estimated_time_remaining
         self.recoveries, self.distance = int(feedback.number_of_recoveries), float(feedback.distance_remaining)
         self.remaining_time = left.sec + left.nanosec * 1e-9
@@ -301,9 +298,7 @@ class Navigator:
     def _message(self, goal: NavigationGoal) -> Any:
         message = self._definitions.initial(f"{ACTION_TYPE}_Goal")
         message.pose.header = messages.Header(messages.stamp(self._clock()), MAP)
-        message.pose.pose.position.x, message.pose.pose.position.y = goal.x, goal.y
-        orientation = message.pose.pose.orientation
-        orientation.z, orientation.w = math.sin(goal.yaw / 2.0), math.cos(goal.yaw / 2.0)
+        PlanarPose(goal.x, goal.y, goal.yaw).put_into(message.pose.pose)
         return message
 
     def _measured(self, outcome: Outcome, track: Track, begun: float) -> Outcome:

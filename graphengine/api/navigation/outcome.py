@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,42 +16,22 @@ REACHED = "reached"
 RESET = "reset"
 """Result of a goal during which the run was reset: its time and the poses of the robot began anew."""
 
+_ERRORS = {
+    ("controller", 100): "UNKNOWN INVALID_CONTROLLER TF_ERROR INVALID_PATH PATIENCE_EXCEEDED FAILED_TO_MAKE_PROGRESS"
+    " NO_VALID_CONTROL CONTROLLER_TIMED_OUT",
+    ("planner", 200): "UNKNOWN INVALID_PLANNER TF_ERROR START_OUTSIDE_MAP GOAL_OUTSIDE_MAP START_OCCUPIED GOAL_OCCUPIED"
+    " TIMEOUT NO_VALID_PATH",
+    ("spin", 700): "UNKNOWN TIMEOUT TF_ERROR COLLISION_AHEAD",
+    ("backup", 710): "UNKNOWN TIMEOUT TF_ERROR INVALID_INPUT COLLISION_AHEAD",
+    ("drive on heading", 720): "UNKNOWN TIMEOUT TF_ERROR COLLISION_AHEAD INVALID_INPUT",
+    ("navigator", 9000): "UNKNOWN FAILED_TO_LOAD_BEHAVIOR_TREE TF_ERROR TIMEOUT",
+}
+"""Names of consecutive error codes of a Nav2 server, by the server and the first code."""
+_USES = Counter(name for names in _ERRORS.values() for name in names.split())
 ERROR_NAMES = {
-    100: "controller UNKNOWN",
-    101: "INVALID_CONTROLLER",
-    102: "controller TF_ERROR",
-    103: "INVALID_PATH",
-    104: "PATIENCE_EXCEEDED",
-    105: "FAILED_TO_MAKE_PROGRESS",
-    106: "NO_VALID_CONTROL",
-    107: "CONTROLLER_TIMED_OUT",
-    200: "planner UNKNOWN",
-    201: "INVALID_PLANNER",
-    202: "planner TF_ERROR",
-    203: "START_OUTSIDE_MAP",
-    204: "GOAL_OUTSIDE_MAP",
-    205: "START_OCCUPIED",
-    206: "GOAL_OCCUPIED",
-    207: "planner TIMEOUT",
-    208: "NO_VALID_PATH",
-    700: "spin UNKNOWN",
-    701: "spin TIMEOUT",
-    702: "spin TF_ERROR",
-    703: "spin COLLISION_AHEAD",
-    710: "backup UNKNOWN",
-    711: "backup TIMEOUT",
-    712: "backup TF_ERROR",
-    713: "backup INVALID_INPUT",
-    714: "backup COLLISION_AHEAD",
-    720: "drive on heading UNKNOWN",
-    721: "drive on heading TIMEOUT",
-    722: "drive on heading TF_ERROR",
-    723: "drive on heading COLLISION_AHEAD",
-    724: "drive on heading INVALID_INPUT",
-    9000: "navigator UNKNOWN",
-    9001: "FAILED_TO_LOAD_BEHAVIOR_TREE",
-    9002: "navigator TF_ERROR",
-    9003: "navigator TIMEOUT",
+    code: f"{server} {name}" if _USES[name] > 1 else name
+    for (server, first), names in _ERRORS.items()
+    for code, name in enumerate(names.split(), first)
 }
 """Names of Nav2's error codes. A name that several Nav2 servers use is preceded by the name of the server."""
 

@@ -13,8 +13,11 @@ from typing import Any, NamedTuple
 
 from graphengine.control import runs
 from graphengine.control.client import Client, find
+from graphengine.devices.rotation import yaw_of
 from graphengine.format.errors import ControlError
 
+MAP = "map"
+"""TF frame of the map, in which Nav2 takes goals and poses."""
 PERIOD = 0.05
 """Wall time between two samples, s."""
 PATIENCE = 30.0
@@ -32,6 +35,17 @@ class PlanarPose(NamedTuple):
     y: float
     yaw: float
 
+    @classmethod
+    def of(cls, pose: Any) -> PlanarPose:
+        """Return the planar part of a geometry_msgs/Pose."""
+        q = pose.orientation
+        return cls(pose.position.x, pose.position.y, yaw_of((q.x, q.y, q.z, q.w)))
+
+    def put_into(self, pose: Any) -> None:
+        """Set a geometry_msgs/Pose, in which z, roll and pitch are 0, to this pose."""
+        pose.position.x, pose.position.y = self.x, self.y
+        pose.orientation.z, pose.orientation.w = math.sin(self.yaw / 2.0), math.cos(self.yaw / 2.0)
+
     def distance(self, other: PlanarPose) -> float:
         """Return the distance between the two positions, m."""
         return math.hypot(self.x - other.x, self.y - other.y)
@@ -39,11 +53,6 @@ class PlanarPose(NamedTuple):
     def turn(self, other: PlanarPose) -> float:
         """Return the absolute difference of the two yaws, 0 to pi rad."""
         return abs(math.remainder(self.yaw - other.yaw, math.tau))
-
-
-def yaw_of(x: float, y: float, z: float, w: float) -> float:
-    """Return the yaw of a quaternion, rad."""
-    return math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
 
 
 class TruePoses:
@@ -108,9 +117,9 @@ class TruePoses:
                 start.x + part * (end.x - start.x), start.y + part * (end.y - start.y), start.yaw + part * turn
             )
 
-    def wait_until(self, moment: float, timeout: float = 1.0) -> None:
-        """Wait until there is a sample at or after a simulation time, but at most `timeout` s of wall time."""
-        deadline = time.monotonic() + timeout
+    def wait_until(self, moment: float) -> None:
+        """Wait until there is a sample at or after a simulation time, but at most 1 s of wall time."""
+        deadline = time.monotonic() + 1.0
         while self.time < moment and not self.ended and time.monotonic() < deadline:
             time.sleep(PERIOD / 2)
 
@@ -162,7 +171,7 @@ class TruePoses:
         robot, now = robots[self._namespace], float(state["time"])
         self._name = robot["name"]
         x, y, _ = robot["position"]
-        pose = PlanarPose(x, y, yaw_of(*robot["orientation"]))
+        pose = PlanarPose(x, y, yaw_of(robot["orientation"]))
         self.paused = state["state"] == "paused"
         with self._lock:
             if self._times and now < self._times[-1]:  # a reset

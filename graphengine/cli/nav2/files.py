@@ -81,13 +81,12 @@ def execute(arguments: argparse.Namespace) -> int:
 
 def _make(scene: Scene, arguments: argparse.Namespace) -> Nav2Files:
     from graphengine.api.nav2.choices import Choices
-    from graphengine.api.nav2.distributions import DISTRIBUTIONS
     from graphengine.api.nav2.nav2_files import nav2_files
     from graphengine.api.scene import loaded_of
 
     share = 0.0
     choices = Choices(
-        DISTRIBUTIONS[chosen_distro(arguments)],
+        chosen_distro(arguments),
         arguments.busy,
         arguments.controller,
         arguments.xy_tolerance,
@@ -113,9 +112,7 @@ def _make(scene: Scene, arguments: argparse.Namespace) -> Nav2Files:
 def _summary(robot: RobotFacts) -> str:
     """Return a line for the user with the kinematics, limits and footprint of a robot."""
     limits, (inner, outer) = robot.limits, robot.radii
-    turns = (
-        f"turning radius {limits.turning_radius.value:.2f} m" if limits.turning_radius.value else "turns on the spot"
-    )
+    turns = f"turning radius {limits.turning_radius.value:.2f} m" if limits.car else "turns on the spot"
     return (
         f"{robot.name}: {limits.kinematics.value}, {turns}, {limits.speed.value:.2f} m/s, {limits.turn.value:.2f} rad/s, "
         f"footprint of {len(robot.footprint)} corners, {inner:.2f} to {outer:.2f} m from {robot.base_frame}"

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 
 from graphengine.cli.param import describe, dump, get, listing, load, set_value
-from graphengine.cli.subverbs import add_subverbs, execute
+from graphengine.cli.subverbs import add_subverbs, execute, reach_of
 
 __all__ = ["add_arguments", "execute"]
 
@@ -21,8 +21,6 @@ VERBS = {
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the command-line arguments of `graphrun param` to its parser."""
-    parser.epilog = (
-        "A run offers the inputs of its nodes and the variables of its graphs as parameters. --transport dds reaches only nodes"
-        " on Cyclone DDS; --transport rclpy reaches nodes on the RMW of the sourced ROS 2."
-    )
+    offered = "A run offers the inputs of its nodes and the variables of its graphs as parameters."
+    parser.epilog = f"{offered} {reach_of('nodes')}"
     add_subverbs(parser, VERBS)

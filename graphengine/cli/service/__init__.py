@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 
 from graphengine.cli.service import call, kind, listing
-from graphengine.cli.subverbs import add_subverbs, execute
+from graphengine.cli.subverbs import add_subverbs, execute, reach_of
 
 __all__ = ["add_arguments", "execute"]
 
@@ -18,8 +18,5 @@ VERBS = {
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the command-line arguments of `graphrun service` to its parser."""
-    parser.epilog = (
-        "--transport dds reaches only servers on Cyclone DDS; --transport rclpy reaches servers on the RMW of the sourced"
-        " ROS 2."
-    )
+    parser.epilog = reach_of("servers")
     add_subverbs(parser, VERBS)

@@ -6,20 +6,22 @@ import re
 from typing import Any
 
 _WRITER = re.compile(r"(?P<source>.*)ROS2Publish(?P<message>[A-Za-z0-9]+?)(Buffer)?\Z")
-_CAMERA = "ROS2CameraHelper with `type: {}`"
-_BOXES = {"BoundingBox2DTight": "bbox_2d_tight", "BoundingBox2DLoose": "bbox_2d_loose", "BoundingBox3D": "bbox_3d"}
-_IMAGES = {
-    "DistanceTo": "depth",
-    "Depth": "depth",
-    "InstanceSegmentation": "instance_segmentation",
-    "SemanticSegmentation": "semantic_segmentation",
+_HELPERS = {
+    r".* CameraInfo$": "ROS2CameraInfoHelper",
+    r".* LaserScan$": "ROS2RtxLidarHelper with `type: laser_scan`",
+    r".* SemanticLabels$": "ROS2CameraHelper with `enableSemanticLabels: true`",
+    r"RtxRadar.* PointCloud$": "ROS2RtxRadarHelper",
+    r"Rtx.* PointCloud$": "ROS2RtxLidarHelper with `type: point_cloud`",
+    r".* PointCloud$": "ROS2CameraHelper with `type: depth_pcl`",
+    r"BoundingBox2DTight": "ROS2CameraHelper with `type: bbox_2d_tight`",
+    r"BoundingBox2DLoose": "ROS2CameraHelper with `type: bbox_2d_loose`",
+    r"BoundingBox3D": "ROS2CameraHelper with `type: bbox_3d`",
+    r"DistanceTo|Depth": "ROS2CameraHelper with `type: depth`",
+    r"InstanceSegmentation": "ROS2CameraHelper with `type: instance_segmentation`",
+    r"SemanticSegmentation": "ROS2CameraHelper with `type: semantic_segmentation`",
+    r"": "ROS2CameraHelper with `type: rgb`",
 }
-"""Values of `type` of ROS2CameraHelper, by the beginning of the name of the writer's render variable; others are `rgb`."""
-_NODES = {
-    "CameraInfo": "ROS2CameraInfoHelper",
-    "LaserScan": "ROS2RtxLidarHelper with `type: laser_scan`",
-    "SemanticLabels": "ROS2CameraHelper with `enableSemanticLabels: true`",
-}
+"""Helper nodes, by patterns of the render variable and the message of a writer; the first pattern that matches counts."""
 
 
 def is_ros_writer(name: Any) -> bool:
@@ -30,17 +32,8 @@ def is_ros_writer(name: Any) -> bool:
 def helper_node(writer: str) -> str:
     """Return the node type, with the input that selects the message, that publishes the same messages as a ROS 2 writer."""
     found = _WRITER.match(writer)
-    source, message = (found["source"], found["message"]) if found else ("", "")
-    if message in _NODES:
-        return _NODES[message]
-    if message == "PointCloud" and source.startswith("RtxRadar"):
-        return "ROS2RtxRadarHelper"
-    if message == "PointCloud":
-        return (
-            "ROS2RtxLidarHelper with `type: point_cloud`" if source.startswith("Rtx") else _CAMERA.format("depth_pcl")
-        )
-    kinds = _BOXES | _IMAGES
-    return _CAMERA.format(next((kinds[start] for start in kinds if source.startswith(start)), "rgb"))
+    named = f"{found['source']} {found['message']}" if found else ""
+    return next(node for pattern, node in _HELPERS.items() if re.match(pattern, named))
 
 
 def render_variable(sensor: str) -> str:

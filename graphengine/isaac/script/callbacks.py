@@ -90,8 +90,11 @@ def _restore(recorder: GraphRecorder, kept: dict[str, RecordedGraph]) -> None:
     findings = recorder.findings
     for path, graph in kept.items():
         now = recorder.graphs.get(path, recorder.removed.get(path, graph))
-        for does, part, place in (*_more(now, graph, "adds"), *_more(graph, now, "removes")):
-            what = f"a callback of the script {does} {part} of {path}; the graph file keeps the previous graph"
+        before, after = _parts(graph), _parts(now)
+        changes = [(f"adds {part}", place) for part, place in after if part not in dict(before)]
+        changes += [(f"removes {part}", None) for part, _ in before if part not in dict(after)]
+        for change, place in changes:
+            what = f"a callback of the script {change} of {path}; the graph file keeps the previous graph"
             findings.add("W302", what, place)
     new = {path: graph for path, graph in recorder.graphs.items() if path not in kept}
     for path, graph in new.items():
@@ -99,16 +102,10 @@ def _restore(recorder: GraphRecorder, kept: dict[str, RecordedGraph]) -> None:
     recorder.graphs = kept | new
 
 
-def _more(graph: RecordedGraph, other: RecordedGraph, does: str) -> Iterator[tuple[str, str, Span | None]]:
-    """Yield the nodes, wires and variables that `graph` has and `other` lacks; their positions only if `does` is `adds`."""
-    wires = set(other.wires)
-    parts = [
-        *((f"the node {name}", node.span) for name, node in graph.nodes.items() if name not in other.nodes),
-        *((f"the wire {wire}", wire.span) for wire in graph.wires if wire not in wires),
-        *(
-            (f"the variable {name}", value.span)
-            for name, value in graph.variables.items()
-            if name not in other.variables
-        ),
+def _parts(graph: RecordedGraph) -> list[tuple[str, Span | None]]:
+    """Return the nodes, wires and variables of a graph, as texts, with their positions."""
+    return [
+        *((f"the node {name}", node.span) for name, node in graph.nodes.items()),
+        *((f"the wire {wire}", wire.span) for wire in graph.wires),
+        *((f"the variable {name}", value.span) for name, value in graph.variables.items()),
     ]
-    yield from ((does, part, place if does == "adds" else None) for part, place in parts)

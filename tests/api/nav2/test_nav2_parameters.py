@@ -14,11 +14,11 @@ import yaml
 
 import graphengine as ge
 from graphengine.api.nav2.choices import CONTROLLERS, Choices
-from graphengine.api.nav2.distributions import DISTRIBUTIONS
 from graphengine.api.nav2.nav2_files import nav2_files
 from graphengine.api.scene import loaded_of
 from graphengine.format.errors import UsageError
 from graphengine.format.files import find_file
+from graphengine.messages.distros import DISTROS
 from tests.api.nav2 import mobile_bases
 from tests.api.nav2.known_parameters import known
 from tests.other_process import in_another_process
@@ -31,8 +31,6 @@ def files_of(scene: str | Path, **options: Any) -> dict[str, str]:
     choices = {
         name: options.pop(name) for name in ("distribution", "busy", "controller", "yaw_tolerance") if name in options
     }
-    if "distribution" in choices:
-        choices["distribution"] = DISTRIBUTIONS[choices["distribution"]]
     made = nav2_files(loaded_of(ge.load(scene)), **{"calibrated": False, "choices": Choices(**choices), **options})
     return {str(path): content.decode() for path, content in made.contents.items() if path.suffix != ".pgm"}
 
@@ -134,7 +132,7 @@ def test_lifecycle_managers_start_nodes_that_have_parameters(dd100: dict[str, An
 MakeBase = Callable[[Path], Any]
 
 
-@pytest.mark.parametrize("distribution", DISTRIBUTIONS)
+@pytest.mark.parametrize("distribution", DISTROS)
 @pytest.mark.parametrize("make", [mobile_bases.mecanum, mobile_bases.car])
 def test_nav2_of_each_distribution_knows_all_parameters(distribution: str, make: MakeBase, tmp_path: Path) -> None:
     scene = make(tmp_path).write().scene
@@ -244,7 +242,7 @@ def test_nav2_uses_the_odometry_of_the_wheels_and_not_the_true_motion_whatever_i
 
 
 def test_the_distributions_differ_in_error_codes() -> None:
-    for name in DISTRIBUTIONS:
+    for name in DISTROS:
         nodes = parameters_of(files_of("dd100_flat", distribution=name)["nav2_params.yaml"], "dd100_0000")
         assert ("error_code_names" in nodes["bt_navigator"]) == (name == "jazzy")
         assert nodes["controller_server"]["enable_stamped_cmd_vel"] is False

@@ -17,9 +17,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from graphengine.api.navigation.true_poses import PlanarPose, TruePoses, yaw_of
+from graphengine.api.navigation.true_poses import PlanarPose, TruePoses
 from graphengine.control import runs
-from graphengine.devices.rotation import from_rpy
+from graphengine.devices.rotation import from_rpy, yaw_of
 from graphengine.format.errors import ControlError, UsageError
 from tests.waiting import PATIENCE, eventually
 
@@ -78,7 +78,7 @@ def test_a_robot_that_was_moved_while_time_stands_is_where_it_was_put() -> None:
 
 @given(st.floats(-3.1, 3.1), st.floats(-1.5, 1.5), st.floats(-3.1, 3.1))
 def test_a_yaw_is_that_of_the_rotation_about_fixed_axes(roll: float, pitch: float, yaw: float) -> None:
-    assert abs(math.remainder(yaw_of(*from_rpy(roll, pitch, yaw)) - yaw, math.tau)) < 1e-6
+    assert abs(math.remainder(yaw_of(from_rpy(roll, pitch, yaw)) - yaw, math.tau)) < 1e-6
 
 
 def test_angles_differ_by_the_short_way_round() -> None:
