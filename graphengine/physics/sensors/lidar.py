@@ -166,9 +166,7 @@ class RaySensor(TickSampled[S]):
     def bind(self) -> None:
         """Look up the body that carries the sensor, and create the caster."""
         super().bind()
-        simulation = self._simulation
-        sees = simulation.sees_own_robots
-        own = own_colliders(simulation.model, simulation.data, sees, self._prim, self.body, self.ranges[0])
+        own = own_colliders(self._simulation, self._prim, self.body, self.ranges[0])
         self._caster = self._simulation.rays.caster(self.directions, self.ranges[1], own)
 
     def cast(self) -> tuple[Floats, Integers]:
