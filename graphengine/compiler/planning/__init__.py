@@ -70,13 +70,8 @@ def make_plan(graph: Graph, findings: Findings) -> Plan | None:
     if not regions.acyclic:
         return None
     lint_reads_and_writes(regions)
-    written: list[Region] = []
-    count = (-1, -1)
-    while count != (
-        len(regions.flagged),
-        len(regions.shared),
-    ):  # what becomes flagged or shared changes what other steps must do
-        count = (len(regions.flagged), len(regions.shared))
+    written, count = list[Region](), -1
+    while count != (count := len(regions.flagged) + len(regions.shared)):  # a new one changes what other steps must do
         regions.placed.clear()
         written = [RegionWriter(regions, index).write() for index in range(len(regions.members))]
         regions.share_upstream()
