@@ -209,9 +209,8 @@ class SdfFiles:
         for place, references in places:
             for path in _model_files(place) if self._may_read(place) else ():
                 if self._may_read(path) and path.is_file():
-                    inside = (
-                        os.path.relpath(path.parent, place) if path != place else ".."
-                    )  # from the place that is named
+                    # The folder of the file, from the place that is named.
+                    inside = os.path.relpath(path.parent, place) if path != place else ".."
                     scheme, separator, folder = references.rpartition("://")
                     folder = posixpath.normpath(posixpath.join(folder, inside))
                     return self._read(path, f"{scheme}{separator}{folder}", span)
