@@ -142,7 +142,7 @@ class MujocoEntities:
     def clearance(self, name: str, position: tuple[float, float], margin: float) -> dict[str, float]:
         """Return the distances (m) of all that would stand close at another position; see `devices.backend.Entities`."""
         prim = self._find(name)
-        _check(name, "position", position)
+        _check(name, position=position)
         root, data = self._only_root(name, prim), self._simulation.data
         now = self._simulation.body(prim).pose()
         mounted = relative(now, pose_of(data.xpos[root], data.xquat[root]))
@@ -224,9 +224,7 @@ class MujocoEntities:
         prim = self._find(name)
         linear, angular = move.linear or REST, move.angular or REST
         now = self._simulation.body(prim).pose()
-        velocity = (*linear, *angular)
-        for what, values in (("position", move.position), ("orientation", move.orientation), ("velocity", velocity)):
-            _check(name, what, values or ())
+        _check(name, position=move.position, orientation=move.orientation, velocity=(*linear, *angular))
         turned = _unit(name, move.orientation) if move.orientation is not None else now[1]
         pose = move.position or now[0], turned
         root, model, data = self._only_root(name, prim), self._simulation.model, self._simulation.data
@@ -269,8 +267,7 @@ class MujocoEntities:
     def push(self, name: str, force: Vector3, duration: float, point: Vector3 | None = None) -> None:
         """Apply a force to an entity for some time; see `devices.backend.Entities`."""
         prim = self._find(name)
-        for what, values in (("force", force), ("duration", (duration,)), ("point", point or ())):
-            _check(name, what, values)
+        _check(name, force=force, duration=(duration,), point=point)
         if duration <= 0.0:
             raise UsageError(f"{name}: the duration of a push must be greater than 0 s, not {duration:g} s")
         root, model = self._only_root(name, prim), self._simulation.model
@@ -280,17 +277,17 @@ class MujocoEntities:
         self._simulation.refresh()  # which wakes what sleeps
 
 
-def _check(name: str, what: str, values: Iterable[float]) -> None:
-    """Raise UsageError if one of the values is not finite or its magnitude exceeds `MOST`.
+def _check(name: str, **quantities: Iterable[float] | None) -> None:
+    """Raise UsageError if a component of a quantity is not finite or its magnitude exceeds `MOST`.
 
     Args:
         name: name of the entity, for the message.
-        what: name of the quantity, for the message.
-        values: components of the quantity.
+        quantities: components of each quantity, by its name for the message; None for a quantity that is not given.
     """
-    for value in values:
-        if not abs(value) <= MOST:
-            raise UsageError(f"{name}: invalid {what} {value:g}; legal: at most {MOST:g}")
+    for what, values in quantities.items():
+        for value in values or ():
+            if not abs(value) <= MOST:
+                raise UsageError(f"{name}: invalid {what} {value:g}; legal: at most {MOST:g}")
 
 
 def _unit(name: str, orientation: Quaternion) -> Quaternion:
