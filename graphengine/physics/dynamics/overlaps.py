@@ -36,7 +36,7 @@ def overlaps(
     """
     owner = model.body_rootid[model.geom_bodyid].tolist()
     found: dict[int, tuple[float, int]] = {}
-    for own, other, depth, up in _touches(model, data):
+    for own, other, depth, up in _touches(data):
         if depth < LEAST or owner[own] not in roots or owner[other] in roots:
             continue
         if floors or model.geom_type[other] != _PLANE or up <= _CARRIES:
@@ -44,7 +44,7 @@ def overlaps(
     return {geom: depth for depth, geom in sorted(found.values(), reverse=True)}
 
 
-def _touches(model: mujoco.MjModel, data: mujoco.MjData) -> Iterator[tuple[int, int, float, float]]:
+def _touches(data: mujoco.MjData) -> Iterator[tuple[int, int, float, float]]:
     """Yield each contact of two geoms twice, once for each: its id, that of the other geom, the depth (m) and how far up it is.
 
     How far up: the vertical component of the contact's normal, which points from the other geom to the geom; 1 if the other
@@ -106,7 +106,7 @@ def touching(model: mujoco.MjModel, data: mujoco.MjData, owners: Mapping[int, st
     """
     owner = [owners.get(root) for root in model.body_rootid[model.geom_bodyid].tolist()]
     found: dict[str, tuple[float, int]] = {}
-    for own, other, depth, up in _touches(model, data):
+    for own, other, depth, up in _touches(data):
         name = owner[own]
         carries = up > _CARRIES and (depth < LEAST or model.geom_type[other] == _PLANE)
         if name is not None and name != owner[other] and not carries:
@@ -123,5 +123,5 @@ def contacts_of(model: mujoco.MjModel, data: mujoco.MjData, roots: Collection[in
         roots: ids of the topmost bodies of the entity.
     """
     owner = model.body_rootid[model.geom_bodyid].tolist()
-    pairs = ((owner[own], owner[other], other) for own, other, _, _ in _touches(model, data))
+    pairs = ((owner[own], owner[other], other) for own, other, _, _ in _touches(data))
     return sorted({geom for root, foreign, geom in pairs if root in roots and foreign not in roots})
