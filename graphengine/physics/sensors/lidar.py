@@ -180,9 +180,13 @@ class RaySensor(TickSampled[S]):
         """
         if self.noise_std:
             distances = distances + self._noise_of(index).normal(0.0, self.noise_std, len(distances))
-        if self._resolution:
-            distances = np.round(distances / self._resolution) * self._resolution
+        distances = rounded(distances, self._resolution)
         return np.clip(distances, *self.ranges) if self.noise_std or self._resolution else distances
+
+
+def rounded(values: Floats, resolution: float) -> Floats:
+    """Return values rounded to multiples of a resolution; with a resolution of 0, return them unchanged."""
+    return np.round(values / resolution) * resolution if resolution else values
 
 
 @implements(Lidar, LidarProfile)
