@@ -14,6 +14,23 @@ if TYPE_CHECKING:
     import networkx as nx
 
 
+def reached(starts: Iterable[int], onwards: Callable[[int], Iterable[int]]) -> dict[int, None]:
+    """Return the nodes that can be reached from `starts`, and `starts` themselves, depth first.
+
+    Args:
+        starts: nodes from which the search starts, in this order.
+        onwards: function that returns the nodes to which a node leads, in the order in which they are searched.
+    """
+    found: dict[int, None] = {}
+    pending = list(starts)[::-1]
+    while pending:
+        node = pending.pop()
+        if node not in found:
+            found[node] = None
+            pending += list(onwards(node))[::-1]
+    return found
+
+
 class Digraph:
     """A directed graph without parallel edges; nodes and edges keep the order in which they were added."""
 

@@ -68,9 +68,7 @@ def no_port(classes: Iterable[type[Node]], name: str, sides: Sequence[Side] = ("
     return f"{who} no {what} {name!r}\n  {did_you_mean(name.rpartition(':')[2], names) or listing(names, many)}"
 
 
-def set_literals(
-    graph: Graph, known: dict[str, Instance | None], findings: Findings, *, recorded: bool = False
-) -> None:
+def set_literals(graph: Graph, findings: Findings, *, recorded: bool = False) -> None:
     """Set the inputs of all instances to the values in the graph file; wrong names and values are added to `findings`.
 
     With `recorded`, for the files of a recording, values out of range are set too, with a warning.

@@ -16,6 +16,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 
+from graphengine.compiler.digraph import reached
 from graphengine.node.node_class import Ending
 
 
@@ -160,26 +161,19 @@ class Plan:
 
     def upstream(self, nodes: Iterable[int]) -> list[Refresh]:
         """Return the computations of the data nodes among `nodes`, and of all data nodes on which they depend, in order."""
-        found: set[int] = set()
-        pending = list(nodes)
-        while pending:
-            index = pending.pop()
-            if index in self.data and index not in found:
-                found.add(index)
-                pending += [copy.source for copy in self.data[index].copies]
+        found = reached(filter(self.data.__contains__, nodes), self._data_sources)
         return [self.data[index] for index in sorted(found, key=self.ranks.__getitem__)]
+
+    def _data_sources(self, index: int) -> list[int]:
+        return [copy.source for copy in self.data[index].copies if copy.source in self.data]
 
     @cached_property
     def flagged_readers(self) -> Mapping[int, set[int]]:
         """For each flagged data node: the flagged data nodes that read it, directly or through data nodes without a flag."""
         readers: dict[int, set[int]] = {index: set() for index in self.flagged}
+        plain = {index: self._data_sources(index) for index in self.data.keys() - readers.keys()}
         for index in self.flagged:
-            found: set[int] = set()
-            pending = [index]
-            while pending:
-                new = {copy.source for copy in self.data[pending.pop()].copies if copy.source in self.data} - found
-                found |= new
-                pending += new - readers.keys()
-            for source in found & readers.keys():
-                readers[source].add(index)
+            for source in reached(self._data_sources(index), lambda data: plain.get(data, ())):
+                if source in readers:
+                    readers[source].add(index)
         return readers

@@ -6,7 +6,7 @@ import heapq
 from collections.abc import Mapping
 from dataclasses import replace
 
-from graphengine.compiler.digraph import Digraph
+from graphengine.compiler.digraph import Digraph, reached
 from graphengine.compiler.graph import Graph, Instance, Wire, known_type, visible, with_article
 from graphengine.format.diagnostics import Findings
 from graphengine.format.errors import ContextError
@@ -211,13 +211,7 @@ def _tell_unsettled(graph: Graph, findings: Findings, refusing: set[int]) -> set
                 findings.add("G213", message, instance.span, remedy, related=instance.entry.via)
                 continue
             unknown.add(instance.index)
-    pending = list(unknown)
-    while pending:
-        for index in behind.pop(pending.pop(), ()):
-            if index not in unknown:
-                unknown.add(index)
-                pending.append(index)
-    return unknown
+    return set(reached(unknown, lambda index: behind.get(index, ())))
 
 
 def _misses(instance: Instance, port: Port, wired: set[tuple[str, str]]) -> bool:

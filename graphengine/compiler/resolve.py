@@ -46,7 +46,7 @@ def resolve(
     """
     graph = Graph(name, prim_path, flat)
     known = _instantiate(graph, registry, findings)
-    set_literals(graph, known, findings, recorded=recorded)
+    set_literals(graph, findings, recorded=recorded)
     set_overrides(graph, graph.instances, overrides, findings, recorded=recorded)
     _connect(graph, known, findings)
     set_overrides(graph, add_gates(graph, findings), overrides, findings, recorded=recorded)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Literal
@@ -225,7 +225,7 @@ class _Expansion:
                 subgraphs[name] = subgraph
         for number, text in enumerate(loaded.spec.connections):
             span = loaded.document.span("connections", number)
-            ends = self._parse_wire(loaded.document, number, text) or []
+            ends = self._parse_wire(loaded.document, number, text)
             sources = [source for end in ends[:1] for source in self._lead_through(end, subgraphs, "outputs")]
             targets = [target for end in ends[1:] for target in self._lead_through(end, subgraphs, "inputs")]
             self.flat.unread += not sources or not targets
@@ -288,8 +288,8 @@ class _Expansion:
                 handed_on.setdefault(end.node, {})[end.port] = given
         return handed_on
 
-    def _parse_wire(self, document: Document, number: int, text: str) -> list[WireEnd] | None:
-        """Return the two ends of a connection such as `A.x -> B.y`; None after an error, which is added to the findings.
+    def _parse_wire(self, document: Document, number: int, text: str) -> list[WireEnd]:
+        """Return the two ends of a connection such as `A.x -> B.y`; none after an error, which is added to the findings.
 
         Args:
             document: file that contains the connection.
@@ -303,15 +303,27 @@ class _Expansion:
         if len(targets) != 1:
             arrows = f"a connection has one arrow, this one has {len(targets) or 'none'}"
             self.findings.add("G202", arrows, value.span, legal)
-            return None
-        ends: list[WireEnd] = []
-        for part, offset in ((source, 0), (targets[0], text.rindex(targets[0]))):
-            span = value.span.part(offset, len(part)) if value.plain and value.span.length == len(text) else value.span
-            end = _read_end(part, span)
-            if end is None:
-                self.findings.add("G202", f"{part!r} does not have the form `Node.port`", span, legal)
-                return None
-            ends.append(end)
+            return []
+        parts = [(source, value.span), (targets[0], value.span)]
+        if value.plain and value.span.length == len(text):
+            offsets = (0, text.rindex(targets[0]))
+            parts = [(part, span.part(at, len(part))) for (part, span), at in zip(parts, offsets, strict=True)]
+        return self._read_ends(parts, legal)
+
+    def _read_ends(self, texts: Iterable[tuple[str, Span]], legal: str = "") -> list[WireEnd]:
+        """Parse ends of wires, `Node.port` or `Node.side:port`; return none if a text has neither form, and add a finding.
+
+        Args:
+            texts: texts of the ends, with their positions.
+            legal: help line of the finding.
+        """
+        ends = list[WireEnd]()
+        for text, span in texts:
+            match = _END.match(text)
+            if match is None:
+                self.findings.add("G202", f"{text!r} does not have the form `Node.port`", span, legal)
+                return []
+            ends.append(WireEnd(match["node"], match["port"], match["side"] or "", span))
         return ends
 
     def _declared(self, inner: Loaded[GraphSpec], side: Side, port: str, subgraph: str, span: Span) -> list[WireEnd]:
@@ -329,15 +341,8 @@ class _Expansion:
             near = self.findings.guess(port, declared) or listing(declared, side)
             self.findings.add("G204", f"subgraph {subgraph!r} has no {side[:-1]} {port!r}", span, near)
             return []
-        ends = list[WireEnd]()
-        for number, text in enumerate(declared[port] or ("",)):
-            place = inner.document.span(side, port, number)
-            end = _read_end(text, place)
-            if end is None:
-                self.findings.add("G202", f"{text!r} does not have the form `Node.port`", place)
-                return []
-            ends.append(end)
-        return ends
+        texts = enumerate(declared[port] or ("",))
+        return self._read_ends((text, inner.document.span(side, port, number)) for number, text in texts)
 
     def _lead_through(self, end: WireEnd, subgraphs: Mapping[str, _Subgraph], side: Side) -> Iterator[WireEnd]:
         """Follow one end of a wire into nested subgraphs; yield the ports of nodes that are no subgraphs, none after an error.
@@ -371,12 +376,6 @@ def _with_values(spec: NodeSpec, given: Mapping[str, Given]) -> NodeSpec:
 def _declared_ports(loaded: Loaded[GraphSpec], side: Side) -> Mapping[str, tuple[str, ...]]:
     """Return the ports that a file declares on one side for its use as a subgraph: inner ports such as `Node.port`, by name."""
     return loaded.spec.inputs if side == "inputs" else {name: (port,) for name, port in loaded.spec.outputs.items()}
-
-
-def _read_end(text: str, span: Span) -> WireEnd | None:
-    """Parse one end of a wire, `Node.port` or `Node.side:port`; return None if the text has neither form."""
-    match = _END.match(text)
-    return WireEnd(match["node"], match["port"], match["side"] or "", span) if match is not None else None
 
 
 def _prefixed(prefix: str, end: WireEnd) -> WireEnd:

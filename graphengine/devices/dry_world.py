@@ -16,6 +16,7 @@ from graphengine.devices.backend import Friction, Light, select_joints
 from graphengine.devices.contact_points import Contacts
 from graphengine.devices.device import device_of
 from graphengine.devices.entity import Entity, Overlap
+from graphengine.devices.motion import JointFacts
 from graphengine.devices.rotation import IDENTITY, ORIGIN, Quaternion, Vector3
 from graphengine.devices.stage import Prim, Stage
 from graphengine.devices.visible import Bodies
@@ -216,7 +217,7 @@ class SurfaceStub(Shared):
         self.linear, self.angular = linear, angular
 
 
-class ArticulationStub(Shared):
+class ArticulationStub(JointFacts, Shared):
     """The joints of a robot for tests. Tests set `state`; nodes set `targets`, which are NaN for joints without a command.
 
     Args:
@@ -227,17 +228,9 @@ class ArticulationStub(Shared):
 
     def __init__(self, robot: Prim) -> None:
         self.prim_path = robot.path
-        self.joint_names: tuple[str, ...] = tuple(robot.facts.get("joints", ()))
-        joints = len(self.joint_names)
-        self.prismatic: tuple[bool, ...] = tuple(robot.facts.get("prismatic", (False,) * joints))
-        self.ranges: tuple[tuple[float, float], ...] = robot.facts.get("ranges", ((-math.inf, math.inf),) * joints)
-        self.target_ranges = self.ranges
-        self.max_velocities: tuple[float, ...] = robot.facts.get("max_velocities", (math.inf,) * joints)
-        self.leaders: tuple[str, ...] = robot.facts.get("leaders", ("",) * joints)
-        self.stiffness: NDArray[np.float64] = np.array(robot.facts.get("stiffness", (0.0,) * joints))
-        self.actuators: Mapping[str, str] = robot.facts.get("actuators", {})
-        self.commanded_names = (*self.joint_names, *robot.facts.get("other_actuators", {}))
-        at_rest = np.zeros(joints)
+        super().__init__(robot)
+        self.target_ranges, at_rest = self.ranges, np.zeros(len(self.joint_names))
+        self.stiffness: NDArray[np.float64] = np.array(robot.facts.get("stiffness", at_rest))
         self.state: dict[str, ArrayLike] = {"position": at_rest, "velocity": at_rest, "effort": at_rest}
         self.targets = {kind: [math.nan] * len(self.commanded_names) for kind in self.state}
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Protocol
@@ -10,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from graphengine.devices.rotation import Quaternion, Vector3
+from graphengine.devices.stage import Prim
 
 
 class Frame(Protocol):
@@ -175,3 +177,19 @@ class Articulation(Protocol):
 
         Both are new arrays of shape (joints, 3) in the child link's frame; torques are about the child link's origin.
         """
+
+
+class JointFacts:
+    """Base class of implementations of `Articulation`: the attributes of joints that the facts of the robot's prim contain."""
+
+    def __init__(self, robot: Prim) -> None:
+        facts = robot.facts
+        self.joint_names: tuple[str, ...] = tuple(facts.get("joints", ()))
+        joints = len(self.joint_names)
+        self.prismatic: tuple[bool, ...] = tuple(facts.get("prismatic", (False,) * joints))
+        self.ranges: tuple[tuple[float, float], ...] = facts.get("ranges", ((-math.inf, math.inf),) * joints)
+        self.max_velocities: tuple[float, ...] = facts.get("max_velocities", (math.inf,) * joints)
+        self.leaders: tuple[str, ...] = facts.get("leaders", ("",) * joints)
+        self.actuators: Mapping[str, str] = facts.get("actuators", {})
+        self.commanded_names: tuple[str, ...] = (*self.joint_names, *facts.get("other_actuators", {}))
+        """Names of the joints, then of the actuators that do not move exactly one joint."""

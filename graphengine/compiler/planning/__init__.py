@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable, Sequence
 from pathlib import Path
 
+from graphengine.compiler.digraph import reached
 from graphengine.compiler.graph import Graph
 from graphengine.compiler.plan import Plan, Refresh, Region
 from graphengine.compiler.planning.dependencies import DependencyGraph
@@ -70,13 +71,8 @@ def make_plan(graph: Graph, findings: Findings) -> Plan | None:
     if not regions.acyclic:
         return None
     lint_reads_and_writes(regions)
-    written: list[Region] = []
-    count = (-1, -1)
-    while count != (
-        len(regions.flagged),
-        len(regions.shared),
-    ):  # what becomes flagged or shared changes what other steps must do
-        count = (len(regions.flagged), len(regions.shared))
+    written, count = list[Region](), -1
+    while count != (count := len(regions.flagged) + len(regions.shared)):  # a new one changes what other steps must do
         regions.placed.clear()
         written = [RegionWriter(regions, index).write() for index in range(len(regions.members))]
         regions.share_upstream()
@@ -85,16 +81,13 @@ def make_plan(graph: Graph, findings: Findings) -> Plan | None:
 
 def _executed(regions: RegionGraph) -> Collection[int]:
     """Return all nodes that a pass can run, except data nodes, in the order of execution."""
-    executed: dict[int, None] = {}
-    pending = regions.members[0][::-1]
-    while pending:
-        index = pending.pop()
-        if index not in executed:
-            executed[index] = None
-            ports = regions.exec_ports(index, "outputs")
-            below = [regions.pin_region.get((index, port.field), -1) for port in ports]
-            pending += [n for region in reversed(below) if region >= 0 for n in reversed(regions.members[region])]
-    return executed
+
+    def below(index: int) -> list[int]:
+        ports = regions.exec_ports(index, "outputs")
+        started = [regions.pin_region.get((index, port.field), -1) for port in ports]
+        return [node for region in started if region >= 0 for node in regions.members[region]]
+
+    return reached(regions.members[0], below)
 
 
 def _plan(graph: DependencyGraph, regions: Sequence[Region], executed: Collection[int]) -> Plan:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Container, Iterable, Iterator
 
+from graphengine.compiler.digraph import reached
 from graphengine.compiler.graph import Graph, Wire
 from graphengine.compiler.plan import Copy
 from graphengine.compiler.planning.wiring import WiredGraph
@@ -66,14 +67,12 @@ class DependencyGraph(WiredGraph):
 
         Nodes in `known`, and those that only they read, are left out.
         """
-        found: set[int] = set()
-        pending = [source for reader in readers for source in self._sources_of_value(reader)]
-        while pending:
-            source = pending.pop()
-            if source in self.data_rank and source not in found and source not in known:
-                found.add(source)
-                pending += self._sources_of_value(source)
-        return sorted(found, key=lambda data: self.data_rank[data])
+
+        def sources(*nodes: int) -> list[int]:
+            found = (source for node in nodes for source in self._sources_of_value(node))
+            return [source for source in found if source in self.data_rank and source not in known]
+
+        return sorted(reached(sources(*readers), sources), key=lambda data: self.data_rank[data])
 
     def data_sources(self, index: int) -> list[int]:
         """Return the data nodes from whose outputs wires lead to a node, without constant ones."""

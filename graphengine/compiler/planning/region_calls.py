@@ -57,9 +57,8 @@ class RegionWriter:
         graph, wires = self.graph, self._in_wires(index)
         if index in graph.events or any(wire.order in self.entered for wire in wires):
             return ""
-        ports = {
-            f"f{w.source}_{w.source_field}": self.guards.get(w.source, "") for w in wires
-        }  # latent nodes are in no branch
+        # Latent nodes are in no branch.
+        ports = {f"f{w.source}_{w.source_field}": self.guards.get(w.source, "") for w in wires}
         causes = [self.tree.add(port, [guard]) for port, guard in ports.items()]
         if len(wires) == 1:  # all nodes that only this port fires share its flag
             return self._flag(causes[0])

@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
-from graphengine.compiler.digraph import Digraph
+from graphengine.compiler.digraph import Digraph, reached
 from graphengine.compiler.every_gates import EveryGate
 from graphengine.compiler.graph import Graph, Wire
 from graphengine.compiler.planning.dependencies import DependencyGraph
@@ -130,15 +130,7 @@ class RegionGraph(DependencyGraph):
 
     def _reach(self, starts: Iterable[int]) -> list[int]:
         """Return the nodes that execution reaches from `starts` without crossing a pusher's port."""
-        found: dict[int, None] = {}
-        pending = list(dict.fromkeys(starts))[::-1]
-        while pending:
-            index = pending.pop()
-            if index in found:
-                continue
-            found[index] = None
-            pending += [wire.target for wire in reversed(self._followed(index))]
-        return list(found)
+        return list(reached(starts, lambda index: [wire.target for wire in self._followed(index)]))
 
     def _followed(self, index: int) -> list[Wire]:
         """Return the execution wires from a node whose targets are in the same region; none for pushers and latent nodes."""

@@ -11,11 +11,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 from graphengine.devices.stage import Prim
 from graphengine.physics.engine import mujoco
-from graphengine.physics.model.drives import KINDS, Drive, Kind, Servo
+from graphengine.physics.model.drives import KINDS, Drive, Kind
 
 GRAVITY, ARM = 9.81, 1.0
 ACCELERATION = 1e5
@@ -24,8 +24,13 @@ FASTEST_WHEEL = 100.0
 """Highest velocity command of a wheel, rad/s; if `max_velocity` of the drive is lower, it is the limit instead."""
 
 
-def command_limits(model: mujoco.MjModel, robot: Prim, joints: Sequence[int]) -> dict[Kind, list[tuple[float, float]]]:
-    """Return the lowest and highest legal command of each joint of a robot, in lists by the kind of command.
+Limits = dict[Kind, list[tuple[float, float]]]
+"""Lowest and highest legal commands, in lists by the kind of command."""
+_NO_LIMITS: Mapping[Kind, tuple[float, float]] = dict.fromkeys(KINDS, (-math.inf, math.inf))
+
+
+def command_limits(model: mujoco.MjModel, robot: Prim, joints: Sequence[int]) -> Limits:
+    """Return the lowest and highest legal command of each joint of a robot.
 
     Args:
         model: compiled model.
@@ -34,32 +39,24 @@ def command_limits(model: mujoco.MjModel, robot: Prim, joints: Sequence[int]) ->
     """
     joints_by_name = {prim.facts["joint"]: prim.facts for prim in robot.descendants() if prim.kind == "joint"}
     wheels = robot.facts.get("wheel_radii", {})
-    found: dict[Kind, list[tuple[float, float]]] = {"position": [], "velocity": [], "effort": []}
+    found: Limits = {kind: [] for kind in KINDS}
     for name, joint in zip(robot.facts["joints"], joints, strict=True):
-        effort, drive = joints_by_name[name].get("effort"), joints_by_name[name].get("drive")
-        fastest = FASTEST_WHEEL if name in wheels else FASTEST
-        if drive is not None:
-            fastest = min(fastest, drive.max_velocity)
+        effort, drive = joints_by_name[name].get("effort"), joints_by_name[name].get("drive") or Drive()
+        fastest = min(FASTEST_WHEEL if name in wheels else FASTEST, drive.max_velocity)
         mass = float(model.body_subtreemass[model.body_rootid[model.jnt_bodyid[joint]]])
         inertia = float(model.dof_M0[model.jnt_dofadr[joint]])
         strongest = effort or min(mass * GRAVITY * ARM, ACCELERATION * inertia)
         lowest, highest = model.jnt_range[joint].tolist() if model.jnt_limited[joint] else (-math.inf, math.inf)
-        overtravel = drive.overtravel if drive is not None else 0.0
-        found["position"].append((lowest - overtravel, highest + overtravel))
-        found["velocity"].append((-fastest, fastest))
-        found["effort"].append((-strongest, strongest))
-        for servo in (drive.servos or ()) if drive is not None else ():
-            found[servo.kind][-1] = _within(servo, *found[servo.kind][-1])
+        ranges = (lowest - drive.overtravel, highest + drive.overtravel), (-fastest, fastest), (-strongest, strongest)
+        add_limits(found, drive, dict(zip(KINDS, ranges, strict=True)))
     return found
 
 
-def add_limits(limits: dict[Kind, list[tuple[float, float]]], drive: Drive) -> None:
-    """Append the limits of an actuator that does not move exactly one joint to the list of each kind of command."""
-    for kind in KINDS:
+def add_limits(limits: Limits, drive: Drive, usual: Mapping[Kind, tuple[float, float]] = _NO_LIMITS) -> None:
+    """Append the limits of a drive for each kind of command: those of its actuator, or the usual ones if it has none."""
+    for kind, (lowest, highest) in usual.items():
         servo = next((servo for servo in drive.servos or () if servo.kind == kind), None)
-        limits[kind].append(_within(servo, -math.inf, math.inf) if servo is not None else (-math.inf, math.inf))
-
-
-def _within(servo: Servo, lowest: float, highest: float) -> tuple[float, float]:
-    """Return the lowest and highest command of an actuator: its own limits, or the given ones if it has none."""
-    return servo.lowest if servo.lowest > -math.inf else lowest, servo.highest if servo.highest < math.inf else highest
+        if servo is not None:
+            lowest = servo.lowest if servo.lowest > -math.inf else lowest
+            highest = servo.highest if servo.highest < math.inf else highest
+        limits[kind].append((lowest, highest))

@@ -43,11 +43,6 @@ class DirectedFriction:
         geoms: number of geoms in the model whose friction depends on the direction.
     """
 
-    __slots__ = (
-        "_bodies", "_data", "_directions", "_keeps", "_load", "_model", "_ratios", "_roots", "_rotations", "_row_of", "_turn",
-        "geoms",
-    )  # fmt: skip
-
     def __init__(self, stage: Stage, model: mujoco.MjModel, data: mujoco.MjData) -> None:
         found = list(_directed_geoms(stage, model))
         self.geoms = len(found)
@@ -80,17 +75,9 @@ class DirectedFriction:
         model, data, contact = self._model, self._data, self._data.contact
         velocities = np.empty(data.nefc)
         mujoco.mj_mulJacVec(model, data, velocities, data.qvel)
-        values = (
-            contact.frame,
-            contact.dist,
-            contact.friction,
-            contact.solref,
-            contact.solimp,
-            data.cvel,
-            velocities,
-            data.efc_pos,
-        )
-        self._load(contact.geom, contact.efc_address, *values, self._row_of, self._roots, model.opt.timestep)
+        of_contacts = contact.frame, contact.dist, contact.friction, contact.solref, contact.solimp
+        of_rows = data.cvel, velocities, data.efc_pos, self._row_of, self._roots
+        self._load(contact.geom, contact.efc_address, *of_contacts, *of_rows, model.opt.timestep)
 
 
 def _directed_geoms(stage: Stage, model: mujoco.MjModel) -> Iterator[tuple[int, int, Vector3, float, bool]]:
@@ -183,8 +170,8 @@ def keep_loads(
     row_of: Any,
     roots: Any,
     step: float,
-) -> bool:
-    """Shift the positions of contacts by the distances at which MuJoCo would push the sliding colliders apart; return True.
+) -> None:
+    """Shift the positions of contacts by the distances at which MuJoCo would push the sliding colliders apart.
 
     MuJoCo's discrete integrator computes a reference acceleration k x + b v of the spring and damper of each contact at the end
     of the step, and limits k to 1 / step^2. The solver resists the difference of this and the acceleration of the colliders, for
@@ -230,11 +217,10 @@ def keep_loads(
             normal = damping * math.sqrt(limited / stiffness)
             shift = pushed * (1.0 + normal * step + limited * step * step) / limited
         positions[first] += shift
-    return True
 
 
 @functools.cache
-def _compiled() -> tuple[Callable[..., bool], Callable[..., bool]]:
+def _compiled() -> tuple[Callable[..., bool], Callable[..., None]]:
     """Return `turn_contacts` and `keep_loads` compiled by numba, or the Python functions if numba does not work.
 
     Both give the same results to the last bit; the Python functions take 5 us longer per contact.
@@ -242,23 +228,15 @@ def _compiled() -> tuple[Callable[..., bool], Callable[..., bool]]:
     return load_kernel(_load, "turning contacts") or (turn_contacts, keep_loads)
 
 
-def _load() -> tuple[Callable[..., bool], Callable[..., bool]]:
+def _load() -> tuple[Callable[..., bool], Callable[..., None]]:
     from graphengine.physics.sensors.fast.compiled import kernel
 
     turn, keep = kernel(turn_contacts), kernel(keep_loads)
     rows = np.full(1, -1)
     for count in (1, 2):  # MuJoCo's arrays of one contact are contiguous, those of more are not
         geoms, floats = np.zeros((count, 3), np.int32), np.zeros((count, 10))
-        turn(
-            geoms[:, :2],
-            floats[:, :9],
-            floats[:, :5],
-            np.zeros((1, 9)),
-            rows,
-            np.zeros(1, np.intp),
-            np.zeros((1, 3)),
-            np.zeros(1),
-        )
+        table = rows, np.zeros(1, np.intp), np.zeros((1, 3)), np.zeros(1)
+        turn(geoms[:, :2], floats[:, :9], floats[:, :5], np.zeros((1, 9)), *table)
         of_contacts = floats[:, :9], floats[:, 0], floats[:, :5], floats[:, :2], floats[:, :5]
         keep(geoms[:, :2], geoms[:, 2], *of_contacts, np.zeros((1, 6)), np.zeros(1), np.zeros(1), rows, rows, 0.1)
     return turn, keep

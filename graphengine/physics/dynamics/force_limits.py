@@ -27,6 +27,7 @@ import numpy as np
 
 from graphengine.format.diagnostics import Findings
 from graphengine.format.stateful import Stateful
+from graphengine.physics.dynamics.optional_kernels import record
 from graphengine.physics.engine import Floats, mujoco
 from graphengine.physics.model.drives import Drive, servo_ids
 from graphengine.physics.model.robot import RobotInstance
@@ -34,9 +35,7 @@ from graphengine.physics.model.robot import RobotInstance
 _NOTHING = 1e-9
 """Fraction of a drive's maximum force; a smaller force does not suffice to measure how freely the joint moves."""
 
-_INTEGERS = "dof", "coordinate", "position_servo", "velocity_servo"
-_FLOATS = "stiffness", "damping", "most", "nothing", "inertia", "implicit"
-LIMITED = np.dtype([*((name, "i8") for name in _INTEGERS), *((name, "f8") for name in _FLOATS)], align=True)
+LIMITED = record("dof coordinate position_servo velocity_servo", "stiffness damping most nothing inertia implicit")
 """A drive with a maximum force, for `drive_kernel`: indices of its joint and actuators, kp, kd, M, `_NOTHING` M, I, and G / I."""
 
 

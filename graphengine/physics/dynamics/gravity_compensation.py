@@ -11,21 +11,13 @@ from collections.abc import Iterable
 
 import numpy as np
 
+from graphengine.physics.dynamics.optional_kernels import record
 from graphengine.physics.engine import Floats, Indices, mujoco
 from graphengine.physics.model.drives import Drive
 
-CARRYING = np.dtype(
-    [
-        ("joint", "i8"),
-        ("dof", "i8"),  # degree of freedom
-        ("body", "i8"),  # the first body beyond the joint
-        ("bodies", "i8"),  # number of bodies beyond the joint
-        ("slides", "i8"),  # 1 for prismatic joints
-        ("carried", "f8"),  # their mass on which gravity acts, kg
-    ],
-    align=True,
-)
-"""A drive that compensates for gravity, for `drive_kernel`."""
+CARRYING = record("joint dof body bodies slides", "carried")
+"""A drive that compensates for gravity, for `drive_kernel`: ids of its joint and degree of freedom, the first body beyond the
+joint and the number of these bodies, 1 for a prismatic joint, and the mass of these bodies on which gravity acts, kg."""
 
 
 class GravityCompensation:

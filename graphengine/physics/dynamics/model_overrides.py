@@ -80,9 +80,8 @@ class Frictions(Written[Friction]):
         """Write a material's friction to the colliders of all bodies to which the material is bound."""
         static, dynamic = value
         built, across = prim.facts["dynamic_friction"], prim.facts["across"] or 0.0
-        greatest = max(
-            dynamic, across * dynamic / built if built else across
-        )  # friction across changes by the same factor
+        # Friction across changes by the same factor.
+        greatest = max(dynamic, across * dynamic / built if built else across)
         material = MaterialSpec(static_friction=static, dynamic_friction=greatest, combine=prim.facts["combine"])
         for body, wheel in prim.facts["bodies"].items():
             contact = against_floor(material, prim.facts["floor"], wheel=wheel)

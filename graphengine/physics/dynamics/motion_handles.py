@@ -6,13 +6,13 @@ looks them up again.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from graphengine.devices.backend import select_joints
+from graphengine.devices.motion import JointFacts
 from graphengine.devices.rotation import NOWHERE, Quaternion, Vector3, multiply, rotate
 from graphengine.devices.stage import Prim
 from graphengine.format.errors import BadValueError
@@ -80,25 +80,13 @@ class CarriedPrim(Handle):
         return rotate((a, b, c, d), vector)
 
 
-class Joints(Handle):
+class Joints(Handle, JointFacts):
     """A handle to the moving joints of a robot."""
 
     kept = ("resets",)
 
     def __init__(self, simulation: SimulationCore, prim: Prim) -> None:
-        self.joint_names: tuple[str, ...] = prim.facts["joints"]
-        """Names in the articulation's order, without the robot's prefix."""
-        self.prismatic: tuple[bool, ...] = prim.facts["prismatic"]
-        """Whether each joint is prismatic."""
-        joints = len(self.joint_names)
-        self.ranges: tuple[tuple[float, float], ...] = prim.facts.get("ranges", ((-math.inf, math.inf),) * joints)
-        """Lowest and highest position of each joint, rad or m."""
-        self.max_velocities: tuple[float, ...] = prim.facts.get("max_velocities", (math.inf,) * joints)
-        """Velocity limit of each joint, rad/s or m/s."""
-        self.leaders: tuple[str, ...] = prim.facts.get("leaders", ("",) * joints)
-        """Name of the joint that each joint mimics, or an empty string."""
-        self.actuators: Mapping[str, str] = prim.facts.get("actuators", {})
-        """Joint that each actuator moves, by the actuator's name; "" if the actuator does not move exactly one joint."""
+        JointFacts.__init__(self, prim)
         self.resets = 0
         """Number of resets of the simulation so far."""
         super().__init__(simulation, prim)
@@ -134,7 +122,6 @@ class Joints(Handle):
         self._has_springs = bool(self.stiffness.any())
         self._has_actuators = any(drive.servos is not None for drive in own)
         commanded = [*zip(joints, own, strict=True), *((f"{robot.entity_name}/", drive) for drive in others.values())]
-        self.commanded_names = (*self.joint_names, *others)
         self.servos = [[drive.servo(name, kind) for kind in KINDS] for name, drive in commanded]
         self.servo_ids = servo_ids(model, commanded)
         self.position_servos, self.velocity_servos, _ = self.servo_ids[:, : len(joints)]

@@ -125,27 +125,24 @@ class MujocoEntities:
 
     def overlaps(self, name: str, *, floors: bool = True) -> list[Overlap]:
         """Return the overlaps of an entity with other objects, deepest first; see `devices.backend.Entities`."""
-        simulation, owners = self._simulation, self._find_owners()
-        found = overlaps(simulation.model, simulation.data, self.roots(self._find(name)), floors=floors)
-        return [self._overlap(geom, depth, owners) for geom, depth in found.items()]
+        simulation = self._simulation
+        return self._named(overlaps(simulation.model, simulation.data, self.roots(self._find(name)), floors=floors))
 
     def _obstacles(self, name: str, root: int, pose: Pose) -> list[Overlap]:
         """Return the overlaps that an entity would have with its topmost body at a pose, unless it has them already.
 
         They are computed in a copy of the state; the simulation does not change.
         """
-        owners, (model, data) = self._find_owners(), self._copy_at(root, pose)
+        model, data = self._copy_at(root, pose)
         find_contacts(model, data)
         now = {overlap.other: overlap.depth for overlap in self.overlaps(name, floors=False)}
-        found = [
-            self._overlap(geom, depth, owners) for geom, depth in overlaps(model, data, [root], floors=False).items()
-        ]
+        found = self._named(overlaps(model, data, [root], floors=False))
         return [overlap for overlap in found if overlap.depth > now.get(overlap.other, 0.0) + LEAST]
 
     def clearance(self, name: str, position: tuple[float, float], margin: float) -> dict[str, float]:
         """Return the distances (m) of all that would stand close at another position; see `devices.backend.Entities`."""
-        prim, owners = self._find(name), self._find_owners()
-        _check(name, "position", position)
+        prim = self._find(name)
+        _check(name, position=position)
         root, data = self._only_root(name, prim), self._simulation.data
         now = self._simulation.body(prim).pose()
         mounted = relative(now, pose_of(data.xpos[root], data.xquat[root]))
@@ -157,7 +154,7 @@ class MujocoEntities:
             model, there = self._copy_at(root, compose(((*position, now[0][2]), turned), mounted), there)
             mujoco.mj_kinematics(model, there)
             for geom, distance in distances(model, there, root, margin).items():
-                other = self._owner(geom, owners)
+                other = self._owner(geom)
                 found[other] = min(distance, found.get(other, math.inf))
         return dict(sorted(found.items(), key=lambda item: item[1]))
 
@@ -190,9 +187,8 @@ class MujocoEntities:
 
     def touching(self) -> dict[str, Overlap]:
         """Return the deepest contact of each entity that touches something other than its support, by the entity's name."""
-        owners = self._find_owners()
-        found = touching(self._simulation.model, self._simulation.data, owners)
-        return {name: self._overlap(geom, depth, owners) for name, (depth, geom) in found.items()}
+        found = touching(self._simulation.model, self._simulation.data, self._find_owners())
+        return {name: Overlap(self._owner(geom), depth) for name, (depth, geom) in found.items()}
 
     def moving(self, speed: float) -> dict[str, list[str]]:
         """Return the entities of which a part moves, each with the names of all that it touches.
@@ -204,9 +200,7 @@ class MujocoEntities:
         roots = model.body_rootid[model.dof_bodyid[np.abs(data.qvel) >= speed]]
         names = dict.fromkeys(owners[root] for root in roots.tolist() if root in owners)
         touched = {name: contacts_of(model, data, self.roots(self._find(name))) for name in names}
-        return {
-            name: list(dict.fromkeys(self._owner(geom, owners) for geom in geoms)) for name, geoms in touched.items()
-        }
+        return {name: list(dict.fromkeys(map(self._owner, geoms))) for name, geoms in touched.items()}
 
     def _find_owners(self) -> dict[int, str]:
         """Return the names of entities by the ids of their topmost bodies; the result is cached for the current model."""
@@ -215,12 +209,14 @@ class MujocoEntities:
             self._owners = model, {root: name for name, prim in self._prims().items() for root in self.roots(prim)}
         return self._owners[1]
 
-    def _overlap(self, geom: int, depth: float, owners: Mapping[int, str]) -> Overlap:
-        return Overlap(self._owner(geom, owners), depth)
+    def _named(self, depths: Mapping[int, float]) -> list[Overlap]:
+        """Return overlaps, given as depths (m) by the ids of geoms, with the names of the owners."""
+        return [Overlap(self._owner(geom), depth) for geom, depth in depths.items()]
 
-    def _owner(self, geom: int, owners: Mapping[int, str]) -> str:
+    def _owner(self, geom: int) -> str:
+        """Return the name of the entity that has a geom; without one, the geom's own name."""
         model = self._simulation.model
-        owner = owners.get(int(model.body_rootid[model.geom_bodyid[geom]]))
+        owner = self._find_owners().get(int(model.body_rootid[model.geom_bodyid[geom]]))
         return owner or model.geom(geom).name or "the world"
 
     def place(self, name: str, move: Move, *, forced: bool = True) -> None:
@@ -228,9 +224,7 @@ class MujocoEntities:
         prim = self._find(name)
         linear, angular = move.linear or REST, move.angular or REST
         now = self._simulation.body(prim).pose()
-        velocity = (*linear, *angular)
-        for what, values in (("position", move.position), ("orientation", move.orientation), ("velocity", velocity)):
-            _check(name, what, values or ())
+        _check(name, position=move.position, orientation=move.orientation, velocity=(*linear, *angular))
         turned = _unit(name, move.orientation) if move.orientation is not None else now[1]
         pose = move.position or now[0], turned
         root, model, data = self._only_root(name, prim), self._simulation.model, self._simulation.data
@@ -273,8 +267,7 @@ class MujocoEntities:
     def push(self, name: str, force: Vector3, duration: float, point: Vector3 | None = None) -> None:
         """Apply a force to an entity for some time; see `devices.backend.Entities`."""
         prim = self._find(name)
-        for what, values in (("force", force), ("duration", (duration,)), ("point", point or ())):
-            _check(name, what, values)
+        _check(name, force=force, duration=(duration,), point=point)
         if duration <= 0.0:
             raise UsageError(f"{name}: the duration of a push must be greater than 0 s, not {duration:g} s")
         root, model = self._only_root(name, prim), self._simulation.model
@@ -284,17 +277,17 @@ class MujocoEntities:
         self._simulation.refresh()  # which wakes what sleeps
 
 
-def _check(name: str, what: str, values: Iterable[float]) -> None:
-    """Raise UsageError if one of the values is not finite or its magnitude exceeds `MOST`.
+def _check(name: str, **quantities: Iterable[float] | None) -> None:
+    """Raise UsageError if a component of a quantity is not finite or its magnitude exceeds `MOST`.
 
     Args:
         name: name of the entity, for the message.
-        what: name of the quantity, for the message.
-        values: components of the quantity.
+        quantities: components of each quantity, by its name for the message; None for a quantity that is not given.
     """
-    for value in values:
-        if not abs(value) <= MOST:
-            raise UsageError(f"{name}: invalid {what} {value:g}; legal: at most {MOST:g}")
+    for what, values in quantities.items():
+        for value in values or ():
+            if not abs(value) <= MOST:
+                raise UsageError(f"{name}: invalid {what} {value:g}; legal: at most {MOST:g}")
 
 
 def _unit(name: str, orientation: Quaternion) -> Quaternion:

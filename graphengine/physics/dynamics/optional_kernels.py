@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Callable
-from typing import TypeVar
+from typing import Any, TypeVar
+
+import numpy as np
 
 from graphengine.format.process_limits import has_address_space
 
@@ -13,6 +15,12 @@ F = TypeVar("F")
 _ADDRESS_SPACE = 400_000_000
 """Size of the address space that must be available before numba is used, bytes."""
 _log = logging.getLogger(__name__)
+
+
+def record(integers: str, floats: str) -> np.dtype[Any]:
+    """Return the type of the records of a table that kernels read, given the names of its fields, separated by blanks."""
+    fields = [(name, kind) for names, kind in ((integers, "i8"), (floats, "f8")) for name in names.split()]
+    return np.dtype(fields, align=True)
 
 
 def load_kernel(load: Callable[[], F | None], work: str) -> F | None:

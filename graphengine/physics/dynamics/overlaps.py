@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Iterator, Mapping
 
 import numpy as np
 
@@ -34,18 +34,28 @@ def overlaps(
         roots: ids of the topmost bodies of the entity.
         floors: whether overlaps with planes below the entity count.
     """
-    deep = (data.contact.dist <= -LEAST) & (data.contact.geom >= 0).all(axis=1)
+    owner = model.body_rootid[model.geom_bodyid].tolist()
     found: dict[int, tuple[float, int]] = {}
-    contacts = data.contact.geom[deep].tolist(), data.contact.dist[deep].tolist(), data.contact.frame[deep, 2].tolist()
-    for pair, distance, rise in zip(*contacts, strict=True):
-        owners = model.body_rootid[model.geom_bodyid[pair]].tolist()
-        within = [root in roots for root in owners]
-        if within.count(True) == 1:
-            other = within.index(False)
-            if not floors and model.geom_type[pair[other]] == _PLANE and (rise if other == 0 else -rise) > _CARRIES:
-                continue
-            found[owners[other]] = max(found.get(owners[other], (0.0, 0)), (-distance, pair[other]))
+    for own, other, depth, up in _touches(data):
+        if depth < LEAST or owner[own] not in roots or owner[other] in roots:
+            continue
+        if floors or model.geom_type[other] != _PLANE or up <= _CARRIES:
+            found[owner[other]] = max(found.get(owner[other], (0.0, 0)), (depth, other))
     return {geom: depth for depth, geom in sorted(found.values(), reverse=True)}
+
+
+def _touches(data: mujoco.MjData) -> Iterator[tuple[int, int, float, float]]:
+    """Yield each contact of two geoms twice, once for each: its id, that of the other geom, the depth (m) and how far up it is.
+
+    How far up: the vertical component of the contact's normal, which points from the other geom to the geom; 1 if the other
+    geom is below.
+    """
+    contact = data.contact
+    chosen = (contact.dist < 0.0) & (contact.geom >= 0).all(axis=1)
+    rows = contact.geom[chosen].tolist(), contact.dist[chosen].tolist(), contact.frame[chosen, 2].tolist()
+    for (one, other), distance, rise in zip(*rows, strict=True):
+        yield one, other, -distance, -rise
+        yield other, one, -distance, rise
 
 
 def distances(model: mujoco.MjModel, data: mujoco.MjData, root: int, margin: float) -> dict[int, float]:
@@ -94,19 +104,13 @@ def touching(model: mujoco.MjModel, data: mujoco.MjData, owners: Mapping[int, st
         data: state with the contacts that MuJoCo computed last.
         owners: names of entities by their root bodies.
     """
+    owner = [owners.get(root) for root in model.body_rootid[model.geom_bodyid].tolist()]
     found: dict[str, tuple[float, int]] = {}
-    contacts, kinds, roots = data.contact, model.geom_type, model.body_rootid[model.geom_bodyid]
-    for pair, distance, rise in zip(
-        contacts.geom.tolist(), contacts.dist.tolist(), contacts.frame[:, 2].tolist(), strict=True
-    ):
-        if distance >= 0.0 or min(pair) < 0:
-            continue
-        names = [owners.get(int(roots[geom])) for geom in pair]
-        for own, other, up in ((0, 1, -rise), (1, 0, rise)):
-            name, geom, depth = names[own], pair[other], -distance
-            carries = up > _CARRIES and (depth < LEAST or kinds[geom] == _PLANE)
-            if name is not None and name != names[other] and not carries:
-                found[name] = max(found.get(name, (0.0, geom)), (depth, geom))
+    for own, other, depth, up in _touches(data):
+        name = owner[own]
+        carries = up > _CARRIES and (depth < LEAST or model.geom_type[other] == _PLANE)
+        if name is not None and name != owner[other] and not carries:
+            found[name] = max(found.get(name, (0.0, other)), (depth, other))
     return found
 
 
@@ -118,7 +122,6 @@ def contacts_of(model: mujoco.MjModel, data: mujoco.MjData, roots: Collection[in
         data: state with the contacts that MuJoCo computed last.
         roots: ids of the topmost bodies of the entity.
     """
-    pairs = data.contact.geom[(data.contact.dist < 0.0) & (data.contact.geom >= 0).all(axis=1)]
-    own = np.isin(model.body_rootid[model.geom_bodyid[pairs]], list(roots))
-    found: list[int] = np.unique(pairs[~own & own[:, ::-1]]).tolist()
-    return found
+    owner = model.body_rootid[model.geom_bodyid].tolist()
+    pairs = ((owner[own], owner[other], other) for own, other, _, _ in _touches(data))
+    return sorted({geom for root, foreign, geom in pairs if root in roots and foreign not in roots})

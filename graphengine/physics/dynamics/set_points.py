@@ -36,7 +36,7 @@ class SetPoints(Stateful):
         self._starts: dict[int, float] = {}
         self.even = np.zeros(model.nu, np.bool_)
         self._rests: dict[int, float] = {}
-        """Control signals for zero velocity or zero effort, by the ids of actuators that come from robots' MuJoCo models."""
+        """Control signals for zero velocity or zero effort, by the ids of actuators."""
         for (joint, drive), (position, velocity, _) in zip(drives, servo_ids(model, drives).T.tolist(), strict=True):
             if drive.servos is not None:
                 self._rests |= _at_rest(model, joint, drive)
@@ -45,7 +45,7 @@ class SetPoints(Stateful):
                 self.changes[position] = drive.max_velocity * model.opt.timestep
             if velocity >= 0:
                 self.changes[velocity] = drive.max_acceleration * model.opt.timestep
-                self._starts[velocity] = drive.target_velocity
+                self._starts[velocity], self._rests[velocity] = drive.target_velocity, 0.0
             if drive.interpolate:
                 self.even[[servo for servo in (position, velocity) if servo >= 0]] = True
         self.targets, self.efforts = np.zeros(model.nu), np.zeros(model.nv)
@@ -61,8 +61,6 @@ class SetPoints(Stateful):
 
     def zero(self) -> None:
         """Command all joints to stop: set velocity targets and efforts to zero, and keep position targets."""
-        for servo in self._starts:
-            self.targets[servo] = 0.0
         for servo, control in self._rests.items():
             self.targets[servo] = control
         self.efforts[:] = 0.0

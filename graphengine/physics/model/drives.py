@@ -101,17 +101,7 @@ def drive_of(joint: JointSpec, effort: float, *, prismatic: bool) -> Drive | Non
         prismatic: whether the joint is prismatic.
     """
     if joint.drive is not None:
-        drive = joint.drive
-        limits = drive.max_acceleration or math.inf, drive.max_velocity or math.inf, drive.max_force or effort
-        return Drive(
-            drive.stiffness,
-            drive.damping,
-            drive.target_velocity,
-            *limits,
-            overtravel=drive.overtravel,
-            interpolate=drive.interpolate,
-            gravity_compensation=drive.gravity_compensation,
-        )
+        return Drive(**{"max_force": effort} | joint.drive.model_dump(exclude_none=True))
     if joint.usd_drive is not None:
         usd, factor = joint.usd_drive, 1.0 if prismatic else DEGREES
         velocity, most = usd.target_velocity / factor, usd.max_force or effort

@@ -51,6 +51,15 @@ def height_field_triangles(model: mujoco.MjModel, field: int) -> Floats:
     return np.concatenate([_sheet_triangles(sheet) for sheet in (ground, *walls, flat, below, *sides)])
 
 
+def triangles_of(model: mujoco.MjModel, geom: int) -> Floats | None:
+    """Return the triangles of a mesh or height field in the geom's frame, shape (n, 3, 3), m; None for other geoms."""
+    kind, number = model.geom_type[geom], int(model.geom_dataid[geom])
+    if kind == _GEOM.mjGEOM_MESH:
+        corners: Floats = mesh_vertices(model, number)[mesh_faces(model, number)]
+        return corners
+    return height_field_triangles(model, number) if kind == _GEOM.mjGEOM_HFIELD else None
+
+
 def _sheet_triangles(points: Floats) -> Floats:
     """Return two triangles for each cell of a grid of points; the diagonal from the cell's first corner divides the cell."""
     here, right = points[:-1, :-1], points[:-1, 1:]

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Collection, Mapping
+from typing import TYPE_CHECKING
 
 from graphengine.format.diagnostics import Findings, Span
-from graphengine.format.robot_spec import JointSpec
-from graphengine.format.spec import JointStartSpec, RobotUse
 from graphengine.format.wording import did_you_mean, listing
-from graphengine.physics.description.mjcf_model import Keyframe
-from graphengine.physics.description.urdf import Urdf, UrdfJoint
+from graphengine.physics.description.urdf import Urdf
+
+if TYPE_CHECKING:
+    from graphengine.physics.model.robot import RobotInstance
 
 
 def check_keyframe(name: str, urdf: Urdf, span: Span | None, findings: Findings) -> None:
@@ -20,57 +21,39 @@ def check_keyframe(name: str, urdf: Urdf, span: Span | None, findings: Findings)
         findings.add("S104", f"the robot has no keyframe {name!r}", span, near)
 
 
-def joint_starts(
-    moving: Iterable[UrdfJoint],
-    joints: Mapping[str, JointSpec],
-    use: RobotUse,
-    keyframe: Keyframe | None = None,
-) -> dict[str, float]:
-    """Return the start position (rad or m) of each moving joint that has one, by name.
+def joint_starts(robot: RobotInstance) -> dict[str, float]:
+    """Return the start position (rad or m) of each moving joint of a robot that has one, by name.
 
-    A mimic joint without a start position of its own gets the position that follows from its leader's.
-
-    Args:
-        moving: the moving joints of the robot.
-        joints: `joints` of the robot file; their start positions override the keyframe.
-        use: the robot's entry in the scene, which overrides the robot file.
-        keyframe: keyframe in which the robot starts.
+    The scene overrides the robot file, which overrides the keyframe. A mimic joint without a start position of its own gets the
+    position that follows from its leader's.
     """
-    known = {joint.name: joint for joint in moving}
+    known, keyframe = {joint.name: joint for joint in robot.moving}, robot.keyframe
     coordinates = keyframe.coordinates if keyframe is not None else {}
     stated = {name: coordinates[name][0] for name in known if name in coordinates}
-    stated |= {name: joint.start for name, joint in joints.items() if joint.start is not None}
-    stated |= {name: joint.start for name, joint in use.joints.items()}
+    stated |= {name: joint.start for name, joint in robot.spec.joints.items() if joint.start is not None}
+    stated |= {name: joint.start for name, joint in robot.placement.use.joints.items()}
     starts = {name: stated[name] for name in known if name in stated}
-    pending = [joint for joint in known.values() if joint.mimic is not None and joint.name not in starts]
-    while followers := [joint for joint in pending if joint.mimic is not None and joint.mimic.leader in starts]:
-        for joint in followers:
-            assert joint.mimic is not None
-            starts[joint.name] = joint.mimic.multiplier * starts[joint.mimic.leader] + joint.mimic.offset
-        pending = [joint for joint in pending if joint.name not in starts]
+    pending = {name: joint.mimic for name, joint in known.items() if joint.mimic is not None and name not in starts}
+    while followers := [name for name, mimic in pending.items() if mimic.leader in starts]:
+        for name in followers:
+            mimic = pending.pop(name)
+            starts[name] = mimic.multiplier * starts[mimic.leader] + mimic.offset
     return starts
 
 
 def check_starts(
-    joints: Mapping[str, JointStartSpec | JointSpec],
-    places: Mapping[str, Span],
-    urdf: Urdf,
-    disabled: Collection[str],
-    findings: Findings,
+    starts: Mapping[str, tuple[float, Span]], urdf: Urdf, disabled: Collection[str], findings: Findings
 ) -> None:
     """Add an error for each start position that a joint cannot have.
 
     Args:
-        joints: entries of joints in a robot file or scene, by joint name.
-        places: source locations of the start positions, by joint name.
+        starts: start positions (rad or m) in a robot file or scene with their source locations, by joint name.
         urdf: robot description with the joints.
         disabled: names of disabled joints, which do not move.
         findings: receives the errors.
     """
-    for name, span in places.items():
-        start, joint = joints[name].start, urdf.joints.get(name)
-        if start is None:
-            continue
+    for name, (start, span) in starts.items():
+        joint = urdf.joints.get(name)
         if joint is None:
             near = did_you_mean(name, urdf.joints) or listing(urdf.joints, "joints")
             findings.add("S104", f"the robot has no joint {name!r}", span, near)

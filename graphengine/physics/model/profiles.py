@@ -129,16 +129,9 @@ class SensorProfile(DeviceProfile):
 
 def read_profiles(robot: RobotFile, files: Files, findings: Findings) -> dict[str, SensorProfile]:
     """Return the profile of each sensor of a robot, by sensor name; sensors whose profile has errors are left out."""
-    found: dict[str, SensorProfile] = {}
     loaded: dict[str, Loaded[SensorProfile] | None] = {}
-    for name, sensor in robot.spec.sensors.items():
-        if isinstance(sensor.profile, dict):
-            given = _figures(robot, name, sensor.type, sensor.profile, findings)
-        else:
-            given = _from_file(robot, name, sensor.type, sensor.profile, loaded, files, findings)
-        if given is not None:
-            found[name] = given
-    return found
+    found = {name: _profile(robot, name, loaded, files, findings) for name in robot.spec.sensors}
+    return {name: profile for name, profile in found.items() if profile is not None}
 
 
 def _section(sensor_type: str) -> str:
@@ -159,19 +152,23 @@ def _figures(
     )
 
 
-def _from_file(
-    robot: RobotFile,
-    name: str,
-    sensor_type: str,
-    profile: str,
-    loaded: dict[str, Loaded[SensorProfile] | None],
-    files: Files,
-    findings: Findings,
+def _profile(
+    robot: RobotFile, name: str, loaded: dict[str, Loaded[SensorProfile] | None], files: Files, findings: Findings
 ) -> SensorProfile | None:
-    """Return the profile in a file; None after an error.
+    """Return the profile of a sensor; None after an error.
 
     If the robot file names no profile, the built-in profile with the name of the sensor type is used.
+
+    Args:
+        robot: robot file.
+        name: name of the sensor.
+        loaded: profiles that were read from files, by name; None for a file with an error.
+        files: finds the file of the profile.
+        findings: receives the errors.
     """
+    sensor_type, profile = robot.spec.sensors[name].type, robot.spec.sensors[name].profile
+    if isinstance(profile, dict):
+        return _figures(robot, name, sensor_type, profile, findings)
     profile = profile or _own_profile(sensor_type)
     span = robot.span("sensors", name, "profile")
     if not profile:

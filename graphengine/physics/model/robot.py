@@ -83,7 +83,7 @@ class RobotInstance:
     @property
     def starts(self) -> dict[str, float]:
         """Start position (rad or m) of each moving joint that has one, by name."""
-        return joint_starts(self.moving, self.spec.joints, self.placement.use, self.keyframe)
+        return joint_starts(self)
 
     @property
     def keyframe(self) -> Keyframe | None:
@@ -273,8 +273,9 @@ def _limit(name: str, limits: tuple[float, float], file: RobotFile, urdf: Urdf, 
 def _check_joints(file: RobotFile, urdf: Urdf, disabled: Disabled, findings: Findings) -> None:
     """Add errors for start positions that joints cannot have, and for springs on joints that do not move."""
     joints = file.spec.joints
-    places = {name: file.span("joints", name, "start") for name, joint in joints.items() if joint.start is not None}
-    check_starts(joints, places, urdf, disabled.joints, findings)
+    stated = {name: joint.start for name, joint in joints.items() if joint.start is not None}
+    starts = {name: (start, file.span("joints", name, "start")) for name, start in stated.items()}
+    check_starts(starts, urdf, disabled.joints, findings)
     for name, joint in joints.items():
         if joint.spring is not None and (not urdf.joints[name].moves or name in disabled.joints):
             span = file.key_span("joints", name, "spring")

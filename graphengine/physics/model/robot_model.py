@@ -44,10 +44,8 @@ def robot_spec(robot: RobotInstance, library: Library, floor: float, findings: F
     if spec is None:
         return None
     for link, changes in robot.spec.links.items():
-        body = spec.body(link)
-        if body is not None and (
-            robot.urdf.mjcf is None or not changes.gravity
-        ):  # a site of a MuJoCo model has no body
+        body = spec.body(link)  # None for a site of a MuJoCo model
+        if body is not None and (robot.urdf.mjcf is None or not changes.gravity):
             body.gravcomp = 0.0 if changes.gravity else 1.0
     _equip_joints(spec, robot)
     _shape_wheels(spec, robot)

@@ -99,8 +99,9 @@ class Scenery:
         if placement.use.start:
             check_keyframe(placement.use.start, robot.urdf, document.span("robots", placement.key, "start"), findings)
         if joints and placement.key and placement.name in (placement.key, f"{placement.key}_0000"):
-            places = {name: document.span("robots", placement.key, "joints", name, "start") for name in joints}
-            check_starts(joints, places, robot.urdf, robot.disabled.joints, findings)
+            at = ("robots", placement.key, "joints")
+            starts = {name: (joint.start, document.span(*at, name, "start")) for name, joint in joints.items()}
+            check_starts(starts, robot.urdf, robot.disabled.joints, findings)
 
     def _place_of(self, placement: RobotPlacement) -> Span | None:
         """Return the source location of a robot's `use` in the scene; None for a robot that is added later."""

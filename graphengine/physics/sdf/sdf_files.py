@@ -209,9 +209,8 @@ class SdfFiles:
         for place, references in places:
             for path in _model_files(place) if self._may_read(place) else ():
                 if self._may_read(path) and path.is_file():
-                    inside = (
-                        os.path.relpath(path.parent, place) if path != place else ".."
-                    )  # from the place that is named
+                    # The folder of the file, from the place that is named.
+                    inside = os.path.relpath(path.parent, place) if path != place else ".."
                     scheme, separator, folder = references.rpartition("://")
                     folder = posixpath.normpath(posixpath.join(folder, inside))
                     return self._read(path, f"{scheme}{separator}{folder}", span)
@@ -280,12 +279,11 @@ def _version(root: Element) -> int:
         SdfError: the version is missing or not supported.
     """
     text = root.get("version")
-    found = _VERSION.fullmatch(text)
-    if found is None or not OLDEST <= int(found[1]) <= NEWEST:
+    if not (version := _supported(text)):
         legal = f"supported versions: 1.{OLDEST} to 1.{NEWEST}"
         what = f"SDF version {printable(text[:20])!r} is not supported" if text else "SDF file without a version"
         raise SdfError(what, root.place("version"), legal)
-    return int(found[1])
+    return version
 
 
 def _model_files(place: Path) -> Iterator[Path]:
@@ -299,14 +297,15 @@ def _model_files(place: Path) -> Iterator[Path]:
     config = place / CONFIG
     root = read(config, Findings(), "S103") if config.is_file() and not config.is_symlink() else None
     named = root.all(TAG) if root is not None else []
-    for element in sorted(named, key=_named_version, reverse=True):
+    for element in sorted(named, key=lambda element: _supported(element.get("version")), reverse=True):
         if element.text:
             yield place / element.text
     yield place / "model.sdf"
 
 
-def _named_version(element: Element) -> int:
-    found = _VERSION.fullmatch(element.get("version"))
+def _supported(version: str) -> int:
+    """Return the minor number of a version of SDF; 0 if the version is not supported."""
+    found = _VERSION.fullmatch(version)
     return int(found[1]) if found is not None and OLDEST <= int(found[1]) <= NEWEST else 0
 
 

@@ -16,7 +16,7 @@ from graphengine.physics.files.references import Library
 from graphengine.physics.files.xml import Element
 from graphengine.physics.sdf.sdf_frames import SdfFrame, place_of
 from graphengine.physics.sdf.sdf_shapes import colour_of, friction_of, shape_of, urdf_mesh
-from graphengine.physics.sdf.sdf_shells import MAX_PLATES, plates, triangles
+from graphengine.physics.sdf.sdf_shells import MAX_PLATES, hollow_triangles, plates
 from graphengine.physics.sdf.sdf_values import SdfError, number_at, numbers_at, placed, reported, written
 
 _GREY = (0.7, 0.7, 0.7, 1.0)
@@ -118,19 +118,18 @@ class GeomWriter:
 
     def _plates(self, file: MeshFile, mesh: Element) -> list[Element]:
         """Return one MJCF mesh per triangle of a mesh file; an empty list if the mesh is convex or has too many triangles."""
-        found = triangles(self.library.assets[file.key], file.key, _scale(mesh))
-        if found is None or found.convex:
+        corners = hollow_triangles(self.library.assets[file.key], file.key, _scale(mesh))
+        if corners is None:
             return []
-        if len(found.corners) > MAX_PLATES:
+        if len(corners) > MAX_PLATES:
             name = printable(mesh.get("filename"))
-            text = (
-                f"{name!r} has {len(found.corners)} triangles and is not convex: its convex hull is used for collisions"
-            )
+            text = f"{name!r} has {len(corners)} triangles and is not convex: its convex hull is used for collisions"
             advice = f"use boxes, or a mesh of at most {MAX_PLATES} triangles, whose exact shape is used for collisions"
             self.findings.add("W302", text, mesh.span, advice)
             return []
-        shell = {"inertia": "shell"}
-        return [Element("mesh", {**shell, "vertex": written(*plate)}, mesh.span) for plate in plates(found)]
+        return [
+            Element("mesh", {"inertia": "shell", "vertex": written(*plate)}, mesh.span) for plate in plates(corners)
+        ]
 
 
 def _scale(mesh: Element) -> Vector3:

@@ -82,62 +82,63 @@ def urdf_joint(
     """
     parent, child = fastened(joint)
     element, kind = joint.element, _kind(joint)
-    if kind in TWO_AXES:
-        yield from _two_joints(joint, parent, child, frames, findings)
-        return
     rolls = kind == "ball" and _is_ball(joint, child) and child not in carries
     if rolls:
+        kind = "fixed"
         text = (
             f"joint {printable(joint.full_name)!r}: the ball joint becomes fixed, so the ball slides instead of rolling"
         )
         findings.add("N103", text, element.span, "the ball has no friction, so it does not brake the robot")
-    elif kind not in TYPES:
+    elif kind not in (*TYPES, *TWO_AXES):
         where = element.place("type")
         advice = _UNSUPPORTED.get(kind) or did_you_mean(kind, TYPES) or listing(TYPES)
         raise SdfError(
             f"joint {printable(joint.full_name)!r}: type {printable(kind)!r} is not supported", where, advice
         )
     pose = relative(frames[parent], joint.place) if parent is not None else joint.place
-    made = Element("joint", {"name": joint.full_name, "type": "fixed" if rolls else kind}, element.span)
-    made.children += origin(pose, element.span)
-    made.children.append(Element("parent", {"link": parent.full_name if parent is not None else WORLD}, element.span))
-    made.children.append(Element("child", {"link": child.full_name}, element.span))
-    axis = element.first("axis")
-    if made.get("type") != "fixed":
-        made.children += _axis(joint, axis)
-    yield made
+    ends = parent.full_name if parent is not None else WORLD, child.full_name
+    if kind in TWO_AXES:
+        yield from _two_joints(joint, pose, ends, findings)
+    else:
+        yield _joint(joint, joint.full_name, kind, pose, ends, "axis")
     if rolls:
         slippery = [leaf("mu1", "0.0", element.span), leaf("mu2", "0.0", element.span)]
         yield Element("gazebo", {"reference": child.full_name}, element.span, slippery)
-    yield from _for_gazebo(joint, axis)
+    yield from _for_gazebo(joint, element.first("axis"))
 
 
-def _two_joints(
-    joint: SdfFrame, parent: SdfFrame | None, child: SdfFrame, frames: Mapping[SdfFrame, Pose], findings: Findings
-) -> Iterator[Element]:
-    """Yield the two joints of a joint with two axes, the link between them, and `<gazebo>` elements of the first joint.
+def _two_joints(joint: SdfFrame, pose: Pose, ends: tuple[str, str], findings: Findings) -> Iterator[Element]:
+    """Yield the two joints of a joint with two axes, and the link between them.
 
     The joint about `axis` keeps the name; the joint about `axis2`, which moves the child link, gets the name with `_axis2`.
     """
-    element, name = joint.element, joint.full_name
+    element, name, (parent, child) = joint.element, joint.full_name, ends
     between, second = f"{name}_cross", f"{name}_axis2"
     text = f"joint {printable(name)!r}: type {element.get('type')} becomes two revolute joints"
     findings.add("N103", text, element.span, f"{printable(name)} turns about <axis>, {printable(second)} about <axis2>")
-    pose = relative(frames[parent], joint.place) if parent is not None else joint.place
-    above = parent.full_name if parent is not None else WORLD
     yield Element("link", {"name": between}, element.span)
-    for tag, made, at, ends in (
-        ("axis", name, pose, (above, between)),
-        ("axis2", second, NOWHERE, (between, child.full_name)),
+    for tag, made, at, links in (
+        ("axis", name, pose, (parent, between)),
+        ("axis2", second, NOWHERE, (between, child)),
     ):
-        axis = element.first(tag)
-        turning = "continuous" if _is_limitless(axis) else "revolute"
-        links = [
-            Element(end, {"link": link}, element.span) for end, link in zip(("parent", "child"), ends, strict=True)
-        ]
-        content = [*origin(at, element.span), *links, *_axis(joint, axis)]
-        yield Element("joint", {"name": made, "type": turning}, element.span, content)
-    yield from _for_gazebo(joint, element.first("axis"))
+        yield _joint(joint, made, "continuous" if _is_limitless(element.first(tag)) else "revolute", at, links, tag)
+
+
+def _joint(joint: SdfFrame, name: str, kind: str, pose: Pose, ends: tuple[str, str], tag: str) -> Element:
+    """Return a URDF joint.
+
+    Args:
+        joint: frame of the SDF joint.
+        name: name of the URDF joint.
+        kind: type of the URDF joint.
+        pose: pose of the joint in its parent link.
+        ends: names of the parent and the child link.
+        tag: tag of the element of the SDF joint with the axis.
+    """
+    element = joint.element
+    links = [Element(end, {"link": link}, element.span) for end, link in zip(("parent", "child"), ends, strict=True)]
+    axis = _axis(joint, element.first(tag)) if kind != "fixed" else ()
+    return Element("joint", {"name": name, "type": kind}, element.span, [*origin(pose, element.span), *links, *axis])
 
 
 def _kind(joint: SdfFrame) -> str:

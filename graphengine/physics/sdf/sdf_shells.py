@@ -6,7 +6,6 @@ Otherwise a hall whose walls are one mesh would be a solid block. Each triangle 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -24,23 +23,12 @@ _NARROWEST = 1e-4
 """Minimum height (m) of a triangle above its longest side; narrower triangles do not become plates."""
 
 
-@dataclass(frozen=True, slots=True)
-class MeshShell:
-    """The triangles of a mesh.
+def hollow_triangles(data: bytes, name: str, scale: Vector3) -> Floats | None:
+    """Return the triangles of a mesh file as MuJoCo reads it; None if the mesh is convex, or if MuJoCo rejects the file.
 
-    Attributes:
-        corners: positions of the corners in m, counter-clockwise seen from outside, shape (number of triangles, 3, 3).
-        convex: whether the mesh is convex; only the first `MAX_PLATES` + 1 triangles are tested.
-    """
-
-    corners: Floats
-    convex: bool
-
-
-def triangles(data: bytes, name: str, scale: Vector3) -> MeshShell | None:
-    """Return the triangles of a mesh file as MuJoCo reads it; None if MuJoCo rejects the file.
-
-    A rejected file is not reported here, but later, when the world is compiled.
+    The result has the corners in m, counter-clockwise seen from outside, shape (number of triangles, 3, 3). To find out whether
+    the mesh is convex, only the first `MAX_PLATES` + 1 triangles are tested. A rejected file is not reported here, but later,
+    when the world is compiled.
 
     Args:
         data: content of the mesh file.
@@ -61,7 +49,7 @@ def triangles(data: bytes, name: str, scale: Vector3) -> MeshShell | None:
     corners = vertices[mesh_faces(model, 0)]
     if _volume(corners) < 0.0:
         corners = corners[:, ::-1]
-    return MeshShell(corners, _convex(corners[: MAX_PLATES + 1], vertices))
+    return None if _convex(corners[: MAX_PLATES + 1], vertices) else corners
 
 
 def _volume(corners: Floats) -> float:
@@ -88,9 +76,9 @@ def _normals(corners: Floats) -> Floats:
     return units
 
 
-def plates(mesh: MeshShell) -> Iterator[list[float]]:
+def plates(corners: Floats) -> Iterator[list[float]]:
     """Yield the six corners (18 numbers, m) of a plate behind each triangle; very narrow triangles are skipped."""
-    for triangle, normal in zip(mesh.corners, _normals(mesh.corners), strict=True):
+    for triangle, normal in zip(corners, _normals(corners), strict=True):
         sides = np.linalg.norm(triangle - np.roll(triangle, 1, axis=0), axis=1)
         area = float(np.linalg.norm(np.cross(triangle[1] - triangle[0], triangle[2] - triangle[0])))
         if area > _NARROWEST * float(sides.max()):

@@ -25,7 +25,7 @@ from pydantic import Field, field_validator
 
 from graphengine.devices.camera import LARGEST_PICTURE, Camera, Picture, pinhole
 from graphengine.devices.stage import Prim
-from graphengine.format.spec import NotNegative
+from graphengine.format.spec import NotNegative, Pair
 from graphengine.physics.pictures.frame_capture import Lens
 from graphengine.physics.pictures.rendering import Image
 from graphengine.physics.sensors.implementations import Deviation, Profile, Rate, implements
@@ -38,7 +38,6 @@ NEAREST = 0.05
 """Greatest distance of the renderer's near plane, m; nearer objects are not drawn. A smaller value makes depths less precise."""
 
 PixelCount = Annotated[int, Field(ge=1, le=LARGEST_PICTURE)]
-Pair = Annotated[tuple[float, float], Field(strict=False)]
 
 
 class CameraProfile(Profile):

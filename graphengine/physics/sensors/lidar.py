@@ -166,9 +166,7 @@ class RaySensor(TickSampled[S]):
     def bind(self) -> None:
         """Look up the body that carries the sensor, and create the caster."""
         super().bind()
-        simulation = self._simulation
-        sees = simulation.sees_own_robots
-        own = own_colliders(simulation.model, simulation.data, sees, self._prim, self.body, self.ranges[0])
+        own = own_colliders(self._simulation, self._prim, self.body, self.ranges[0])
         self._caster = self._simulation.rays.caster(self.directions, self.ranges[1], own)
 
     def cast(self) -> tuple[Floats, Integers]:
@@ -182,9 +180,13 @@ class RaySensor(TickSampled[S]):
         """
         if self.noise_std:
             distances = distances + self._noise_of(index).normal(0.0, self.noise_std, len(distances))
-        if self._resolution:
-            distances = np.round(distances / self._resolution) * self._resolution
+        distances = rounded(distances, self._resolution)
         return np.clip(distances, *self.ranges) if self.noise_std or self._resolution else distances
+
+
+def rounded(values: Floats, resolution: float) -> Floats:
+    """Return values rounded to multiples of a resolution; with a resolution of 0, return them unchanged."""
+    return np.round(values / resolution) * resolution if resolution else values
 
 
 @implements(Lidar, LidarProfile)

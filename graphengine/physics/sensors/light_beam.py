@@ -6,7 +6,6 @@ The beams hit the same objects as the beams of a lidar. They are cast when the s
 from __future__ import annotations
 
 import math
-from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -15,9 +14,7 @@ from pydantic import Field, model_validator
 from graphengine.devices.light_beam import BeamReading, LightBeam
 from graphengine.devices.stage import Prim
 from graphengine.format.spec import NotNegative, Positive, Vector
-from graphengine.physics.dynamics.motion_handles import CarriedPrim
 from graphengine.physics.sensors.implementations import Profile, check_less, implements
-from graphengine.physics.sensors.own_colliders import own_colliders
 from graphengine.physics.sensors.ray_bundle import RayBundle
 
 if TYPE_CHECKING:
@@ -58,33 +55,20 @@ class LightBeamProfile(Profile):
 
 
 @implements(LightBeam, LightBeamProfile)
-class LightCurtain(CarriedPrim):
+class LightCurtain(RayBundle):
     """The light beam sensor at a prim; the prim's `facts` are the values of its profile."""
-
-    casts_rays = True
 
     def __init__(self, simulation: SimulationCore, prim: Prim) -> None:
         facts, count = prim.facts, prim.facts["num_rays"]
         forward, aside = (np.array(facts[axis]) / math.hypot(*facts[axis]) for axis in ("forward_axis", "curtain_axis"))
         self._directions = np.tile(forward, (count, 1))
         self._origins = np.outer(np.arange(count) * facts["curtain_length"] / count, aside)
-        self._ranges: tuple[float, float] = (facts["min_range"], facts["max_range"])
         super().__init__(simulation, prim)
-
-    def bind(self) -> None:
-        """Look up the body that carries the sensor, and create the rays."""
-        super().bind()
-        simulation = self._simulation
-        own = partial(
-            own_colliders, simulation.model, simulation.data, simulation.sees_own_robots, self._prim, self.body
-        )
-        rays = (simulation.rays, self._origins, self._directions, self._ranges)
-        self._bundle = RayBundle(simulation.model, simulation.data, *rays, own)
 
     def reading(self) -> BeamReading:
         """Cast the beams; return whether each beam is broken, its depth (m) and the positions of both its ends."""
         position, rotation = self.frame()
-        hits = self._bundle.cast(position, rotation)
+        hits = self.cast(position, rotation)
         ends = self._origins + hits.depths[:, None] * self._directions
         begins = self._origins + self._ranges[0] * self._directions
         in_world = (position + points @ rotation.T for points in (begins, ends))

@@ -56,7 +56,8 @@ class MultiRayCaster:
             self._cast_into_all(origin, self._rays, passed, self._distances, self._geoms)
         else:
             part.refresh(self._data)
-            self._multi_ray(part.model, part.data, origin, self._rays, None, self._distances, self._geoms)
+            rays, hits = self._rays.reshape(-1), (self._geoms, self._distances, None, len(self._rays), self._far)
+            mujoco.mj_multiRay(part.model, part.data, origin, rays, None, True, -1, *hits)
             self._geoms[:] = part.geoms[self._geoms]  # of misses anything: they are not looked up
         if self._own.seen:
             self._pass_through_own(origin, passed)
@@ -94,20 +95,7 @@ class MultiRayCaster:
         groups = self._model.geom_group[passed]
         self._model.geom_group[passed] = OWN
         try:
-            self._multi_ray(self._model, self._data, origin, rays, GROUPS_SEEN, distances, geoms)
+            hits = geoms, distances, None, len(rays), self._far
+            mujoco.mj_multiRay(self._model, self._data, origin, rays.reshape(-1), GROUPS_SEEN, True, -1, *hits)
         finally:
             self._model.geom_group[passed] = groups
-
-    def _multi_ray(
-        self,
-        model: mujoco.MjModel,
-        data: mujoco.MjData,
-        origin: Floats,
-        rays: Floats,
-        groups: NDArray[np.uint8] | None,
-        distances: Floats,
-        geoms: NDArray[np.int32],
-    ) -> None:
-        mujoco.mj_multiRay(
-            model, data, origin, rays.reshape(-1), groups, True, -1, geoms, distances, None, len(rays), self._far
-        )

@@ -23,7 +23,7 @@ from graphengine.devices.stage import Prim
 from graphengine.format.spec import NotNegative
 from graphengine.physics.engine import Floats
 from graphengine.physics.sensors.implementations import Deviation, implements
-from graphengine.physics.sensors.lidar import LidarProfile, RaySensor
+from graphengine.physics.sensors.lidar import LidarProfile, RaySensor, rounded
 from graphengine.physics.sensors.rays import Integers
 
 if TYPE_CHECKING:
@@ -76,8 +76,8 @@ class RayRadar(RaySensor[Detections]):
         velocities = self._radial_velocities(geoms[hit], directions, distances)
         # One error per ray, hit or not, so that a detection does not depend on the other rays.
         errors = self._noise_of(index).standard_normal((4, len(self.directions)))[:, hit]
-        measured = _rounded(distances + self.noise_std * errors[0], self._resolution).clip(near, far)
-        velocities = _rounded(velocities + self._velocity_std * errors[1], self._velocity_resolution)
+        measured = rounded(distances + self.noise_std * errors[0], self._resolution).clip(near, far)
+        velocities = rounded(velocities + self._velocity_std * errors[1], self._velocity_resolution)
         points = measured[:, None] * _turned(directions, self._angle_std * errors[2], self._angle_std * errors[3])
         power = 40.0 * np.log10(far / np.maximum(distances, _NEAREST))
         arrays = (array.astype(np.float32) for array in (points, velocities, power))
@@ -101,11 +101,6 @@ class RayRadar(RaySensor[Detections]):
         surface = moving + np.cross(turning, arms)
         rates: Floats = np.sum((surface - own) * along, axis=1)
         return rates
-
-
-def _rounded(values: Floats, resolution: float) -> Floats:
-    """Return values rounded to multiples of a resolution; with a resolution of 0, return them unchanged."""
-    return np.round(values / resolution) * resolution if resolution else values
 
 
 def _turned(directions: Floats, azimuths: Floats, elevations: Floats) -> NDArray[np.float64]:

@@ -6,14 +6,18 @@ a body, the ray hits the body at this point, as in PhysX.
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from graphengine.devices.stage import Prim
+from graphengine.physics.dynamics.motion_handles import CarriedPrim
 from graphengine.physics.engine import Bools, Floats, Indices, mujoco
-from graphengine.physics.sensors.own_colliders import OwnColliders
-from graphengine.physics.sensors.rays import Caster, Rays
+from graphengine.physics.sensors.own_colliders import own_colliders
+from graphengine.physics.sensors.rays import Caster
+
+if TYPE_CHECKING:
+    from graphengine.physics.core import SimulationCore
 
 _KINDS = mujoco.mjtGeom
 _SOLIDS = [_KINDS.mjGEOM_PLANE, _KINDS.mjGEOM_SPHERE, _KINDS.mjGEOM_CAPSULE]
@@ -33,35 +37,28 @@ class Hits(NamedTuple):
     """Id of the geom that each ray hits; -1 if there is no hit."""
 
 
-class RayBundle:
-    """The rays of one sensor.
+class RayBundle(CarriedPrim):
+    """Base class of sensors whose rays have individual origins and directions.
 
-    Args:
-        model: model that the rays are cast into.
-        data: state of the simulation.
-        rays: ray casting method of the simulation.
-        origins: origins in the sensor's frame, shape (n, 3), m.
-        directions: unit vectors in the sensor's frame, shape (n, 3).
-        ranges: least and greatest distance from the origin, m.
-        own: function that returns the colliders of the sensor's own robot, for rays with a given least distance (m).
+    The `facts` of the sensor's prim contain `min_range` and `max_range`. Before it calls `__init__`, a subclass sets `_origins`
+    (m) and `_directions` (unit vectors) in the sensor's frame, of shape (n, 3).
     """
 
-    def __init__(
-        self,
-        model: mujoco.MjModel,
-        data: mujoco.MjData,
-        rays: Rays,
-        origins: Floats,
-        directions: Floats,
-        ranges: tuple[float, float],
-        own: Callable[[float], OwnColliders],
-    ) -> None:
-        self._model, self._data, self._ranges = model, data, ranges
-        self._origins, self._directions = origins, directions
-        self._rays, self._own = rays, own
-        places, group = np.unique(origins, axis=0, return_inverse=True)
+    casts_rays = True
+
+    _origins: Floats
+    _directions: Floats
+
+    def __init__(self, simulation: SimulationCore, prim: Prim) -> None:
+        self._ranges: tuple[float, float] = (prim.facts["min_range"], prim.facts["max_range"])
+        super().__init__(simulation, prim)
+
+    def bind(self) -> None:
+        """Look up the body that carries the sensor, and create the casters of its rays."""
+        super().bind()
+        places, group = np.unique(self._origins, axis=0, return_inverse=True)
         members = [np.flatnonzero(group.ravel() == number) for number in range(len(places))]
-        self._groups = [(rays, self._caster(directions[rays], ranges[0])) for rays in members]
+        self._groups = [(rays, self._caster(self._directions[rays], self._ranges[0])) for rays in members]
         self._single: dict[int, Caster] = {}
         """Casters for single rays, by the ray's index; used for rays with a hit nearer than the least distance."""
 
@@ -91,11 +88,13 @@ class RayBundle:
         return Hits(found, depths, normals, geoms)
 
     def _caster(self, directions: Floats, near: float) -> Caster:
-        return self._rays.caster(directions, self._ranges[1], self._own(near))
+        own = own_colliders(self._simulation, self._prim, self.body, near)
+        return self._simulation.rays.caster(directions, self._ranges[1], own)
 
     def _normal(self, geom: int, begin: Floats, direction: Floats) -> Floats:
         """Return a geom's outward unit normal where a ray hits it; for shapes without normals, the ray's reverse direction."""
-        model, data, normal, kind = self._model, self._data, -direction, int(self._model.geom_type[geom])
+        model, data, normal = self._simulation.model, self._simulation.data, -direction
+        kind = int(model.geom_type[geom])
         if kind in _SOLIDS:
             place, axes = data.geom_xpos[geom], data.geom_xmat[geom]
             mujoco.mju_rayGeom(place, axes, model.geom_size[geom], begin, direction, kind, normal)

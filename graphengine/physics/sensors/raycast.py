@@ -6,7 +6,6 @@ The rays hit the same objects as the rays of a lidar. All rays are cast when the
 from __future__ import annotations
 
 import math
-from functools import partial
 from typing import TYPE_CHECKING, Annotated, Literal
 
 import numpy as np
@@ -15,10 +14,8 @@ from pydantic import Field, model_validator
 from graphengine.devices.raycast import RaycastReading, RaycastSensor
 from graphengine.devices.stage import Prim
 from graphengine.format.spec import NotNegative, Positive
-from graphengine.physics.dynamics.motion_handles import CarriedPrim
 from graphengine.physics.engine import body_names
 from graphengine.physics.sensors.implementations import Offsets, Profile, check_less, implements
-from graphengine.physics.sensors.own_colliders import own_colliders
 from graphengine.physics.sensors.ray_bundle import RayBundle
 
 if TYPE_CHECKING:
@@ -66,35 +63,26 @@ class RaycastProfile(Profile):
 
 
 @implements(RaycastSensor, RaycastProfile)
-class RaySet(CarriedPrim):
+class RaySet(RayBundle):
     """The raycast sensor at a prim; the prim's `facts` are the values of its profile."""
-
-    casts_rays = True
 
     def __init__(self, simulation: SimulationCore, prim: Prim) -> None:
         directions = np.array(prim.facts["ray_directions"], float)
         self._directions = directions / np.linalg.norm(directions, axis=1, keepdims=True)
         self._origins = np.broadcast_to(np.array(prim.facts["ray_origins"], float), directions.shape)
-        self._ranges: tuple[float, float] = (prim.facts["min_range"], prim.facts["max_range"])
         super().__init__(simulation, prim)
 
     def bind(self) -> None:
         """Look up the prims of all bodies, and create the rays."""
         super().bind()
-        simulation = self._simulation
-        model, data, sees = simulation.model, simulation.data, simulation.sees_own_robots
-        own = partial(own_colliders, model, data, sees, self._prim, self.body)
-        rays = (simulation.rays, self._origins, self._directions, self._ranges)
-        self._bundle = RayBundle(model, data, *rays, own)
-        paths = {
-            prim.body: prim.path for prim in simulation.stage.prims() if prim.body is not None and prim.kind != "robot"
-        }
-        self._paths = [paths.get(name, "") for name in body_names(model)]
+        bodies = [prim for prim in self._simulation.stage.prims() if prim.body is not None and prim.kind != "robot"]
+        paths = {prim.body: prim.path for prim in bodies}
+        self._paths = [paths.get(name, "") for name in body_names(self._simulation.model)]
 
     def reading(self) -> RaycastReading:
         """Cast the rays; return depth (m), hit position, normal and hit prim of each ray."""
         facts, simulation, (position, rotation) = self._prim.facts, self._simulation, self.frame()
-        hits = self._bundle.cast(position, rotation)
+        hits = self.cast(position, rotation)
         origins = position + self._origins @ rotation.T
         ends = origins + hits.depths[:, None] * (self._directions @ rotation.T)
         positions, normals = np.where(hits.found[:, None], ends, 0.0), hits.normals

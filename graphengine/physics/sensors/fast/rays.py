@@ -119,20 +119,7 @@ class FastCaster:
         rays = self._rays
         rays.refresh()
         self._own.start_at(origin)
-        cast(
-            self._distances,
-            self._geoms,
-            self._directions,
-            origin,
-            rotation,
-            self._far,
-            self._own.near,
-            self._own.roles,
-            rays.table,
-            rays.still,
-            rays.moving,
-            rays.triangles,
-            rays.corners,
-            self._stack,
-        )
+        sensor = self._directions, origin, rotation, self._far, self._own.near, self._own.roles
+        world = rays.table, rays.still, rays.moving, rays.triangles, rays.corners
+        cast(self._distances, self._geoms, *sensor, *world, self._stack)
         return self._distances, self._geoms

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from graphengine.physics.engine import Floats, Indices, mujoco
-from graphengine.physics.model.geoms import height_field_triangles, mesh_faces, mesh_vertices
+from graphengine.physics.model.geoms import triangles_of
 from graphengine.physics.sensors.fast.mesh_tree import MESH_NODE, build_mesh_tree
 from graphengine.physics.sensors.fast.table import HFIELD, MARGIN, MESH, Records
 
@@ -32,21 +32,18 @@ def triangle_trees(model: mujoco.MjModel, geoms: Indices) -> tuple[Records, Floa
     roots = np.zeros(model.ngeom, np.int64)
     known: dict[tuple[int, int], int] = {}
     for geom in geoms.tolist():
-        kind, data = int(model.geom_type[geom]), int(model.geom_dataid[geom])
-        if kind not in (MESH, HFIELD):
-            continue
-        if (kind, data) not in known:
-            known[kind, data] = sum(map(len, trees))
-            is_mesh = kind == MESH
-            own = (
-                mesh_vertices(model, data)[mesh_faces(model, data)] if is_mesh else height_field_triangles(model, data)
-            )
-            tree, order = _tree(own, known[kind, data], sum(map(len, corners)))
+        shape = int(model.geom_type[geom]), int(model.geom_dataid[geom])
+        if shape not in known:
+            own = triangles_of(model, geom)
+            if own is None:
+                continue
+            known[shape] = sum(map(len, trees))
+            tree, order = _tree(own, known[shape], sum(map(len, corners)))
             own = own[order]
             own[:, 1:] -= own[:, :1]
             trees.append(tree)
             corners.append(own.reshape(-1, 9))
-        roots[geom] = known[kind, data]
+        roots[geom] = known[shape]
     return np.concatenate(trees), np.concatenate(corners), roots
 
 
