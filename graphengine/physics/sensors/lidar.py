@@ -166,8 +166,9 @@ class RaySensor(TickSampled[S]):
     def bind(self) -> None:
         """Look up the body that carries the sensor, and create the caster."""
         super().bind()
-        own = own_colliders(self._simulation, self._prim, self.body, self.ranges[0])
-        self._caster = self._simulation.rays.caster(self.directions, self.ranges[1], own)
+        world = self._simulation
+        own = own_colliders(world.model, world.data, world.sees_own_robots, self._prim, self.body, self.ranges[0])
+        self._caster = world.rays.caster(self.directions, self.ranges[1], own)
 
     def cast(self) -> tuple[Floats, Integers]:
         """Return distance (m) and geom id of the first hit of each ray; see `rays.Caster.cast`."""

@@ -9,7 +9,6 @@ separates two links. Colliders include the visuals of links without colliders, b
 from __future__ import annotations
 
 import itertools
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,9 +16,6 @@ from numpy.typing import NDArray
 from graphengine.devices.stage import Prim
 from graphengine.physics.engine import Floats, Indices, mujoco
 from graphengine.physics.model.geoms import triangles_of
-
-if TYPE_CHECKING:
-    from graphengine.physics.core import SimulationCore
 
 FOREIGN, VISIBLE, PASSED = 0, 1, 2
 """Roles of geoms for the rays of a sensor: of something else, of the own robot, or one that the rays pass through."""
@@ -83,19 +79,22 @@ class OwnColliders:
         return [geom for geom in near.tolist() if contains(self._model, self._data, geom, origin)]
 
 
-def own_colliders(simulation: SimulationCore, prim: Prim, body: int, near: float) -> OwnColliders:
+def own_colliders(
+    model: mujoco.MjModel, data: mujoco.MjData, sees_own_robots: bool, prim: Prim, body: int, near: float
+) -> OwnColliders:
     """Return the colliders of the robot that carries a sensor.
 
     Args:
-        simulation: simulation with the robot.
+        model: model with the robot.
+        data: state of the simulation.
+        sees_own_robots: whether sensors without `sees_own_robot` in the facts of their prim see their robot.
         prim: prim of the sensor.
         body: body that carries the sensor.
         near: least distance of the sensor, m.
     """
-    model, data = simulation.model, simulation.data
     tree = int(model.body_rootid[body])
     sees = prim.facts.get("sees_own_robot")
-    if not (simulation.sees_own_robots if sees is None else sees):
+    if not (sees_own_robots if sees is None else sees):
         return OwnColliders(model, data, tree)
     ancestors = list(prim.ancestors())
     link = next((above for above in ancestors if above.kind == "link"), None)

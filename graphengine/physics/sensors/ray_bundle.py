@@ -88,8 +88,9 @@ class RayBundle(CarriedPrim):
         return Hits(found, depths, normals, geoms)
 
     def _caster(self, directions: Floats, near: float) -> Caster:
-        own = own_colliders(self._simulation, self._prim, self.body, near)
-        return self._simulation.rays.caster(directions, self._ranges[1], own)
+        world = self._simulation
+        own = own_colliders(world.model, world.data, world.sees_own_robots, self._prim, self.body, near)
+        return world.rays.caster(directions, self._ranges[1], own)
 
     def _normal(self, geom: int, begin: Floats, direction: Floats) -> Floats:
         """Return a geom's outward unit normal where a ray hits it; for shapes without normals, the ray's reverse direction."""
