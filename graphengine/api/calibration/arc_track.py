@@ -136,20 +136,21 @@ def _lower(scene: LoadedScene, name: str, *, guessed: bool) -> list[str]:
     first, outcome = turn, ""
     with Session(Runner(scene, RunOptions(domain=0))) as sim:
         arcs = ArcDrives(sim, DriveRecorder(sim, name, command, (), None), sim.checkpoint())
-        for _ in range(_RUNS):
+        for run in range(_RUNS):
             speed, turn = limits_of(scene, turn)
             ahead, rate = arcs.reached(speed, turn)
             good = abs(ahead / speed - 1.0) <= AHEAD and abs(rate / turn - 1.0) <= TURNED
             reached = f"{ahead / speed:.0%} of the speed and {rate / turn:.0%} of the turn rate"
             outcome = outcome or f"on arcs of {speed:.3g} m/s and {turn:.3g} rad/s, it skids and reaches {reached}"
-            if good or not guessed:
+            if good or not guessed or run == _RUNS - 1:
                 break
             turn *= _LOWER
     if turn == first:
         return [] if good else [f"limits too high for the skid-steered base: {outcome}; lower `turn` of its graph"]
     turn = float(f"{turn:.3g}")
     write_input(scene, name, "maxAngularSpeed", turn, f"lowered from {first:.4g}, with which arcs are not as commanded")
-    return [f"limit of the skid-steered base: turn {turn:g} rad/s in place of {first:.4g} rad/s: {outcome}"]
+    rest = "" if good else f"; with {turn:g} rad/s, it still reaches {reached}"
+    return [f"limit of the skid-steered base: turn {turn:g} rad/s in place of {first:.4g} rad/s: {outcome}{rest}"]
 
 
 @dataclass(frozen=True, slots=True)

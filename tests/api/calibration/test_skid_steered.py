@@ -201,3 +201,21 @@ def test_the_file_of_a_new_robot_is_as_written_but_for_its_track(tmp_path: Path)
     path, _ = corrected(tmp_path, description(SKID), f"{CONTROLLER}    wheel_separation_multiplier: 2.5\n")
     after = parameters(path)
     assert {key for key, value in before["graphs"]["base"]["parameters"].items() if after[key] != value} == {"track"}
+
+
+def test_a_lowered_limit_with_which_arcs_are_not_as_commanded_was_driven_and_is_reported(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    driven: list[float] = []
+
+    def reached(_: object, speed: float, turn: float) -> tuple[float, float]:
+        driven.append(turn)
+        return speed, 0.6 * turn
+
+    monkeypatch.setattr("graphengine.api.calibration.arc_track.ArcDrives.reached", reached)
+    found = imported(tmp_path, description(SKID))
+    path = scene(tmp_path, found)
+    (said,) = lower_turn(tmp_path / "robots/bot.yaml", "bot", found.lift, found.outside, guessed=True)
+    assert parameters(path)["turn"] == pytest.approx(driven[0] * 0.8**4, rel=2e-3)
+    assert driven[-1] == pytest.approx(driven[0] * 0.8**4)
+    assert said.endswith("it still reaches 100% of the speed and 60% of the turn rate")
