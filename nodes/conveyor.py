@@ -17,7 +17,7 @@ _NO_EFFECT = "no effect: textures do not move"
 class IsaacConveyor(Node, type="isaacsim.asset.gen.conveyor.IsaacConveyor"):
     """Sets the surface velocity of a body. The surface carries along the objects on it, while the body itself stays in place.
 
-    The body belongs to the world or is a link of a robot; a body that a joint moves is an error. Bodies that are fixed to the
+    The body must belong to the world or be a link of a robot, and no joint may move it. Bodies that are fixed to the
     conveyor's body get the same surface velocity. The velocity lasts until the next execution or reset. Isaac Sim ignores changes
     below 1 mm/s; in graphengine, they take effect. Without a wire to `onStep`, the node does nothing.
     """

@@ -26,7 +26,7 @@ from graphengine.format.wording import shown
 
 
 class DriveSpec(FileSpec):
-    """A joint's drive with gains in SI units (radians)."""
+    """A joint's drive with gains in SI units, in which angles are radians."""
 
     damping: Gain = 0.0
     """Damping of the drive, N m s/rad or N s/m."""

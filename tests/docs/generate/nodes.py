@@ -125,7 +125,7 @@ def pages() -> Iterator[tuple[str, str]]:
 def _overview(families: dict[str, list[type[Node]]]) -> str:
     rows = [(f"[{one.title}]({name}.md)", str(len(families[name])), one.about) for name, one in FAMILIES.items()]
     lines = [_INTRODUCTION.format(total=sum(map(len, families.values()))), "", *table(("family", "types", ""), rows)]
-    lines += ["", "## Kinds", "", "The kind of a type says when its nodes are computed:", ""]
+    lines += ["", "## Kinds", "", "Each node type has a kind, which determines when nodes of this type run:", ""]
     lines += [*table(("kind", "a node of this kind"), _KINDS), "", "## All types", ""]
     every = sorted((last_part(cls), family, cls) for family, types in families.items() for cls in types)
     entries = [
