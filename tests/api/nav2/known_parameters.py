@@ -56,7 +56,7 @@ ALL = {
         max_angular_accel movement_time_allowance odom_topic plugin primary_controller
         progress_checker_plugins regulated_linear_scaling_min_radius
         regulated_linear_scaling_min_speed required_movement_angle required_movement_radius
-        rotate_to_heading_angular_vel scale
+        rotate_to_goal_heading rotate_to_heading_angular_vel scale
         short_circuit_trajectory_evaluation sim_time simulate_ahead_time slowing_factor stateful trans_stopped_velocity
         use_collision_detection use_cost_regulated_linear_velocity_scaling use_regulated_linear_velocity_scaling
         use_rotate_to_heading use_sim_time use_velocity_scaled_lookahead_dist vtheta_samples vx_samples vy_samples

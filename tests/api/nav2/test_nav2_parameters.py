@@ -79,6 +79,7 @@ def test_limits_are_those_of_the_controller_in_the_graph(dd100: dict[str, Any]) 
 def test_a_robot_that_can_turn_on_the_spot_does_so_before_it_follows_a_new_path(dd100: dict[str, Any]) -> None:
     planner = dd100["controller_server"]["FollowPath"]
     assert planner["plugin"] == "nav2_rotation_shim_controller::RotationShimController"
+    assert planner["rotate_to_goal_heading"] is True
     assert planner["primary_controller"] == "dwb_core::DWBLocalPlanner"
     turn = dd100["velocity_smoother"]["max_velocity"][2], dd100["velocity_smoother"]["max_accel"][2]
     assert (planner["rotate_to_heading_angular_vel"], planner["max_angular_accel"]) == turn
