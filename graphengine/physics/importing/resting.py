@@ -47,7 +47,10 @@ def fill(draft: Draft) -> None:
     """Add remarks on how a wheeled robot rests on a floor; bind links that rest but do not roll to a frictionless material."""
     standing = [wheel for wheel in draft.wheels.values() if wheel.on_floor and not wheel.drags]
     driven = [wheel for wheel in standing if not wheel.swivels]
-    if not driven or draft.fixed_base or draft.urdf.root == WORLD:
+    if draft.fixed_base or draft.urdf.root == WORLD:
+        return
+    _tell_lifted(draft)
+    if not driven:
         return
     if len(draft.urdf.moving()) > MOST_JOINTS:
         draft.noticed.append(
@@ -127,6 +130,20 @@ def _forces(model: mujoco.MjModel, data: mujoco.MjData) -> dict[str, float]:
             if 0 in bodies:
                 forces[names[max(bodies)]] += abs(float(force[2])) / steps
     return forces
+
+
+def _tell_lifted(draft: Draft) -> None:
+    """Add a remark if none of the driven wheels of a base reaches down as far as another link does."""
+    joints, lowest = draft.sections["joints"], min(draft.standing, key=draft.standing.__getitem__, default="")
+    driven = [
+        wheel for wheel in draft.wheels.values() if wheel.joint in joints and "drive" in joints[wheel.joint].value
+    ]
+    if GRAPH not in draft.sections["graphs"] or not lowest or not driven or any(wheel.on_floor for wheel in driven):
+        return
+    height = min(wheel.centre[2] - wheel.radius for wheel in driven) - draft.standing[lowest]
+    text = f"the driven wheels are {1000 * height:.3g} mm above the lowest collider, that of {printable(lowest)}"
+    colliders = draft.urdf.links[lowest].colliders
+    draft.noticed.append(Remark(f"{text}; they may not reach the floor", colliders[0].span if colliders else None))
 
 
 def _tell_idle(draft: Draft, standing: list[WheelShape], forces: dict[str, float]) -> None:

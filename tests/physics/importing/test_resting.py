@@ -48,6 +48,13 @@ def test_an_acceleration_beyond_the_grip_of_the_driven_wheels_is_told(tmp_path: 
     assert (f"{said} acceleration {limit:g} m/s2 and deceleration {limit:g} m/s2" in noticed(robot)) is told
 
 
+def test_driven_wheels_above_the_floor_are_told(tmp_path: Path) -> None:
+    """The caster reaches 0.15 m down, and the wheels 0.1 m."""
+    low = CASTER.replace("-.25 0 -.05", "-.25 0 -.1")
+    (told,) = noticed(imported(tmp_path, rover(low, ROLLER[ROLLER.index("<gazebo>") :])))
+    assert told == "the driven wheels are 50 mm above the lowest collider, that of caster; they may not reach the floor"
+
+
 def test_a_caster_that_rolls_forward_keeps_its_grip_along(tmp_path: Path) -> None:
     robot = imported(tmp_path, rover(ROLLER.replace('axis xyz="1 0 0"', 'axis xyz="0 1 0"')))
     assert "CasterMaterial" not in keys(robot)["materials"]
