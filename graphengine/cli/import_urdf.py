@@ -136,13 +136,17 @@ def corrections(imported: Imported, robot_file: Path) -> list[str]:
     told = imported.draft.controller_track
     if told is None or not imported.free:
         return []
+    robot = robot_file, imported.robot.name, imported.lift, imported.outside
+    lines: list[str] = []
     with progress("measuring the track"):
         try:
-            robot = robot_file, imported.robot.name, imported.lift, imported.outside
-            track = correct_track(*robot, told=told)
-            return [track, *lower_turn(*robot, guessed=imported.draft.guessed_turn)]
+            lines.append(correct_track(*robot, told=told))
+            if "not measured" not in lines[0]:
+                lines += lower_turn(*robot, guessed=imported.draft.guessed_turn)
         except GraphError as error:
-            return [f"track: not measured: {str(error).splitlines()[0]}"]
+            what = "arcs at the limits" if lines else "track"
+            lines.append(f"{what}: not measured: {str(error).splitlines()[0]}")
+    return lines
 
 
 def _check_output(arguments: argparse.Namespace) -> None:

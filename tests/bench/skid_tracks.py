@@ -97,7 +97,8 @@ def measure(scene: Path, friction: float) -> tuple[float, float, float, float]:
         spins = ArcDrives(sim, drives, sim.checkpoint(), inputs)
         spot = turning_track(base, friction, 0.0, arc[1])
         for _ in range(3):
-            spot /= spins.reached(0.0, arc[1], spot)[1] / arc[1]
+            left, right = spins.drive(0.0, arc[1], spot)
+            spot /= (left.yaw - right.yaw) / 2.0 / arc[1]
     even = replace(base, centre=(0.0, 0.0))
     return 2 * abs(base.wheels[0].y), spot, turning_track(base, friction, *arc), turning_track(even, friction, *arc)
 

@@ -14,7 +14,7 @@ from graphengine.api.calibration.figures import Calibration, Twist
 from graphengine.api.calibration.flat_scene import WORLD
 from graphengine.api.calibration.full_speed import limits_of, slow_arc
 from graphengine.api.calibration.measuring import is_steady, mean_velocity
-from graphengine.api.calibration.robot_interface import find_command, inputs_named
+from graphengine.api.calibration.robot_interface import find_command, inputs_named, limit_of
 from graphengine.api.calibration.write_back import write_figures, write_input
 from graphengine.api.run_options import RunOptions
 from graphengine.api.runner import Runner
@@ -101,15 +101,16 @@ def _correct(scene: LoadedScene, name: str, *, told: bool) -> str:
     assert scene.world is not None
     speed, turn = slow_arc(scene.world.robots[name], *limits_of(scene))
     command = find_command(scene.claims, None)
-    if not inputs or command is None or not max(speed, turn) < math.inf:
-        return "track: not measured, because its graph has no command topic or no limits"
+    if not inputs or command is None or not 0.0 < turn < math.inf or not speed < math.inf:
+        return "track: not measured, because its graph has no command topic or no limits, or its wheels no grip across them"
     before = float(next(iter(inputs.values())))
     tried: list[tuple[float, float]] = []
     with Session(Runner(scene, RunOptions(domain=0))) as sim:
         arcs = ArcDrives(sim, DriveRecorder(sim, name, command, (), None), sim.checkpoint(), tuple(inputs))
         while len(tried) < _RUNS and not (tried and _error(tried[-1]) <= EXACT):
             track = tried[-1][0] / tried[-1][1] if tried else before
-            share = arcs.reached(speed, turn, track)[1] / turn
+            left, right = arcs.drive(speed, turn, track)
+            share = (left.yaw - right.yaw) / 2.0 / turn
             if not tried and told and abs(share - 1.0) <= ACCEPTED:
                 return f"track: {track:.4g} m of the controller, with which it turns at {share:.1%} of commands"
             if share < 0.1:
@@ -130,27 +131,33 @@ def _error(drive: tuple[float, float]) -> float:
 
 
 def _lower(scene: LoadedScene, name: str, *, guessed: bool) -> list[str]:
-    command, (speed, turn) = find_command(scene.claims, None), limits_of(scene)
-    if command is None or not 0.0 < max(speed, turn) < math.inf:
+    command, first = find_command(scene.claims, None), limit_of(scene, "maxAngularSpeed")
+    if command is None or not max(limits_of(scene)) < math.inf:
         return []
-    first, outcome = turn, ""
+    limit, outcome = first, ""
     with Session(Runner(scene, RunOptions(domain=0))) as sim:
-        arcs = ArcDrives(sim, DriveRecorder(sim, name, command, (), None), sim.checkpoint())
-        for run in range(_RUNS):
-            speed, turn = limits_of(scene, turn)
-            ahead, rate = arcs.reached(speed, turn)
-            good = abs(ahead / speed - 1.0) <= AHEAD and abs(rate / turn - 1.0) <= TURNED
-            reached = f"{ahead / speed:.0%} of the speed and {rate / turn:.0%} of the turn rate"
+        drives = ArcDrives(sim, DriveRecorder(sim, name, command, (), None), sim.checkpoint())
+        for _ in range(_RUNS):
+            speed, turn = limits_of(scene, limit)
+            arcs = drives.drive(speed, turn)
+            ahead = max((arc.x / speed for arc in arcs), key=lambda share: abs(share - 1.0))
+            rate = max((abs(arc.yaw) / turn for arc in arcs), key=lambda share: abs(share - 1.0))
+            good = abs(ahead - 1.0) <= AHEAD and abs(rate - 1.0) <= TURNED
+            reached = f"{ahead:.0%} of the speed and {rate:.0%} of the turn rate"
             outcome = outcome or f"on arcs of {speed:.3g} m/s and {turn:.3g} rad/s, it skids and reaches {reached}"
-            if good or not guessed or run == _RUNS - 1:
+            if good or not guessed:
                 break
-            turn *= _LOWER
-    if turn == first:
-        return [] if good else [f"limits too high for the skid-steered base: {outcome}; lower `turn` of its graph"]
-    turn = float(f"{turn:.3g}")
-    write_input(scene, name, "maxAngularSpeed", turn, f"lowered from {first:.4g}, with which arcs are not as commanded")
-    rest = "" if good else f"; with {turn:g} rad/s, it still reaches {reached}"
-    return [f"limit of the skid-steered base: turn {turn:g} rad/s in place of {first:.4g} rad/s: {outcome}{rest}"]
+            limit *= _LOWER
+    value = float(f"{limit:.3g}")
+    if limit < first and good:
+        comment = f"lowered from {first:.4g}, with which arcs are not as commanded"
+        if write_input(scene, name, "maxAngularSpeed", value, comment):
+            return [f"limit of the skid-steered base: turn {value:g} rad/s in place of {first:.4g} rad/s: {outcome}"]
+    return (
+        []
+        if good and limit == first
+        else [f"limits too high for the skid-steered base: {outcome}; lower `turn` of its graph"]
+    )
 
 
 @dataclass(frozen=True, slots=True)
@@ -169,16 +176,15 @@ class ArcDrives:
     mark: Checkpoint
     inputs: tuple[str, ...] = ()
 
-    def reached(self, speed: float, turn: float, track: float | None = None) -> tuple[float, float]:
-        """Return the speed (m/s) and turn rate (rad/s) that the robot reaches on an arc, as means of both directions.
+    def drive(self, speed: float, turn: float, track: float | None = None) -> tuple[Twist, Twist]:
+        """Return the mean velocities that the robot reaches on an arc to the left and on one to the right.
 
         Args:
             speed: speed to command, m/s.
             turn: turn rate to command, rad/s.
             track: track of the controller, m; None: that of the robot's file.
         """
-        left, right = (self._drive(Twist(x=speed, yaw=sign * turn), track) for sign in (1.0, -1.0))
-        return (left.x + right.x) / 2.0, (left.yaw - right.yaw) / 2.0
+        return self._drive(Twist(x=speed, yaw=turn), track), self._drive(Twist(x=speed, yaw=-turn), track)
 
     def _drive(self, command: Twist, track: float | None) -> Twist:
         """Return the mean velocity that the robot reaches with a command."""

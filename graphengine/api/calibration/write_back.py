@@ -112,7 +112,10 @@ def write_input(scene: LoadedScene, robot: str, name: str, value: float, comment
         place = _find_place(graph, instance, name, None, file) if graph.name.partition("/")[0] == robot else None
         if place is not None:
             path = Path(place.document.source.path)
-            text = set_value(path.read_bytes().decode("utf-8-sig"), place.location, value, comment)
+            try:
+                text = set_value(path.read_bytes().decode("utf-8-sig"), place.location, value, comment)
+            except PatchError:
+                continue
             write_together({path: text.encode()})
             return True
     return False

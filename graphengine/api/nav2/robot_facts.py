@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Sequence, Set
 from dataclasses import dataclass
 
 import numpy as np
@@ -93,10 +93,10 @@ def robot_facts(scene: LoadedScene, robot: RobotInstance) -> RobotFacts:
     claims = _claims_of(scene, robot)
     missing: list[str] = []
     command = _command(claims, missing)
-    odometry = _odometry(scene, claims)
+    edges = _edges(claims)
+    odometry = _odometry(scene, claims, {parent for parent, _ in edges})
     if odometry is None:
         missing.append("no nav_msgs/Odometry: publish it with ROS2PublishOdometry, as graphs/wheel_odometry.yaml does")
-    edges = _edges(claims)
     base_frame = _base_frame(scene, robot, odometry, edges)
     if odometry is not None and base_frame is None:
         frame = odometry.frame_id or "odom"
@@ -168,10 +168,13 @@ def _nodes_without_covariances(scene: LoadedScene, claim: EndpointClaim) -> Iter
                 yield f"{graph.name}/{instance.id}"
 
 
-def _odometry(scene: LoadedScene, claims: Sequence[EndpointClaim]) -> EndpointClaim | None:
-    """Return the first odometry with covariances, or else the first odometry, such as the true motion."""
-    found = _published(claims, ODOMETRY)
-    return min(found, key=lambda claim: any(_nodes_without_covariances(scene, claim)), default=None)
+def _odometry(scene: LoadedScene, claims: Sequence[EndpointClaim], parents: Set[str]) -> EndpointClaim | None:
+    """Return the odometry of a robot: if possible one whose frame is among the `parents` in TF, and one with covariances."""
+
+    def rank(claim: EndpointClaim) -> tuple[bool, bool]:
+        return (claim.frame_id or "odom") not in parents, any(_nodes_without_covariances(scene, claim))
+
+    return min(_published(claims, ODOMETRY), key=rank, default=None)
 
 
 def _claims_of(scene: LoadedScene, robot: RobotInstance) -> list[EndpointClaim]:

@@ -10,7 +10,7 @@ from string import Template
 _CONDITIONAL = re.compile(r"^ *# if ([\w ]+)\n(.*?)^ *# end\n", re.MULTILINE | re.DOTALL)
 
 Facts = Mapping[str, bool]
-"""Whether the facts hold to which the conditions in templates refer, by name."""
+"""Whether each fact holds, by the name that conditions in templates use."""
 
 
 def read(template: str) -> str:

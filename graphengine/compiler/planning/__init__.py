@@ -72,7 +72,8 @@ def make_plan(graph: Graph, findings: Findings) -> Plan | None:
         return None
     lint_reads_and_writes(regions)
     written, count = list[Region](), -1
-    while count != (count := len(regions.flagged) + len(regions.shared)):  # a new one changes what other steps must do
+    # A new flagged or shared node changes what other steps must do.
+    while count != (count := len(regions.flagged) + len(regions.shared)):
         regions.placed.clear()
         written = [RegionWriter(regions, index).write() for index in range(len(regions.members))]
         regions.share_upstream()

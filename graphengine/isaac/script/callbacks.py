@@ -91,8 +91,9 @@ def _restore(recorder: GraphRecorder, kept: dict[str, RecordedGraph]) -> None:
     for path, graph in kept.items():
         now = recorder.graphs.get(path, recorder.removed.get(path, graph))
         before, after = _parts(graph), _parts(now)
-        changes = [(f"adds {part}", place) for part, place in after if part not in dict(before)]
-        changes += [(f"removes {part}", None) for part, _ in before if part not in dict(after)]
+        known, left = dict(before), dict(after)
+        changes = [(f"adds {part}", place) for part, place in after if part not in known]
+        changes += [(f"removes {part}", None) for part, _ in before if part not in left]
         for change, place in changes:
             what = f"a callback of the script {change} of {path}; the graph file keeps the previous graph"
             findings.add("W302", what, place)

@@ -162,12 +162,12 @@ class Urdf:
 
     def centre_of_mass(self) -> Vector3:
         """Return the centre of mass in the root link's frame, m, with all joints at position zero; the origin without mass."""
-        x = y = z = 0.0
+        x, y, z, total = 0.0, 0.0, 0.0, self.mass
         for link in self.links.values():
             inertial = link.element.first("inertial")
             pose = (origin_of(inertial) if inertial is not None else None) or NOWHERE
             place, _ = compose(self.pose_in_root(link.name), pose)
-            share = link.mass / self.mass if self.mass else 0.0
+            share = link.mass / total if total else 0.0
             x, y, z = x + share * place[0], y + share * place[1], z + share * place[2]
         return x, y, z
 

@@ -44,7 +44,7 @@ def base_of_wheels(draft: Draft, wheels: Sequence[BaseWheel], commanded: Collect
         draft.lost.append(Remark(f"a base {which} steered: no graph drives it", span))
         return None
     driven = _without_casters(driven, commanded)
-    names = tuple(wheel.joint for wheel in driven)
+    names, span = tuple(wheel.joint for wheel in driven), draft.urdf.joints[driven[0].joint].element.span
     if all(wheel.sideways for wheel in driven):
         if max(wheel.centre[1] for wheel in driven) - min(wheel.centre[1] for wheel in driven) > driven[0].radius / 2:
             if len(driven) >= 4 and is_mecanum(draft.urdf, driven):

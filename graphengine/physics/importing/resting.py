@@ -1,6 +1,6 @@
 """Simulates a robot at rest on a flat floor, to find the links that carry its weight and the position of its centre of mass.
 
-A link that rests on the floor and does not roll would brake the robot, so it is bound to a material without friction.
+A link that rests on the floor and does not roll forward would brake the robot, so it is bound to a material without friction.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ NEAR = 0.01
 
 
 def fill(draft: Draft) -> None:
-    """Add remarks on how a wheeled robot rests on a floor; bind links that rest but do not roll to a frictionless material."""
+    """Add remarks on how a wheeled robot rests on a floor; links that rest but do not roll forward become frictionless."""
     standing = [wheel for wheel in draft.wheels.values() if wheel.on_floor and not wheel.drags]
     driven = [wheel for wheel in standing if not wheel.swivels]
     if draft.fixed_base or draft.urdf.root == WORLD:
@@ -164,23 +164,27 @@ def _tell_slipping(draft: Draft, wheels: list[WheelShape], forces: dict[str, flo
     graph, joints = draft.sections["graphs"].get(GRAPH), draft.sections["joints"]
     known = graph.value["parameters"] if graph is not None else {}
     held = sum(
-        forces.get(wheel.link, 0.0) * _friction(draft, wheel.link)
+        forces.get(link, 0.0) * _friction(draft, link)
         for wheel in wheels
         if wheel.joint in joints and "drive" in joints[wheel.joint].value
+        for link in (wheel.link, *wheel.rollers.links)
     )
+    if not held:
+        return
     grip = held / sum(forces.values()) * GRAVITY
     beyond = [
         f"{name} {known[name]:g} m/s2" for name in ("acceleration", "deceleration") if known.get(name, 0.0) > grip
     ]
-    if beyond and held:
+    if beyond:
         text = f"the driven wheels grip up to {grip:.2g} m/s2 and slip beyond, so the robot starts and stops later than with "
         draft.noticed.append(Remark(text + " and ".join(beyond)))
 
 
 def _friction(draft: Draft, link: str) -> float:
-    """Return the friction of a link's material along its direction; 1 without a material."""
+    """Return the friction between a link and the floor, along the direction of the link's material."""
     materials = (entry.value for entry in draft.sections["materials"].values())
-    return next((float(each["dynamic_friction"]) for each in materials if link in each.get("bind", ())), FLOOR_FRICTION)
+    found = (float(each["dynamic_friction"]) for each in materials if link in each.get("bind", ()))
+    return min(next(found, FLOOR_FRICTION), FLOOR_FRICTION)
 
 
 def _near(draft: Draft, model: mujoco.MjModel, data: mujoco.MjData) -> list[str]:

@@ -34,7 +34,8 @@ GRAVITY = 9.81
 _SKIDS = 1.02
 """Smallest ratio of a controller's track to the distance of the wheels at which the controller compensates for skidding."""
 OFF_CENTRE = 0.05
-"""Offset of the centre of mass to one side, as a fraction of the track, above which a base drifts noticeably in turns."""
+"""Offset of the centre of mass from the middle of the wheels, as a fraction of their distance along the same axis, above which it
+changes how a base turns."""
 _STEEP = 0.18
 """Friction across below which the import says from which slope a parked robot slides."""
 SMALL = 0.75
@@ -144,11 +145,8 @@ def guess_limits(draft: Draft, grip: Grip, known: Mapping[str, Any], rim_speed: 
     speed = min(max(budget / turn, _SLOWEST), _SPEED, rim_speed)
     speed = float(known.get("speed") or speed)
     turn = float(known.get("turn") or min(_TURN, budget / speed))
-    found = {
-        name: math.floor(1000.0 * value + 1e-6) / 1000.0
-        for name, value in (("speed", speed), ("turn", turn))
-        if not known.get(name)
-    }
+    rounded = {name: math.floor(1000.0 * value + 1e-6) / 1000.0 for name, value in (("speed", speed), ("turn", turn))}
+    found = {name: value for name, value in rounded.items() if value and not known.get(name)}  # 0 would mean no limit
     draft.guessed_turn = "turn" in found
     if found:
         shown = ", ".join(f"{name} {value:g} {_UNITS[name]}" for name, value in found.items())

@@ -12,9 +12,10 @@ import yaml
 
 import graphengine as ge
 from graphengine.api.calibration.arc_track import correct_track, lower_turn
+from graphengine.api.calibration.figures import Twist
 from tests.physics.bases import SKID, Base, Wheel
 from tests.physics.dynamics.coulomb_balance import turning_track
-from tests.physics.importing.imported_bases import description, imported, robot_file, scene
+from tests.physics.importing.imported_bases import description, imported, robot_file, scene, slow
 from tests.physics.importing.test_skid_steering import CONTROLLER, LENGTH, LONG, friction
 
 
@@ -104,6 +105,23 @@ def test_a_guessed_limit_with_which_a_large_base_slides_outwards_is_lowered(tmp_
     assert math.tan(abs(slip)) == pytest.approx(expected, rel=0.25)
 
 
+def test_a_base_whose_wheels_are_too_slow_for_its_limits_keeps_them(tmp_path: Path) -> None:
+    found = imported(tmp_path, slow(description(SKID), 3.0))
+    path, before = scene(tmp_path, found), robot_file(found)["graphs"]["base"]["parameters"]
+    robot = tmp_path / "robots/bot.yaml", "bot", found.lift, found.outside
+    correct_track(*robot, told=False)
+    assert lower_turn(*robot, guessed=True) == []
+    assert parameters(path)["turn"] == before["turn"]
+
+
+@pytest.mark.parametrize("limits", ["", "    angular.z.max_velocity: 1.5\n    linear.x.max_velocity: 0.98\n"])
+def test_wheels_without_grip_across_them_get_no_track_and_no_guessed_limit(tmp_path: Path, limits: str) -> None:
+    """A limit of 0 in a graph would mean no limit."""
+    path, said = corrected(tmp_path, description(SKID, friction(1.0, 0.0)), f"{CONTROLLER}{limits}")
+    assert said.startswith("track: not measured, because")
+    assert parameters(path).get("turn", 1.5) == 1.5
+
+
 def test_a_limit_of_the_description_stays_and_is_reported(tmp_path: Path) -> None:
     limits = "    angular.z.max_velocity: 1.5\n    linear.x.max_velocity: 0.98\n"
     path, before, (said,) = lowered(tmp_path, f"{CONTROLLER}{limits}")
@@ -171,11 +189,12 @@ def test_a_track_with_which_no_drive_turned_as_commanded_is_the_best_one_tried(
 ) -> None:
     tracks: list[float] = []
 
-    def reached(_: object, speed: float, turn: float, track: float) -> tuple[float, float]:
+    def drive(_: object, speed: float, turn: float, track: float) -> tuple[Twist, Twist]:
         tracks.append(track)
-        return speed, (1.2, 0.9, 1.03, 0.95, 1.1)[len(tracks) - 1] * turn
+        reached = (1.2, 0.9, 1.03, 0.95, 1.1)[len(tracks) - 1] * turn
+        return Twist(x=speed, yaw=reached), Twist(x=speed, yaw=-reached)
 
-    monkeypatch.setattr("graphengine.api.calibration.arc_track.ArcDrives.reached", reached)
+    monkeypatch.setattr("graphengine.api.calibration.arc_track.ArcDrives.drive", drive)
     path, said = corrected(tmp_path, description(SKID), f"{CONTROLLER}    wheel_separation_multiplier: 1.85\n")
     expected = 0.5708 * 1.85 / 1.2 / 0.9
     assert tracks[2] == pytest.approx(expected, rel=1e-4)
@@ -203,19 +222,17 @@ def test_the_file_of_a_new_robot_is_as_written_but_for_its_track(tmp_path: Path)
     assert {key for key, value in before["graphs"]["base"]["parameters"].items() if after[key] != value} == {"track"}
 
 
-def test_a_lowered_limit_with_which_arcs_are_not_as_commanded_was_driven_and_is_reported(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_guessed_limit_stays_if_no_lower_one_helps(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     driven: list[float] = []
 
-    def reached(_: object, speed: float, turn: float) -> tuple[float, float]:
+    def drive(_: object, speed: float, turn: float) -> tuple[Twist, Twist]:
         driven.append(turn)
-        return speed, 0.6 * turn
+        return Twist(x=speed, yaw=0.6 * turn), Twist(x=speed, yaw=-turn)
 
-    monkeypatch.setattr("graphengine.api.calibration.arc_track.ArcDrives.reached", reached)
+    monkeypatch.setattr("graphengine.api.calibration.arc_track.ArcDrives.drive", drive)
     found = imported(tmp_path, description(SKID))
-    path = scene(tmp_path, found)
+    path, before = scene(tmp_path, found), robot_file(found)["graphs"]["base"]["parameters"]
     (said,) = lower_turn(tmp_path / "robots/bot.yaml", "bot", found.lift, found.outside, guessed=True)
-    assert parameters(path)["turn"] == pytest.approx(driven[0] * 0.8**4, rel=2e-3)
-    assert driven[-1] == pytest.approx(driven[0] * 0.8**4)
-    assert said.endswith("it still reaches 100% of the speed and 60% of the turn rate")
+    assert parameters(path)["turn"] == before["turn"]
+    assert driven == pytest.approx([before["turn"] * 0.8**tries for tries in range(5)])
+    assert "it skids and reaches 100% of the speed and 60% of the turn rate" in said

@@ -116,3 +116,10 @@ def test_a_wheel_that_hangs_above_the_floor_is_told(tmp_path: Path) -> None:
     )
     told = noticed(imported(tmp_path, rover(wheels=wheels)))[-1]
     assert told.startswith("wheels that carry no weight, as others reach further down: a_wheel; ")
+
+
+def test_a_robot_without_gravity_rests_on_nothing(tmp_path: Path) -> None:
+    links = ("base_link", "left_wheel", "right_wheel")
+    tags = [f'<gazebo reference="{link}"><gravity>false</gravity></gazebo>' for link in links]
+    robot = imported(tmp_path, rover(ROLLER[ROLLER.index("<gazebo>") :], *tags))
+    assert not any("rest on" in told or "grip" in told for told in noticed(robot))
