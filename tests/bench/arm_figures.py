@@ -65,6 +65,7 @@ class Arm:
         assert world is not None
         description = world.robots[self.robot.name]
         arms = [each for each in description.spec.graphs.values() if each.use.endswith("arm/trajectory.yaml")]
+        assert arms, "no graph moves the arm along trajectories"
         graph = max(arms, key=lambda each: len(each.parameters["joints"]))  # a gripper may have such a graph, too
         self.joints = tuple(graph.parameters["joints"])
         self.controller = f"/{graph.parameters.get('controller', 'joint_trajectory_controller')}"
@@ -93,6 +94,7 @@ class Arm:
             limit = self.handle.max_velocities[names.index(name)]
             speed = 0.5 * (limit if math.isfinite(limit) else SPEED)
             room = min(SWING, 0.9 * (high - start), 0.9 * (start - low))
+            assert room > 0, f"{name} starts at a limit"
             swings = max(1, math.ceil(speed * span / (2 * math.pi * room)))
             rate, slow = 2 * math.pi * swings / span, math.pi / span
             wave, window = np.sin(rate * times), np.sin(slow * times) ** 2
