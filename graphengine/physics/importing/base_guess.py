@@ -8,7 +8,7 @@ from graphengine.devices.rotation import Vector3, rotate
 from graphengine.physics.description.urdf import Urdf
 from graphengine.physics.files.xml import Element, numbers
 from graphengine.physics.importing.base import Base
-from graphengine.physics.importing.base_wheels import BaseWheel
+from graphengine.physics.importing.base_wheels import ALIGNED, BaseWheel
 from graphengine.physics.importing.draft import Draft, Remark
 from graphengine.physics.importing.skid_steering import SMALL
 
@@ -52,10 +52,15 @@ def base_of_wheels(draft: Draft, wheels: Sequence[BaseWheel], commanded: Collect
             return Base("differential", "the wheels, which are parallel", span, names, guessed=True)
         draft.lost.append(Remark("wheels on one side only: no graph drives them", span))
         return None
-    if len(driven) >= 3:
+    if len(driven) >= 3 and not all(_parallel(driven[0].axle, wheel.axle) for wheel in driven):
         return Base("omni", "the wheels, whose axles have several directions", span, names, guessed=True)
-    draft.lost.append(Remark("wheels that do not roll along the x axis of the root link: no graph drives them", span))
+    text = "wheels that do not roll along the x axis of the root link: no graph drives them"
+    draft.lost.append(Remark(f"{text}; turn the root link so that its x axis points forward", span))
     return None
+
+
+def _parallel(one: Vector3, other: Vector3) -> bool:
+    return abs(sum(a * b for a, b in zip(one, other, strict=True))) > ALIGNED
 
 
 def _without_casters(wheels: Sequence[BaseWheel], commanded: Collection[str]) -> list[BaseWheel]:

@@ -10,7 +10,7 @@ from graphengine.physics.description.urdf import Urdf, UrdfJoint
 from graphengine.physics.importing.draft import Draft, WheelShape
 from graphengine.physics.importing.rollers import NO_ROLLERS, Rollers
 
-_ALIGNED = 0.99
+ALIGNED = 0.99
 """Minimum cosine of the angle between two axes that count as parallel."""
 _TRAIL = 0.1
 """Minimum distance of a caster's axle from the axis of its swivel, as a fraction of the wheel's radius."""
@@ -45,7 +45,7 @@ class BaseWheel:
     @property
     def sideways(self) -> bool:
         """Whether the axle is parallel to the y axis of the root link, so that the wheel rolls forward and backward."""
-        return abs(self.axle[1]) > _ALIGNED
+        return abs(self.axle[1]) > ALIGNED
 
     @property
     def sign(self) -> float:
@@ -90,7 +90,7 @@ def _swivel(urdf: Urdf, joint: UrdfJoint, axes: Mapping[str, Vector3]) -> UrdfJo
     """Return the nearest rotating joint with a vertical axis above a wheel's joint; None if there is none."""
     carrier = urdf.links[joint.parent].carrier
     while carrier is not None:
-        if carrier.type in ("revolute", "continuous") and abs(axes[carrier.name][2]) > _ALIGNED:
+        if carrier.type in ("revolute", "continuous") and abs(axes[carrier.name][2]) > ALIGNED:
             return carrier
         carrier = urdf.links[carrier.parent].carrier
     return None

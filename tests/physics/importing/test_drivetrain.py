@@ -174,6 +174,16 @@ def test_the_name_of_a_wheel_tells_mecanum_from_skid_steered(tmp_path: Path, nam
     )
 
 
+def test_parallel_wheels_that_do_not_roll_along_the_x_axis_are_no_omni_base(tmp_path: Path) -> None:
+    turned = """<link name="frame"/><joint name="turn" type="fixed">
+      <parent link="frame"/><child link="base_link"/><origin rpy="0 0 1.5707963"/></joint>"""
+    found = imported(tmp_path, description(SKID, turned))
+    assert "base" not in robot_file(found).get("graphs", {})
+    assert "lost: wheels that do not roll along the x axis of the root link: no graph drives them; turn the" in remarks(
+        found
+    )
+
+
 def test_the_direction_of_friction_tells_how_rollers_lie(tmp_path: Path) -> None:
     """Those of this base lie the other way round: it goes left when its front left wheel turns forward."""
     tags = [
