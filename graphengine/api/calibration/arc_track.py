@@ -148,16 +148,12 @@ def _lower(scene: LoadedScene, name: str, *, guessed: bool) -> list[str]:
             if good or not guessed:
                 break
             limit *= _LOWER
-    value = float(f"{limit:.3g}")
-    if limit < first and good:
-        comment = f"lowered from {first:.4g}, with which arcs are not as commanded"
-        if write_input(scene, name, "maxAngularSpeed", value, comment):
-            return [f"limit of the skid-steered base: turn {value:g} rad/s in place of {first:.4g} rad/s: {outcome}"]
-    return (
-        []
-        if good and limit == first
-        else [f"limits too high for the skid-steered base: {outcome}; lower `turn` of its graph"]
-    )
+    if good and limit == first:
+        return []
+    value, comment = float(f"{limit:.3g}"), f"lowered from {first:.4g}, with which arcs are not as commanded"
+    if good and write_input(scene, name, "maxAngularSpeed", value, comment):
+        return [f"limit of the skid-steered base: turn {value:g} rad/s in place of {first:.4g} rad/s: {outcome}"]
+    return [f"limits too high for the skid-steered base: {outcome}; lower `turn` of its graph"]
 
 
 @dataclass(frozen=True, slots=True)
