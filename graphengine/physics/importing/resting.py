@@ -134,10 +134,8 @@ def _forces(model: mujoco.MjModel, data: mujoco.MjData) -> dict[str, float]:
 
 def _tell_lifted(draft: Draft) -> None:
     """Add a remark if none of the driven wheels of a base reaches down as far as another link does."""
-    joints, lowest = draft.sections["joints"], min(draft.standing, key=draft.standing.__getitem__, default="")
-    driven = [
-        wheel for wheel in draft.wheels.values() if wheel.joint in joints and "drive" in joints[wheel.joint].value
-    ]
+    lowest = min(draft.standing, key=draft.standing.__getitem__, default="")
+    driven = [wheel for wheel in draft.wheels.values() if _has_drive(draft, wheel)]
     if GRAPH not in draft.sections["graphs"] or not lowest or not driven or any(wheel.on_floor for wheel in driven):
         return
     height = min(wheel.centre[2] - wheel.radius for wheel in driven) - draft.standing[lowest]
@@ -161,12 +159,12 @@ def _tell_idle(draft: Draft, standing: list[WheelShape], forces: dict[str, float
 
 def _tell_slipping(draft: Draft, wheels: list[WheelShape], forces: dict[str, float]) -> None:
     """Add a remark on limits of the acceleration with which the driven wheels slip."""
-    graph, joints = draft.sections["graphs"].get(GRAPH), draft.sections["joints"]
+    graph = draft.sections["graphs"].get(GRAPH)
     known = graph.value["parameters"] if graph is not None else {}
     held = sum(
         forces.get(link, 0.0) * _friction(draft, link)
         for wheel in wheels
-        if wheel.joint in joints and "drive" in joints[wheel.joint].value
+        if _has_drive(draft, wheel)
         for link in (wheel.link, *wheel.rollers.links)
     )
     if not held:
@@ -178,6 +176,12 @@ def _tell_slipping(draft: Draft, wheels: list[WheelShape], forces: dict[str, flo
     if beyond:
         text = f"the driven wheels grip up to {grip:.2g} m/s2 and slip beyond, so the robot starts and stops later than with "
         draft.noticed.append(Remark(text + " and ".join(beyond)))
+
+
+def _has_drive(draft: Draft, wheel: WheelShape) -> bool:
+    """Return whether the robot file gives the joint of a wheel a drive."""
+    entry = draft.sections["joints"].get(wheel.joint)
+    return entry is not None and "drive" in entry.value
 
 
 def _friction(draft: Draft, link: str) -> float:

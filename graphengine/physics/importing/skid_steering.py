@@ -71,9 +71,9 @@ def choose_grip(draft: Draft, base: Base, links: Sequence[str], track: float, wh
     told = controller_track(base, track)
     if told is not None:
         exact, equal = (math.log(effective_track(track, wheelbase, each) / told) for each in (across, ALONG))
-        if abs(equal) < abs(exact) and aside <= OFF_CENTRE * track:
-            return Grip(ALONG, ALONG, f"equal in all directions, as the track {told:.4g} m of {base.source} needs")
         if abs(equal) < abs(exact):
+            if aside <= OFF_CENTRE * track:
+                return Grip(ALONG, ALONG, f"equal in all directions, as the track {told:.4g} m of {base.source} needs")
             reason = "it needs equal friction, with which the base would turn about a point to one side, as its mass lies there"
             draft.lost.append(Remark(f"{base.source}: the track {told:.4g} m for turns: {reason}", base.span))
             return Grip(ALONG, round(across, 3), _ONE_TRACK, replaces_track=True)
