@@ -130,14 +130,9 @@ class WheelMeter:
 
         Prismatic joints do not count, because they are suspensions.
         """
-        joints = self._robot.urdf.joints
-        carriers = {joint.child: joint for joint in joints.values()}
-        link = joints[self._names[index]].parent
-        while link in carriers:
-            if carriers[link].type in TURNING and carriers[link].name in self._names:
-                return True
-            link = carriers[link].parent
-        return False
+        urdf = self._robot.urdf
+        above = urdf.carriers(urdf.joints[self._names[index]].parent)
+        return any(carrier.type in TURNING and carrier.name in self._names for carrier in above)
 
     def _radius(self, index: int) -> float:
         """Return the signed rolling radius, m: negative for a wheel whose axis points to the right."""

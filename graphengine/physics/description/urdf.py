@@ -186,23 +186,24 @@ class Urdf:
             links.extend(self.links[joint.child] for joint in link.below)
         return [link.carrier for link in links if link.carrier is not None and link.carrier.moves]
 
+    def carriers(self, link: str) -> Iterator[UrdfJoint]:
+        """Yield the joints between a link and the root link, starting with the joint that carries the link."""
+        while (carrier := self.links[link].carrier) is not None:
+            yield carrier
+            link = carrier.parent
+
     def turns_in(self, link: str) -> str:
         """Return the link relative to which a link moves: the parent of the nearest moving joint, e.g. the chassis of a wheel.
 
         Return the root link if no moving joint is above the link.
         """
-        while (carrier := self.links[link].carrier) is not None:
-            link = carrier.parent
-            if carrier.moves:
-                break
-        return link
+        return next((carrier.parent for carrier in self.carriers(link) if carrier.moves), self.root)
 
     def pose_in_root(self, link: str) -> Pose:
         """Return the pose of a link in the root link's frame, with all joints at position zero."""
-        pose, carrier = NOWHERE, self.links[link].carrier
-        while carrier is not None:
+        pose = NOWHERE
+        for carrier in self.carriers(link):
             pose = compose(carrier.pose, pose)
-            carrier = self.links[carrier.parent].carrier
         return pose
 
     def axes_in_root(self) -> dict[str, Vector3]:

@@ -53,13 +53,7 @@ def _paths(above: dict[str, list[str]], driven: Collection[str]) -> dict[str, li
 
 def _above(urdf: Urdf, joint: UrdfJoint) -> list[str]:
     """Return the names of the moving joints between the root and a joint, starting at the root."""
-    found: list[str] = []
-    carrier = urdf.links[joint.parent].carrier
-    while carrier is not None:
-        if carrier.moves:
-            found.append(carrier.name)
-        carrier = urdf.links[carrier.parent].carrier
-    return found[::-1]
+    return [carrier.name for carrier in urdf.carriers(joint.parent) if carrier.moves][::-1]
 
 
 def _hands(above: dict[str, list[str]], paths: dict[str, list[str]]) -> list[list[str]]:

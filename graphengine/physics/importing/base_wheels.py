@@ -6,7 +6,7 @@ from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass
 
 from graphengine.devices.rotation import Vector3
-from graphengine.physics.description.urdf import Urdf, UrdfJoint
+from graphengine.physics.description.urdf import TURNING, Urdf, UrdfJoint
 from graphengine.physics.importing.draft import Draft, WheelShape
 from graphengine.physics.importing.rollers import NO_ROLLERS, Rollers
 
@@ -88,9 +88,5 @@ def _mirrors(one: WheelShape, other: WheelShape) -> bool:
 
 def _swivel(urdf: Urdf, joint: UrdfJoint, axes: Mapping[str, Vector3]) -> UrdfJoint | None:
     """Return the nearest rotating joint with a vertical axis above a wheel's joint; None if there is none."""
-    carrier = urdf.links[joint.parent].carrier
-    while carrier is not None:
-        if carrier.type in ("revolute", "continuous") and abs(axes[carrier.name][2]) > ALIGNED:
-            return carrier
-        carrier = urdf.links[carrier.parent].carrier
-    return None
+    turning = (carrier for carrier in urdf.carriers(joint.parent) if carrier.type in TURNING)
+    return next((carrier for carrier in turning if abs(axes[carrier.name][2]) > ALIGNED), None)

@@ -76,12 +76,9 @@ def _tell_fixed(draft: Draft, wheels: Sequence[BaseWheel]) -> None:
     rolling = [wheel for wheel in wheels if not wheel.caster]
     if draft.urdf.root != WORLD or len(rolling) < 2:
         return
-    joint, first = draft.urdf.joints[rolling[0].joint], None
-    while (carrier := draft.urdf.links[joint.parent].carrier) is not None:
-        if carrier.type != "fixed":
-            return
-        joint = first = carrier
-    if first is not None:
+    above = list(draft.urdf.carriers(draft.urdf.joints[rolling[0].joint].parent))
+    if above and all(carrier.type == "fixed" for carrier in above):
+        first = above[-1]
         text = f"joint {first.name} fixes the base to the link {WORLD!r}, so its wheels do not move it"
         text += "; without this link it is free"
         draft.noticed.append(Remark(text, first.element.span))

@@ -264,11 +264,8 @@ def _prim(urdf: Urdf, link: str) -> str:
 
 def _path(urdf: Urdf, link: str) -> str:
     """Return the path of a link's prim, starting with the root link."""
-    names = [prim_name(link)]
-    while (carrier := urdf.links[link].carrier) is not None:
-        link = carrier.parent
-        names.append(prim_name(link))
-    return "/".join(reversed(names))
+    names = [link, *(carrier.parent for carrier in urdf.carriers(link))]
+    return "/".join(map(prim_name, reversed(names)))
 
 
 def _same(first: Pose, second: Pose) -> bool:

@@ -117,10 +117,8 @@ def _carrying(draft: Draft) -> dict[str, float]:
     """Return the height above the floor (m) of each joint between the root link and a link that stands on the floor, by name."""
     found: dict[str, float] = {}
     for link, lowest in draft.standing.items():
-        carrier = draft.urdf.links[link].carrier if link in draft.urdf.links else None
-        while carrier is not None:
+        for carrier in draft.urdf.carriers(link) if link in draft.urdf.links else ():
             found[carrier.name] = draft.urdf.pose_in_root(carrier.child)[0][2] - lowest
-            carrier = draft.urdf.links[carrier.parent].carrier
     return found
 
 

@@ -87,11 +87,7 @@ def _model(draft: Draft, spec: mujoco.MjSpec, robot: RobotInstance) -> mujoco.Mj
     options.cone, options.impratio = mujoco.mjtCone.mjCONE_ELLIPTIC, 10.0
     carrying: set[str] = set()
     for wheel in draft.wheels.values():
-        carrying |= {*wheel.rollers.joints}
-        joint = draft.urdf.links[wheel.link].carrier
-        while joint is not None:
-            carrying.add(joint.name)
-            joint = draft.urdf.links[joint.parent].carrier
+        carrying |= {*wheel.rollers.joints, *(joint.name for joint in draft.urdf.carriers(wheel.link))}
     for moving in robot.moving:
         if moving.name not in carrying and moving.name not in robot.drives:
             spec.joint(moving.name).damping[0] = STIFF

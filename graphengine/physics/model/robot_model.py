@@ -108,12 +108,11 @@ def _turn_round(element: Element, robot: RobotInstance) -> dict[str, Pose]:
     """
     link = robot.urdf.links[robot.disabled.free_link or robot.urdf.root]
     poses = {link.name: robot.urdf.pose_in_root(link.name)} if link.carrier is not None else {}
-    while (carrier := link.carrier) is not None:
+    for carrier in robot.urdf.carriers(link.name):
         poses[carrier.parent] = relative(carrier.pose, NOWHERE)
         joint = next(joint for joint in element.all("joint") if joint.get("name") == carrier.name)
         parent = Element("parent", {"link": carrier.child}, joint.span)
         joint.children = [parent, Element("child", {"link": carrier.parent}, joint.span)]
-        link = robot.urdf.links[carrier.parent]
     return poses
 
 
