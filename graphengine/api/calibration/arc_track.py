@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 import math
-import tempfile
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
+from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from pathlib import Path
 
 from graphengine.api.calibration.drive_recorder import DriveRecorder, FallenError
 from graphengine.api.calibration.figures import Calibration, Twist
-from graphengine.api.calibration.flat_scene import WORLD
+from graphengine.api.calibration.flat_scene import flat_scene
 from graphengine.api.calibration.full_speed import limits_of, slow_arc
 from graphengine.api.calibration.measuring import is_steady, mean_velocity
 from graphengine.api.calibration.robot_interface import find_command, inputs_named, limit_of
@@ -19,9 +18,6 @@ from graphengine.api.calibration.write_back import write_figures, write_input
 from graphengine.api.run_options import RunOptions
 from graphengine.api.runner import Runner
 from graphengine.api.session import Checkpoint, Session
-from graphengine.format.atomic_write import write_together
-from graphengine.format.yaml_text import flow
-from graphengine.scene.build import load
 from graphengine.scene.loaded_scene import LoadedScene, Options
 
 EXACT = 0.005
@@ -78,25 +74,21 @@ def lower_turn(robot_file: Path, name: str, lift: float, allowed: Sequence[Path]
             return [f"arcs at the limits: {error}"]
 
 
-@contextmanager
-def _on_flat_floor(robot_file: Path, name: str, lift: float, allowed: Sequence[Path]) -> Iterator[LoadedScene]:
-    """Yield a scene with a robot on a flat floor."""
+def _on_flat_floor(
+    robot_file: Path, name: str, lift: float, allowed: Sequence[Path]
+) -> AbstractContextManager[LoadedScene]:
+    """Return a context manager that yields a scene with a robot on a flat floor."""
     place = robot_file.absolute()
-    robot = {"use": str(place), "position": [0.0, 0.0, lift]}
-    data = {"format": 1, "scene": "track", "world": WORLD, "settle": True, "robots": {name: robot}}
-    with tempfile.TemporaryDirectory(prefix="graphengine-") as folder:
-        path = Path(folder, "track.yaml")
-        write_together({path: "".join(f"{key}: {flow(value)}\n" for key, value in data.items()).encode()})
-        outside = [place.parent, *([place.parent.parent] if place.parent.name == "robots" else []), *allowed]
-        scene = load(path, Options(allowed=[each.absolute() for each in outside], rays="mujoco"))
-        scene.findings.raise_errors()
-        yield scene
+    robots = {name: {"use": str(place), "position": [0.0, 0.0, lift]}}
+    outside = [place.parent, *([place.parent.parent] if place.parent.name == "robots" else []), *allowed]
+    options = Options(allowed=[each.absolute() for each in outside])
+    return flat_scene("track", "track", options, {"robots": robots})
 
 
 def _correct(scene: LoadedScene, name: str, *, told: bool) -> str:
     inputs = {
         f"{graph.name}/{node.id}.{port.name}": value
-        for graph, node, port, value in inputs_named(scene, "wheelDistance")
+        for graph, node, port, value in inputs_named(scene.planned, "wheelDistance")
     }
     assert scene.world is not None
     speed, turn = slow_arc(scene.world.robots[name], *limits_of(scene))

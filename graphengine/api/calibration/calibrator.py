@@ -95,10 +95,7 @@ def calibrate(
         if command is None:
             reason = diagnosis.no_command(scene, flat)
             return Calibration(chosen.name, "", "", speed, turn_speed, moves=False, notes=(reason,))
-        rim_speed = limit_of(flat, "maxWheelSpeed", "maxWheelVelocity") * limit_of(
-            flat, "wheelRadius", "backWheelRadius"
-        )
-        speed = min(speed, limit_of(flat, "maxLinearSpeed"), rim_speed)
+        speed = min(speed, limit_of(flat, "maxLinearSpeed"), full_speed.rim_speed(flat))
         turn_speed = min(turn_speed, limit_of(flat, "maxAngularSpeed"))
         options = RunOptions(seed=seed, domain=0, log=log)
         with Session(Runner(flat, options, modules)) as sim:

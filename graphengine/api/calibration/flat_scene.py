@@ -3,19 +3,20 @@
 from __future__ import annotations
 
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 from graphengine.format.atomic_write import write_together
 from graphengine.format.yaml_text import flow
 from graphengine.physics.description.description_reader import is_text
 from graphengine.physics.model.robot import RobotInstance
 from graphengine.scene import build
-from graphengine.scene.loaded_scene import LoadedScene
+from graphengine.scene.loaded_scene import LoadedScene, Options
 
-WORLD = "worlds/flat_grid.xml"
+_WORLD = "worlds/flat_grid.xml"
 _PLACES = ("position", "orientation", "count", "spacing", "per_row", "places", "namespace")
 """Keys of a robot's entry in a scene file that place and name the robot or its fleet; the new scene does not copy these keys."""
 
@@ -39,19 +40,30 @@ def on_flat_floor(scene: LoadedScene, robot: RobotInstance) -> Iterator[LoadedSc
     kept["position"] = [0.0, 0.0, robot.placement.pose[0][2]]
     if robot.placement.namespace is not None:
         kept["namespace"] = robot.placement.namespace
-    data = {
-        "format": 1,
-        "scene": "calibration",
-        "world": WORLD,
-        "settle": True,
-        "physics": document.data.get("physics", {}),
-        "robots": {robot.name: kept},
-    }
     allowed = [*scene.options.allowed, document.path.absolute().parent]
-    options = replace(scene.options, allowed=allowed, scene=None, rays="mujoco")  # of which none is cast without need
+    options = replace(scene.options, allowed=allowed, scene=None)
+    more = {"physics": document.data.get("physics", {}), "robots": {robot.name: kept}}
+    with flat_scene(scene.path.stem, "calibration", options, more) as flat:
+        yield flat
+
+
+@contextmanager
+def flat_scene(stem: str, name: str, options: Options, more: Mapping[str, Any]) -> Iterator[LoadedScene]:
+    """Yield a scene with a flat floor.
+
+    Args:
+        stem: name of the scene's file without its suffix.
+        name: name of the scene.
+        options: options of loading; rays are cast by MuJoCo, because none is cast without need.
+        more: further keys of the scene file.
+
+    Raises:
+        CheckError: the scene has errors.
+    """
+    data = {"format": 1, "scene": name, "world": _WORLD, "settle": True, **more}
     with tempfile.TemporaryDirectory(prefix="graphengine-") as folder:
-        path = Path(folder, f"{scene.path.stem}.yaml")
+        path = Path(folder, f"{stem}.yaml")
         write_together({path: "".join(f"{key}: {flow(value)}\n" for key, value in data.items()).encode()})
-        loaded = build.load(path, options)
+        loaded = build.load(path, replace(options, rays="mujoco"))
         loaded.findings.raise_errors()
         yield loaded

@@ -26,6 +26,12 @@ _PARKED, _LONGEST = 2.0, 15.0
 """Time for which a parked robot is watched, and maximum time to reach or leave full speed, s."""
 
 
+def rim_speed(scene: LoadedScene) -> float:
+    """Return the largest speed of the wheels' rims that a robot's controllers allow, m/s; infinite without a limit."""
+    radius = limit_of(scene, "wheelRadius", "backWheelRadius")
+    return limit_of(scene, "maxWheelSpeed", "maxWheelVelocity") * radius
+
+
 def limits_of(scene: LoadedScene, turn: float = math.inf) -> tuple[float, float]:
     """Return the speed (m/s) and turn rate (rad/s) that a robot's controllers allow at the same time; infinite without limits.
 
@@ -35,8 +41,7 @@ def limits_of(scene: LoadedScene, turn: float = math.inf) -> tuple[float, float]
         scene: scene with the robot.
         turn: turn rate that further limits that of the controllers, rad/s.
     """
-    radius = limit_of(scene, "wheelRadius", "backWheelRadius")
-    rim = limit_of(scene, "maxWheelSpeed", "maxWheelVelocity") * radius
+    rim = rim_speed(scene)
     speed, turn = min(limit_of(scene, "maxLinearSpeed"), rim), min(turn, limit_of(scene, "maxAngularSpeed"))
     lever = (
         sum(each for each in (limit_of(scene, name) for name in ("wheelDistance", "wheelBase")) if each < math.inf) / 2

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -82,12 +82,12 @@ def published(claims: Sequence[EndpointClaim], message_type: str) -> list[str]:
     return sorted({c.topic for c in claims if c.direction == "publish" and c.message_type == message_type})
 
 
-def inputs_named(scene: LoadedScene, *names: str) -> Iterator[tuple[Graph, Instance, Port, Any]]:
+def inputs_named(graphs: Iterable[Graph], *names: str) -> Iterator[tuple[Graph, Instance, Port, Any]]:
     """Yield each unwired input that has one of these names, as (graph, node instance, port, value).
 
     Inputs whose value is neither a number nor an array of numbers are left out.
     """
-    for graph in scene.planned:
+    for graph in graphs:
         wired = graph.wired_ports
         for instance in graph.instances:
             for port in instance.cls.fields.values():
@@ -111,5 +111,5 @@ def known_wheel_base(scene: LoadedScene) -> float | None:
 
 def _numbers(scene: LoadedScene, *names: str) -> Iterator[float]:
     """Yield the absolute values of the inputs with these names, without zeros; arrays are flattened."""
-    for *_, value in inputs_named(scene, *names):
+    for *_, value in inputs_named(scene.planned, *names):
         yield from (abs(float(one)) for one in np.atleast_1d(value) if one)

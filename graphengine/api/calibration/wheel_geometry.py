@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -54,8 +54,7 @@ class WheelMeter:
 
         Return None if the description has no wheels, or if all wheels are on one axle.
         """
-        places = [_place(robot, joint)[0] for joint in robot.wheel_radii]
-        distance = max(places) - min(places) if places else 0.0
+        distance = _length(robot, robot.wheel_radii)
         return distance if distance > 1e-3 else None
 
     @property
@@ -206,8 +205,7 @@ class WheelMeter:
     @property
     def has_several_axles(self) -> bool:
         """Whether the driven wheels, which are not steered, stand on several axles: a base with such wheels is skid-steered."""
-        places = [_place(self._robot, self._names[index])[0] for index in self._offsets]
-        return bool(places) and max(places) - min(places) > 1e-3
+        return _length(self._robot, [self._names[index] for index in self._offsets]) > 1e-3
 
     def slip(self, motion: Motion, *, omni: bool) -> float | None:
         """Return the slip in a test drive: 1 - true motion / motion computed from the wheel angles; None if it is unknown.
@@ -260,8 +258,7 @@ class WheelMeter:
         distance = track(self._robot.urdf.wheels(joints, wheel_shapes(self._robot.spec)))
         if distance is None or not omni:
             return distance
-        places = [_place(self._robot, joint.name)[0] for joint in joints]
-        return distance + max(places) - min(places)
+        return distance + _length(self._robot, [joint.name for joint in joints])
 
     def notes(self) -> list[str]:
         """Return notes that say which of radius, slip and track could not be measured, and why."""
@@ -278,3 +275,9 @@ class WheelMeter:
 def _place(robot: RobotInstance, joint: str) -> tuple[float, float, float]:
     """Return the position of a wheel's link in the frame of the root link, m."""
     return robot.urdf.pose_in_root(robot.urdf.joints[joint].child)[0]
+
+
+def _length(robot: RobotInstance, joints: Iterable[str]) -> float:
+    """Return the distance along x between the foremost and the rearmost of the wheels on some joints, m; 0 without joints."""
+    places = [_place(robot, joint)[0] for joint in joints]
+    return max(places) - min(places) if places else 0.0

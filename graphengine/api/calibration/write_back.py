@@ -108,7 +108,7 @@ def write_input(scene: LoadedScene, robot: str, name: str, value: float, comment
     """
     assert scene.world is not None
     file = scene.world.robots[robot].file
-    for graph, instance, _, _ in inputs_named(scene, name):
+    for graph, instance, _, _ in inputs_named(scene.planned, name):
         place = _find_place(graph, instance, name, None, file) if graph.name.partition("/")[0] == robot else None
         if place is not None:
             path = Path(place.document.source.path)
@@ -165,7 +165,7 @@ def _wanted(scene: LoadedScene, result: Calibration) -> Iterator[tuple[Graph, In
         "wheelBase": result.wheel_base,
         **dict.fromkeys(_COVARIANCES),
     }
-    for graph, instance, port, old in inputs_named(scene, *figures):
+    for graph, instance, port, old in inputs_named(scene.planned, *figures):
         if graph.name.partition("/")[0] != result.robot:
             continue
         new = figures[port.name]

@@ -10,6 +10,7 @@ from typing import Literal
 import numpy as np
 
 from graphengine.api.calibration.figures import Calibration, Kind
+from graphengine.api.calibration.robot_interface import inputs_named
 from graphengine.api.nav2.sourced import NAV2, Sourced
 from graphengine.compiler.graph import Graph, Instance
 from graphengine.physics.engine import body_names
@@ -156,34 +157,25 @@ class _Inputs:
 
     def kinematics(self) -> Sourced[Kinematics]:
         """Return the kinematics of the first controller in the graphs; differential if there is no controller."""
-        for graph, instance in self._instances():
-            kind = _CONTROLLERS.get(instance.cls.type_name)
-            if kind is not None:
-                return Sourced(kind, _place(graph, instance))
+        for graph in self._graphs:
+            for instance in graph.instances:
+                if (kind := _CONTROLLERS.get(instance.cls.type_name)) is not None:
+                    return Sourced(kind, _place(graph, instance))
         return Sourced("differential", "assumed: the graphs have no wheel controller")
 
     def limits(self, *names: str) -> list[Sourced[float]]:
         """Return the absolute values of the inputs with these names; values of 0 mean no limit and are left out."""
-        return [one for one in self._values(names) if one.value > 0.0]
+        return [
+            Sourced(abs(float(number)), f"{_place(graph, instance)}.{port.name}")
+            for graph, instance, port, value in inputs_named(self._graphs, *names)
+            if instance.cls.type_name in _CONTROLLERS
+            for number in np.atleast_1d(value)
+            if abs(number) > 0.0
+        ]
 
     def first(self, *names: str) -> Sourced[float] | None:
         """Return the first absolute value other than 0 of the inputs with these names; None if there is no such value."""
         return next(iter(self.limits(*names)), None)
-
-    def _values(self, names: Collection[str]) -> Iterator[Sourced[float]]:
-        for graph, instance in self._instances():
-            if instance.cls.type_name not in _CONTROLLERS:
-                continue
-            for port in instance.cls.fields.values():
-                if port.side != "inputs" or port.name not in names or (instance.id, port.name) in graph.wired_ports:
-                    continue
-                value = instance.value(port.field)
-                for number in np.atleast_1d(value) if value is not None else ():
-                    yield Sourced(abs(float(number)), f"{_place(graph, instance)}.{port.name}")
-
-    def _instances(self) -> Iterator[tuple[Graph, Instance]]:
-        for graph in self._graphs:
-            yield from ((graph, instance) for instance in graph.instances)
 
 
 def _place(graph: Graph, instance: Instance) -> str:
