@@ -21,7 +21,7 @@ from graphengine.cli.common import (
     open_scene,
     table,
 )
-from graphengine.cli.progress import progress
+from graphengine.cli.progress import share_of
 from graphengine.cli.quantities import number, whole
 from graphengine.format.errors import UsageError
 from graphengine.format.files import near
@@ -103,13 +103,7 @@ def _calibrate(scene: Scene, arguments: argparse.Namespace) -> Calibration:
     from graphengine.api.calibration.calibrator import calibrate
     from graphengine.api.scene import loaded_of
 
-    share = 0.0
-
-    def advance(completed: float) -> None:
-        nonlocal share
-        share = completed
-
-    with progress("calibrating", lambda: share, 1.0):
+    with share_of("calibrating") as advance:
         return calibrate(
             loaded_of(scene),
             arguments.robot,

@@ -17,7 +17,7 @@ from graphengine.format.errors import TransportError
 from graphengine.format.files import installed_packages
 from graphengine.format.wording import did_you_mean, listing
 from graphengine.messages.endpoints import QoS
-from graphengine.messages.names import check_topic
+from graphengine.messages.names import check_namespace, check_topic, full_namespace
 from graphengine.ros.domain import Domain
 from graphengine.ros.network_graph import NetworkGraph
 from graphengine.ros.transport import JoinOptions, Transport, brief, discover
@@ -168,7 +168,7 @@ class Live:
         """
         types = graph.types().get(topic, [])
         if not types:
-            raise self.unknown(topic, graph)
+            raise self.unknown("topic", topic, graph.types())
         if len(types) > 1:
             raise TransportError(f"{topic} has more than one type: {', '.join(types)}")
         return types[0]
@@ -180,11 +180,17 @@ class Live:
             step = "unset ROS_AUTOMATIC_DISCOVERY_RANGE: OFF means that no process is found"
         print(f"no {what} on {self.where}\n  {step}", file=sys.stderr)
 
-    def unknown(self, topic: str, graph: NetworkGraph) -> TransportError:
-        """Return the error for a topic that has no publisher or subscriber, with a suggestion or the known topics."""
-        known = [name for name in graph.types() if not is_hidden(name)]
-        hint = near_topic(topic, graph.types()) or listing(known, "topics")
-        return TransportError(f"unknown topic {topic!r}\n{hint}\nsearched {self.where}")
+    def unknown(self, kind: str, name: str, known: Iterable[str]) -> TransportError:
+        """Return the error for a name that is not on the network, with a suggestion or the known names.
+
+        Args:
+            kind: `topic`, `service`, `action` or `node`.
+            name: full name that the user gave.
+            known: names of this kind on the network; hidden topics are not listed.
+        """
+        shown = [each for each in known if kind != "topic" or not is_hidden(each)]
+        hint = near_topic(name, shown) or listing(shown, f"{kind}s")
+        return TransportError(f"unknown {kind} {name!r}\n{hint}\nsearched {self.where}")
 
     def listen(
         self, topic: str, message_type: str, qos: QoS, clock: Clock = time.time_ns, waiting: int = 100
@@ -224,6 +230,17 @@ def absolute(topic: str) -> str:
     name = topic if topic.startswith("/") else f"/{topic}"
     check_topic(name, given=topic)
     return name
+
+
+def absolute_namespace(given: str) -> str:
+    """Return the full name of a namespace given by the user; an empty text for the root namespace.
+
+    Raises:
+        TopicError: the name is not legal in ROS 2.
+    """
+    namespace = full_namespace(given)
+    check_namespace(namespace or "/", given)
+    return namespace
 
 
 def near_topic(topic: str, known: Iterable[str]) -> str:

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from graphengine.cli.common import add_allow_argument, add_repeatable, clean, open_file, reading_options
-from graphengine.cli.progress import progress
+from graphengine.cli.progress import progress, share_of
 from graphengine.cli.quantities import number, whole
 from graphengine.format.diagnostics import Findings
 from graphengine.format.errors import PrimError, UsageError
@@ -122,15 +122,10 @@ def _localizability(scene: Scene, made: OccupancyMap, stem: Path, arguments: arg
     """
     from graphengine.physics.occupancy.localizability_report import summary
 
-    begin, share = time.perf_counter(), 0.0
-
-    def advance(completed: float) -> None:
-        nonlocal share
-        share = completed
-
+    begin = time.perf_counter()
     target = stem.with_name(f"{stem.name}_localizability")
     robot, lidar = arguments.robot, arguments.lidar
-    with progress("localizability", lambda: share, 1.0):
+    with share_of("localizability") as advance:
         try:
             result = scene.localizability(
                 made,

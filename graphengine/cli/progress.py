@@ -43,6 +43,23 @@ def progress(what: str, done: Callable[[], float] = lambda: 0.0, total: float | 
         thread.join()
 
 
+@contextmanager
+def share_of(what: str) -> Iterator[Callable[[float], None]]:
+    """Show a bar while a block runs, and yield the function that the block calls with its completed share, 0 to 1.
+
+    Args:
+        what: label of the bar.
+    """
+    share = 0.0
+
+    def advance(completed: float) -> None:
+        nonlocal share
+        share = completed
+
+    with progress(what, lambda: share, 1.0):
+        yield advance
+
+
 def _print(what: str, done: Callable[[], float], total: float | None, over: threading.Event) -> None:
     """Print a line with the completed share every `PLAIN` seconds until `over` is set; runs in its own thread."""
     with suppress(OSError):

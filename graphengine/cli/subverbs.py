@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Protocol
 
 from graphengine.cli import add_verb
@@ -19,13 +19,25 @@ class Subverb(Protocol):
         """Execute the subverb and return its exit code."""
 
 
-def add_subverbs(parser: argparse.ArgumentParser, subverbs: Mapping[str, tuple[Subverb, str]]) -> None:
-    """Add subverbs to the parser of a verb; `subverbs` maps the name of each to its module and summary."""
-    verbs = parser.add_subparsers(dest="subverb", metavar="VERB", required=True)
-    for name, (module, summary) in subverbs.items():
-        sub = add_verb(verbs, name, summary)
-        module.add_arguments(sub)
-        sub.set_defaults(execute_subverb=module.execute)
+def with_subverbs(
+    subverbs: Mapping[str, tuple[Subverb, str]], epilog: str | None = None
+) -> Callable[[argparse.ArgumentParser], None]:
+    """Return the function `add_arguments` of a verb that has subverbs.
+
+    Args:
+        subverbs: module and summary of each subverb by its name.
+        epilog: text at the end of the verb's help.
+    """
+
+    def add_arguments(parser: argparse.ArgumentParser) -> None:
+        parser.epilog = epilog
+        verbs = parser.add_subparsers(dest="subverb", metavar="VERB", required=True)
+        for name, (module, summary) in subverbs.items():
+            sub = add_verb(verbs, name, summary)
+            module.add_arguments(sub)
+            sub.set_defaults(execute_subverb=module.execute)
+
+    return add_arguments
 
 
 def reach_of(peers: str) -> str:

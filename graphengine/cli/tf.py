@@ -13,12 +13,11 @@ from pathlib import Path
 
 from graphengine.cli import add_verb
 from graphengine.cli.common import clean, table
-from graphengine.cli.live import Live, add_live_arguments, positive, show
+from graphengine.cli.live import Live, absolute_namespace, add_live_arguments, positive, show
 from graphengine.format.atomic_write import write_together
 from graphengine.format.errors import TransportError, UsageError
 from graphengine.format.wording import listing
 from graphengine.messages.endpoints import QoS
-from graphengine.messages.names import check_namespace, full_namespace
 from graphengine.ros.network_graph import NetworkGraph
 from graphengine.ros.tf_tree import FrameTree, Row, broadcasters, frequency, seconds, to_dot
 
@@ -59,7 +58,9 @@ def execute(arguments: argparse.Namespace) -> int:
     _check_output(arguments.output)
     tree = FrameTree()
     with Live(arguments) as live:
-        namespace = _only_namespace(live.graph()) if arguments.namespace is None else _namespace(arguments.namespace)
+        namespace = (
+            _only_namespace(live.graph()) if arguments.namespace is None else absolute_namespace(arguments.namespace)
+        )
         topics = [f"{namespace}/tf", f"{namespace}/tf_static"]
         print(f"listening to {' and '.join(topics)} for {arguments.wait_time:g} s", file=sys.stderr)
         _listen(live, topics, tree)
@@ -110,17 +111,6 @@ def _namespaces(graph: NetworkGraph) -> list[str]:
     """Return all namespaces in which tf or tf_static is published, sorted; the root namespace is an empty text."""
     topics = {end.topic for end in graph.endpoints if (end.direction, end.message_type) == ("publish", TYPE)}
     return sorted({topic.rpartition("/")[0] for topic in topics if topic.endswith(("/tf", "/tf_static"))})
-
-
-def _namespace(given: str) -> str:
-    """Return the full name of a namespace given by the user; an empty text for the root namespace.
-
-    Raises:
-        TopicError: the name is not legal in ROS 2.
-    """
-    namespace = full_namespace(given)
-    check_namespace(namespace or "/", given)
-    return namespace
 
 
 def _only_namespace(graph: NetworkGraph) -> str:

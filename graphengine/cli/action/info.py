@@ -5,9 +5,7 @@ from __future__ import annotations
 import argparse
 
 from graphengine.cli.action.listing import FEEDBACK, action_types
-from graphengine.cli.live import Live, absolute, add_live_arguments, near_topic, show
-from graphengine.format.errors import TransportError
-from graphengine.format.wording import listing
+from graphengine.cli.live import Live, absolute, add_live_arguments, show
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -29,8 +27,7 @@ def execute(arguments: argparse.Namespace) -> int:
         graph = live.graph(names=not arguments.count)
         known = action_types(graph)
         if action not in known:
-            hint = near_topic(action, known) or listing(known, "actions")
-            raise TransportError(f"unknown action {action!r}\n{hint}\nsearched {live.where}")
+            raise live.unknown("action", action, known)
         show(f"Action: {action}")
         for what, ends in (
             ("clients", graph.subscribers(action + FEEDBACK)),

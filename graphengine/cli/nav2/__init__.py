@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import argparse
-
 from graphengine.cli.nav2 import files, goals
-from graphengine.cli.subverbs import add_subverbs, execute
+from graphengine.cli.subverbs import execute, with_subverbs
 
 __all__ = ["add_arguments", "execute"]
 
@@ -17,7 +15,4 @@ VERBS = {
     ),
 }
 
-
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the command-line arguments of `graphrun nav2` to its parser."""
-    add_subverbs(parser, VERBS)
+add_arguments = with_subverbs(VERBS)

@@ -16,7 +16,7 @@ from graphengine.cli.common import (
     open_scene,
     refuse_to_overwrite,
 )
-from graphengine.cli.progress import progress
+from graphengine.cli.progress import share_of
 from graphengine.cli.quantities import angle, number
 from graphengine.format.errors import UsageError
 from graphengine.format.files import near
@@ -84,7 +84,6 @@ def _make(scene: Scene, arguments: argparse.Namespace) -> Nav2Files:
     from graphengine.api.nav2.nav2_files import nav2_files
     from graphengine.api.scene import loaded_of
 
-    share = 0.0
     choices = Choices(
         chosen_distro(arguments),
         arguments.busy,
@@ -92,12 +91,7 @@ def _make(scene: Scene, arguments: argparse.Namespace) -> Nav2Files:
         arguments.xy_tolerance,
         arguments.yaw_tolerance,
     )
-
-    def advance(_: str, completed: float) -> None:
-        nonlocal share
-        share = completed
-
-    with progress("calibrating", lambda: share, 1.0):
+    with share_of("calibrating") as advance:
         return nav2_files(
             loaded_of(scene),
             robots=arguments.robots,
@@ -105,7 +99,7 @@ def _make(scene: Scene, arguments: argparse.Namespace) -> Nav2Files:
             slam=arguments.slam,
             calibrated=not arguments.no_calibrate,
             modules=arguments.modules,
-            progress=advance,
+            progress=lambda _, share: advance(share),
         )
 
 

@@ -12,11 +12,10 @@ from typing import TYPE_CHECKING
 
 from graphengine.cli import terminal
 from graphengine.cli.common import clean, table
-from graphengine.cli.live import POLL, Live, add_live_arguments, show
+from graphengine.cli.live import POLL, Live, absolute_namespace, add_live_arguments, show
 from graphengine.cli.quantities import angle, duration, number
 from graphengine.format.errors import ControlError, TransportError, UsageError
 from graphengine.format.wording import listing
-from graphengine.messages.names import check_namespace, full_namespace
 
 if TYPE_CHECKING:
     from graphengine.api.navigation.goal_list import NavigationGoal
@@ -142,11 +141,8 @@ def _action(live: Live, arguments: argparse.Namespace) -> str:
     """
     from graphengine.api.navigation.navigator import ACTION
 
-    wanted = None
-    if arguments.namespace is not None:
-        namespace = full_namespace(arguments.namespace)
-        check_namespace(namespace or "/", arguments.namespace)
-        wanted = f"{namespace}/{ACTION}"
+    given = arguments.namespace
+    wanted = None if given is None else f"{absolute_namespace(given)}/{ACTION}"
 
     def found() -> list[str]:
         servers = _servers(live)

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import argparse
-
 from graphengine.cli.node import info, listing
-from graphengine.cli.subverbs import add_subverbs, execute
+from graphengine.cli.subverbs import execute, with_subverbs
 
 __all__ = ["add_arguments", "execute"]
 
@@ -14,8 +12,4 @@ VERBS = {
     "info": (info, "list the topics, services and actions of a node"),
 }
 
-
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the command-line arguments of `graphrun node` to its parser."""
-    parser.epilog = "`graphrun nodes` lists the node types of graphs."
-    add_subverbs(parser, VERBS)
+add_arguments = with_subverbs(VERBS, "`graphrun nodes` lists the node types of graphs.")

@@ -7,10 +7,8 @@ import sys
 from collections.abc import Iterable
 
 from graphengine.cli.action.listing import FEEDBACK
-from graphengine.cli.live import Live, absolute, add_live_arguments, is_hidden, near_topic, show
+from graphengine.cli.live import Live, absolute, add_live_arguments, is_hidden, show
 from graphengine.cli.node.listing import node_names
-from graphengine.format.errors import TransportError
-from graphengine.format.wording import listing
 from graphengine.ros.network_graph import Direction, NetworkGraph
 
 Named = tuple[str, str]
@@ -39,8 +37,7 @@ def execute(arguments: argparse.Namespace) -> int:
         graph = live.graph(names=True)
         names = node_names(graph, hidden=arguments.include_hidden)
         if node not in names:
-            hint = near_topic(node, names) or listing(names, "nodes")
-            raise TransportError(f"unknown node {node!r}\n{hint}\nsearched {live.where}")
+            raise live.unknown("node", node, names)
         if (number := names.count(node)) > 1:
             print(f"WARNING: {number} nodes have the name {node!r}; the lists below merge them", file=sys.stderr)
         sections = _sections(graph, node)

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import argparse
-
 from graphengine.cli.param import describe, dump, get, listing, load, set_value
-from graphengine.cli.subverbs import add_subverbs, execute, reach_of
+from graphengine.cli.subverbs import execute, reach_of, with_subverbs
 
 __all__ = ["add_arguments", "execute"]
 
@@ -18,9 +16,6 @@ VERBS = {
     "load": (load, "set the parameters of a node from a YAML file"),
 }
 
-
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the command-line arguments of `graphrun param` to its parser."""
-    offered = "A run offers the inputs of its nodes and the variables of its graphs as parameters."
-    parser.epilog = f"{offered} {reach_of('nodes')}"
-    add_subverbs(parser, VERBS)
+add_arguments = with_subverbs(
+    VERBS, f"A run offers the inputs of its nodes and the variables of its graphs as parameters. {reach_of('nodes')}"
+)

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import argparse
-
 from graphengine.cli.service import call, kind, listing
-from graphengine.cli.subverbs import add_subverbs, execute, reach_of
+from graphengine.cli.subverbs import execute, reach_of, with_subverbs
 
 __all__ = ["add_arguments", "execute"]
 
@@ -15,8 +13,4 @@ VERBS = {
     "call": (call, "send a request and print the response"),
 }
 
-
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the command-line arguments of `graphrun service` to its parser."""
-    parser.epilog = reach_of("servers")
-    add_subverbs(parser, VERBS)
+add_arguments = with_subverbs(VERBS, reach_of("servers"))

@@ -4,10 +4,8 @@ from __future__ import annotations
 
 import argparse
 
-from graphengine.cli.live import Live, absolute, add_live_arguments, near_topic, show
+from graphengine.cli.live import Live, absolute, add_live_arguments, show
 from graphengine.cli.service.listing import service_types
-from graphengine.format.errors import TransportError
-from graphengine.format.wording import listing
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -26,7 +24,6 @@ def execute(arguments: argparse.Namespace) -> int:
     with Live(arguments) as live:
         types = service_types(live.graph(lambda graph: service in service_types(graph)))
         if service not in types:
-            hint = near_topic(service, types) or listing(types, "services")
-            raise TransportError(f"unknown service {service!r}\n{hint}\nsearched {live.where}")
+            raise live.unknown("service", service, types)
         show("\n".join(types[service]))
     return 0

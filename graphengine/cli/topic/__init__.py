@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import argparse
-
-from graphengine.cli.subverbs import add_subverbs, execute
+from graphengine.cli.subverbs import execute, with_subverbs
 from graphengine.cli.topic import delay, echo, hz, info, listing, pub
 
 __all__ = ["add_arguments", "execute"]
@@ -18,8 +16,4 @@ VERBS = {
     "pub": (pub, "publish messages on a topic"),
 }
 
-
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the command-line arguments of `graphrun topic` to its parser."""
-    parser.epilog = "`graphrun topics SCENE` lists the topics of a scene without running it."
-    add_subverbs(parser, VERBS)
+add_arguments = with_subverbs(VERBS, "`graphrun topics SCENE` lists the topics of a scene without running it.")

@@ -28,7 +28,7 @@ def execute(arguments: argparse.Namespace) -> int:
         graph = live.graph(names=arguments.verbose)
         types = graph.types().get(topic)
         if types is None:
-            raise live.unknown(topic, graph)
+            raise live.unknown("topic", topic, graph.types())
         show(f"Type: {types[0] if len(types) == 1 else types}")
         for what, ends in (("Publisher", graph.publishers(topic)), ("Subscription", graph.subscribers(topic))):
             gap = "\n" if arguments.verbose else ""
