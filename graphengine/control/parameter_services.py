@@ -57,10 +57,10 @@ class ParameterServices:
         self._queue = queue
         self._offers = ServiceHost(transport, complain, node)
         handles: dict[str, Handle] = {
-            "describe_parameters": self._describe,
-            "get_parameter_types": self._types,
-            "get_parameters": self._get,
-            "list_parameters": self._list,
+            "describe_parameters": self._reading("names", self._describe),
+            "get_parameter_types": self._reading("names", self._types),
+            "get_parameters": self._reading("names", self._get),
+            "list_parameters": self._reading("prefixes", self._list),
             "set_parameters": self._set,
             "set_parameters_atomically": self._set_atomically,
         }
@@ -75,22 +75,24 @@ class ParameterServices:
         """Destroy the services. Safe to call twice."""
         self._offers.close()
 
+    def _reading(self, field: str, answer: Callable[[Any, Any], None]) -> Handle:
+        """Return a handler that ignores requests whose `field` has more names than `MAX_REQUEST` and the node's parameters."""
+
+        def handle(request: Any, response: Any) -> None:
+            if len(getattr(request, field)) <= max(MAX_REQUEST, len(self.table)):
+                answer(request, response)
+
+        return handle
+
     def _describe(self, request: Any, response: Any) -> None:
-        table = self.table
-        if self._is_too_long(request.names):
-            return
-        response.descriptors = [descriptor(name, table.get(name)) for name in request.names]
+        response.descriptors = [descriptor(name, self.table.get(name)) for name in request.names]
 
     def _types(self, request: Any, response: Any) -> None:
-        if self._is_too_long(request.names):
-            return
         found = [self.table.get(name) for name in request.names]
         kinds = [ParameterType.NOT_SET if each is None else each.type for each in found]
         response.types = np.array(kinds, np.uint8)
 
     def _get(self, request: Any, response: Any) -> None:
-        if self._is_too_long(request.names):
-            return
         found = [self.table.get(name) for name in request.names]
         response.values = [
             value_message(ParameterType.NOT_SET, None) if each is None else message(each, each.read()).value
@@ -98,15 +100,9 @@ class ParameterServices:
         ]
 
     def _list(self, request: Any, response: Any) -> None:
-        if self._is_too_long(request.prefixes):
-            return
         names = listed(self.table, request.prefixes, request.depth)
         response.result.names = names
         response.result.prefixes = sorted({name.rpartition(".")[0] for name in names if "." in name})
-
-    def _is_too_long(self, names: Sequence[str]) -> bool:
-        """Return whether a request to read parameters has more names than `MAX_REQUEST` and than the node has parameters."""
-        return len(names) > max(MAX_REQUEST, len(self.table))
 
     def _set(self, request: Any, response: Any) -> Future[Any] | None:
         """Queue a command that sets each parameter; an error with one parameter does not affect the others."""

@@ -24,7 +24,7 @@ LEAST_MOMENT = 1e-14
 """MuJoCo treats moments of inertia up to this value as zero, kg m2."""
 _ROUNDING = 1e-9
 
-_TERMS = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
+TERMS = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
 
 
 def inertials(urdf: Urdf, *, free: bool, findings: Findings) -> dict[str, Element]:
@@ -88,7 +88,7 @@ def _mend(found: dict[str, Element], link: UrdfLink, findings: Findings) -> bool
     if link.mass == 0:
         return False
     inertia = inertia or Element("inertia", {}, inertial.span)  # without one, all terms are 0
-    terms = numbers(" ".join(inertia.get(term, "0") for term in _TERMS), len(_TERMS))
+    terms = numbers(" ".join(inertia.get(term, "0") for term in TERMS), len(TERMS))
     if terms is None:
         findings.add("S103", f"link {link.name!r}: the inertia must have six numbers, in kg m2", inertia.span)
         return False
@@ -98,7 +98,7 @@ def _mend(found: dict[str, Element], link: UrdfLink, findings: Findings) -> bool
     if instead is matrix:
         return False
     terms = tuple(float(instead[row, column]) for row, column in ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)))
-    attributes = dict(zip(_TERMS, map(repr, terms), strict=True))
+    attributes = dict(zip(TERMS, map(repr, terms), strict=True))
     others = [child for child in inertial.children if child.tag != "inertia"]
     found[link.name] = Element("inertial", {}, inertial.span, [*others, Element("inertia", attributes, inertia.span)])
     return True
@@ -142,6 +142,6 @@ def _ball_moment(mass: float) -> float:
 
 def _sphere(element: Element, mass: float, moment: float) -> Element:
     """Return an `inertial` element with a mass, kg, and the same moment of inertia about all axes, kg m2."""
-    moments = dict(zip(_TERMS, map(repr, (moment, moment, moment, 0.0, 0.0, 0.0)), strict=True))
+    moments = dict(zip(TERMS, map(repr, (moment, moment, moment, 0.0, 0.0, 0.0)), strict=True))
     children = [Element("mass", {"value": repr(mass)}, element.span), Element("inertia", moments, element.span)]
     return Element("inertial", {}, element.span, children)

@@ -17,10 +17,10 @@ from graphengine.devices.rotation import Vector3
 from graphengine.format.stateful import Stateful
 from graphengine.physics.engine import Floats, mujoco
 
-_TIGHT_SOLREF = (0.005, 1.0)
-"""MuJoCo's `solref` of a weld: time constant (s) and damping ratio."""
-_TIGHT_SOLIMP = (0.999, 0.9999)
-"""First values of MuJoCo's `solimp` (impedance) of a weld; with them, a load of 10 N displaces it by micrometres."""
+TIGHT_SOLREF = (0.005, 1.0)
+"""MuJoCo's `solref` of a weld or of a mimic joint: time constant (s) and damping ratio."""
+TIGHT_SOLIMP = (0.999, 0.9999)
+"""First values of MuJoCo's `solimp` (impedance); a load of 10 N on a weld, or of 30 N on a mimic joint, displaces it by micrometres."""
 _WIDE_AWAKE = -1 - mujoco.mjMINAWAKE
 """MuJoCo's `tree_asleep` of a tree of bodies that is fully awake: it may fall asleep only after some steps at rest."""
 _EQUALITY = mujoco.mjtConstraint.mjCNSTR_EQUALITY.value
@@ -33,7 +33,7 @@ def add_weld(spec: mujoco.MjSpec, name: str, body: str) -> None:
     weld = spec.add_equality(name=name, type=mujoco.mjtEq.mjEQ_WELD, objtype=mujoco.mjtObj.mjOBJ_BODY, active=False)
     weld.name1, weld.name2 = body, "world"
     weld.data[_TURN], weld.data[10] = (1.0, 0.0, 0.0, 0.0), 1.0
-    weld.solref, weld.solimp[:2] = _TIGHT_SOLREF, _TIGHT_SOLIMP
+    weld.solref, weld.solimp[:2] = TIGHT_SOLREF, TIGHT_SOLIMP
     if body != "world":
         spec.add_exclude(name=name, bodyname1=body, bodyname2=body)  # a pair that never collides
 

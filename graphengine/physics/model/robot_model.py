@@ -15,6 +15,7 @@ from graphengine.physics.description.for_mujoco import for_mujoco
 from graphengine.physics.description.mjcf import parse
 from graphengine.physics.description.mjcf_model import MjcfModel
 from graphengine.physics.description.urdf import WORLD, Mimic, Urdf
+from graphengine.physics.dynamics.welds import TIGHT_SOLIMP, TIGHT_SOLREF
 from graphengine.physics.engine import PICTURES, RAYS, RAYS_AND_PICTURES, mujoco
 from graphengine.physics.files.bounds import MAX_MEMORY, PAIR
 from graphengine.physics.files.references import Library
@@ -25,10 +26,6 @@ from graphengine.physics.model.robot import RobotInstance
 
 _HARD_SOLREF, _HARD_SOLIMP = (0.004, 1.0), (0.99, 0.999)
 """Solver parameters of joint limits. A drive of 1e4 N m/rad exceeds a limit by 0.3 mrad; with MuJoCo's defaults, by 40 mrad."""
-_TIGHT_SOLREF = (0.005, 1.0)
-"""Time constant (s) and damping ratio of the constraints of mimic joints."""
-_TIGHT_SOLIMP = (0.999, 0.9999)
-"""Minimum and maximum impedance of mimic joint constraints; with a load of 30 N, a mimic joint deviates by micrometres."""
 
 
 def robot_spec(robot: RobotInstance, library: Library, floor: float, findings: Findings) -> mujoco.MjSpec | None:
@@ -182,7 +179,7 @@ def _tie(spec: mujoco.MjSpec, joint: str, mimic: Mimic) -> None:
     equality = spec.add_equality(name=f"{joint}.mimic", type=mujoco.mjtEq.mjEQ_JOINT)
     equality.name1, equality.name2 = joint, mimic.leader
     equality.data[:5] = mimic.offset, mimic.multiplier, 0.0, 0.0, 0.0
-    equality.solref, equality.solimp[:2] = _TIGHT_SOLREF, _TIGHT_SOLIMP
+    equality.solref, equality.solimp[:2] = TIGHT_SOLREF, TIGHT_SOLIMP
 
 
 def _hollow_meshes(spec: mujoco.MjSpec) -> None:

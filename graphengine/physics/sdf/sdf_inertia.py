@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from graphengine.devices.rotation import IDENTITY, Pose, Quaternion, compose, relative, rotate
 from graphengine.format.wording import printable
+from graphengine.physics.description.inertia import TERMS
 from graphengine.physics.files.xml import Element
 from graphengine.physics.sdf.sdf_frames import SdfFrame, place_of
 from graphengine.physics.sdf.sdf_shapes import shape_of
@@ -27,7 +28,6 @@ from graphengine.physics.sdf.sdf_values import (
 
 WATER = 1000.0
 """Default density of a collision for automatic inertias, kg/m3."""
-_TERMS = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
 _DEFAULTS = (1.0, 1.0, 1.0, 0.0, 0.0, 0.0)
 
 Matrix = NDArray[np.float64]
@@ -65,7 +65,7 @@ def inertial(link: SdfFrame, frame: Pose) -> Element:
     element = link.element.first("inertial")
     span = element.span if element is not None else link.element.span
     mass, moments, pose = mass_of(link)
-    terms = {term: written(moment) for term, moment in zip(_TERMS, moments, strict=True)}
+    terms = {term: written(moment) for term, moment in zip(TERMS, moments, strict=True)}
     children = [Element("mass", {"value": written(mass)}, span), Element("inertia", terms, span)]
     return Element("inertial", {}, span, [*origin(relative(frame, pose), span), *children])
 
@@ -80,7 +80,7 @@ def mass_of(link: SdfFrame) -> Mass:
     if element is not None and flag(element.get("auto")):
         return _of_collisions(link, element)
     inertia = find(element, "inertia")
-    moments = (number_at(inertia, term, default=usual) for term, usual in zip(_TERMS, _DEFAULTS, strict=True))
+    moments = (number_at(inertia, term, default=usual) for term, usual in zip(TERMS, _DEFAULTS, strict=True))
     pose = compose(link.place, pose_of(find(element, "pose")))
     return Mass(number_at(element, "mass", default=1.0), tuple(moments), pose)
 

@@ -4,19 +4,14 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Collection, Mapping, Sequence
-from typing import Any
 
 from graphengine.messages.endpoints import QoS
 from graphengine.ros.foxglove.foxglove_server import FoxgloveServer, ServedEnd, ServedReader
 from graphengine.ros.network_graph import Direction, NetworkGraph
 from graphengine.ros.transport import (
     Deliver,
-    DeliverRequest,
-    DeliverResponse,
     Reader,
     Transport,
-    TransportClient,
-    TransportServer,
     Writer,
 )
 
@@ -33,6 +28,10 @@ class FoxgloveTransport:
         self._inner = inner
         self._server = server
         self._ends: set[ServedEnd] = set()
+        # As the inner transport has them; Foxglove clients cannot call services.
+        self.identity, self.node, self.log = inner.identity, inner.node, inner.log
+        self.server, self.client = inner.server, inner.client
+        self.save, self.restore = inner.save, inner.restore
 
     def writer(self, topic: str, message_type: str, qos: QoS) -> Writer:
         """Create a writer on a topic; Foxglove clients that subscribe to the topic also make it matched."""
@@ -96,11 +95,6 @@ class FoxgloveTransport:
         return self._inner.spin_time
 
     @property
-    def identity(self) -> bytes:
-        """Random bytes that distinguish this process on the network of the inner transport."""
-        return self._inner.identity
-
-    @property
     def source(self) -> bytes:
         """GID of the network writer whose message is being delivered; meaningless for messages of Foxglove clients."""
         return self._inner.source
@@ -114,33 +108,6 @@ class FoxgloveTransport:
     def rival_services(self) -> Sequence[str]:
         """Services of the inner transport that another program also offers."""
         return self._inner.rival_services
-
-    @property
-    def node(self) -> str:
-        """Full name of the inner transport's node."""
-        return self._inner.node
-
-    def server(
-        self, service: str, service_type: str, qos: QoS, deliver: DeliverRequest, node: str = ""
-    ) -> TransportServer:
-        """Create a server of a service on the inner transport; Foxglove clients cannot call it."""
-        return self._inner.server(service, service_type, qos, deliver, node)
-
-    def client(self, service: str, service_type: str, qos: QoS, deliver: DeliverResponse) -> TransportClient:
-        """Create a client of a service on the inner transport."""
-        return self._inner.client(service, service_type, qos, deliver)
-
-    def log(self, severity: str, text: str) -> None:
-        """Publish a message on /rosout through the inner transport."""
-        self._inner.log(severity, text)
-
-    def save(self) -> Any:
-        """Return a copy of the inner transport's state."""
-        return self._inner.save()
-
-    def restore(self, saved: Any) -> None:
-        """Restore the inner transport's state that `save` returned."""
-        self._inner.restore(saved)
 
 
 class _Writer:

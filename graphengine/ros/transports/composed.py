@@ -41,6 +41,7 @@ class ComposedTransport:
 
     def __init__(self, first: Transport, has: Callable[[str], bool], open_second: Callable[[], Transport]) -> None:
         self._first = first
+        self.identity, self.node, self.log = first.identity, first.node, first.log
         self._second: Transport | None = None
         self._has = has
         self._open_second = open_second
@@ -135,16 +136,6 @@ class ComposedTransport:
         return max(transport.spin_time for transport in self._opened)
 
     @property
-    def identity(self) -> bytes:
-        """Random bytes that distinguish this process on the network."""
-        return self._first.identity
-
-    @property
-    def node(self) -> str:
-        """Full name of this process's node, which only the first transport announces."""
-        return self._first.node
-
-    @property
     def source(self) -> bytes:
         """GID of the writer whose message is being delivered, from the transport that delivers it; empty if unknown."""
         return getattr(self._delivering, "transport", self._first).source
@@ -195,10 +186,6 @@ class ComposedTransport:
         nodes += named.values()
         services = [*other.services, *(pair for node in nodes for pair in (*node.servers, *node.clients))]
         return NetworkGraph(ends, graph.complete and other.complete, graph.named and other.named, services, nodes)
-
-    def log(self, severity: str, text: str) -> None:
-        """Publish a message on /rosout of the node."""
-        self._first.log(severity, text)
 
     def save(self) -> Any:
         """Return the states of the open transports."""

@@ -12,6 +12,7 @@ import numba
 import numpy as np
 
 from graphengine.format.process_limits import has_address_space
+from graphengine.physics.dynamics.optional_kernels import ADDRESS_SPACE
 from graphengine.physics.engine import Floats, Indices, mujoco
 from graphengine.physics.sensors.fast.compiled import announced, kept_in
 from graphengine.physics.sensors.fast.kernel import cast
@@ -27,9 +28,6 @@ ENDLESS = 1e9
 
 MAX_TRIANGLES = 1_000_000
 """Greatest number of triangles in a model; this many triangles take 0.2 GB of memory."""
-
-ADDRESS_SPACE = 400_000_000
-"""Size of the address space that must be available before numba is used, bytes; 310 MB were measured."""
 
 _log = logging.getLogger(__name__)
 
