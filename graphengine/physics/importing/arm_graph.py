@@ -17,16 +17,17 @@ CONTROLLER = "joint_trajectory_controller"
 
 
 @dataclass(frozen=True, slots=True)
-class Arm:
-    """An arm, found in a controller's parameters or as a chain of joints.
+class Limb:
+    """An arm or a gripper, found in a controller's parameters or by its joints.
 
     Attributes:
-        controller: name of the controller; its action and topic move the arm.
-        joints: names of the joints from the base to the flange, or in the order of the controller's parameters.
-        source: where the arm was found, as text for messages.
+        controller: name of the controller; its action moves the limb.
+        joints: names of the joints of an arm from the base to the flange, or in the order of the controller's parameters; the
+            joint that opens and closes a gripper.
+        source: where the limb was found, as text for messages.
         span: source location of the controller or the first joint.
-        parameters: further parameters of the arm's graph.
-        guessed: whether the arm was found only as a chain of joints.
+        parameters: further parameters of the limb's graph.
+        guessed: whether the limb was found only by its joints.
     """
 
     controller: str
@@ -66,7 +67,7 @@ def fill(draft: Draft, held: Collection[str], controllers: Iterable[Controller],
     return {name for arm in arms for name in arm.joints}
 
 
-def flaw(draft: Draft, joints: Sequence[str], held: Collection[str]) -> str:
+def _flaw(draft: Draft, joints: Sequence[str], held: Collection[str]) -> str:
     """Return the reason why a controller cannot move the given joints; empty if it can.
 
     Args:
@@ -82,17 +83,30 @@ def flaw(draft: Draft, joints: Sequence[str], held: Collection[str]) -> str:
     return "" if joints else "it names no joints"
 
 
-def _of_controllers(draft: Draft, held: Collection[str], controllers: Iterable[Controller]) -> Iterator[Arm]:
-    """Yield the arm of each trajectory controller; a controller that cannot be used is added to `draft.lost`."""
+def usable(
+    draft: Draft, held: Collection[str], controllers: Iterable[Controller], parameter: str
+) -> Iterator[tuple[Controller, tuple[str, ...]]]:
+    """Yield each controller that can move its joints, with their names; the others are added to `draft.lost`.
+
+    Args:
+        draft: draft with the description.
+        held: names of joints that take position commands.
+        controllers: controllers of arms or of grippers.
+        parameter: parameter of a controller that names its joints.
+    """
     for controller in controllers:
-        word = controller.type.rpartition("/")[2]
-        if not word.endswith("JointTrajectoryController"):
-            continue
-        joints, source = controller.texts("joints"), printable(f"{word} {controller.name}")
-        if reason := flaw(draft, joints, held):
-            draft.lost.append(Remark(f"{source}: {reason}", controller.span))
+        joints = controller.texts(parameter)
+        if reason := _flaw(draft, joints, held):
+            draft.lost.append(Remark(f"{controller.title}: {reason}", controller.span))
         else:
-            yield Arm(controller.name, joints, source, controller.span, _parameters(controller, joints))
+            yield controller, joints
+
+
+def _of_controllers(draft: Draft, held: Collection[str], controllers: Iterable[Controller]) -> Iterator[Limb]:
+    """Yield the arm of each trajectory controller."""
+    chosen = (each for each in controllers if each.kind.endswith("JointTrajectoryController"))
+    for controller, joints in usable(draft, held, chosen, "joints"):
+        yield Limb(controller.name, joints, controller.title, controller.span, _parameters(controller, joints))
 
 
 def _parameters(controller: Controller, joints: Sequence[str]) -> dict[str, Any]:
@@ -111,7 +125,7 @@ def _parameters(controller: Controller, joints: Sequence[str]) -> dict[str, Any]
     return found
 
 
-def _of_chains(draft: Draft, held: Collection[str]) -> Iterator[Arm]:
+def _of_chains(draft: Draft, held: Collection[str]) -> Iterator[Limb]:
     """Yield an arm for each chain of joints that looks like one."""
     arms = arm_chains(draft.urdf, held)
     names = [_common_words(arm) or f"arm_{number}" for number, arm in enumerate(arms, 1)]
@@ -120,7 +134,7 @@ def _of_chains(draft: Draft, held: Collection[str]) -> Iterator[Arm]:
     for name, joints in zip(names, arms, strict=True):
         controller = CONTROLLER if len(arms) == 1 else f"{name}_controller"
         span = draft.urdf.joints[joints[0]].element.span
-        yield Arm(controller, joints, "the chain of joints with position drives", span, guessed=True)
+        yield Limb(controller, joints, "the chain of joints with position drives", span, guessed=True)
 
 
 def _common_words(names: Collection[str]) -> str:

@@ -26,10 +26,10 @@ class Base:
 
     Attributes:
         kinematics: kinematics, which selects the graph that drives the base; a skid-steered base is differential.
-        source: name of the source, for messages.
-        span: location of the source.
         driven: joints of wheels that take velocity commands.
         steering: joints that take steering commands.
+        source: name of the source, for messages.
+        span: location of the source.
         radius: radius of the driven wheels, m; None if the source does not give it.
         track: distance between left and right wheels, m; None if the source does not give it.
         wheelbase: distance between front and rear axle, m; None if the source does not give it.
@@ -39,10 +39,10 @@ class Base:
     """
 
     kinematics: Kinematics
-    source: str
-    span: Span | None
     driven: tuple[str, ...]
     steering: tuple[str, ...] = ()
+    source: str = ""
+    span: Span | None = None
     radius: float | None = None
     track: float | None = None
     wheelbase: float | None = None

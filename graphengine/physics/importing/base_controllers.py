@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
+from dataclasses import replace
 
-from graphengine.format.wording import printable
 from graphengine.physics.importing.base import Base, flaw, given
 from graphengine.physics.importing.controllers_file import Controller
 from graphengine.physics.importing.draft import Draft, Remark
@@ -19,10 +19,12 @@ def base_of_controllers(draft: Draft, controllers: Iterable[Controller]) -> Base
     """
     chosen: Base | None = None
     for controller in controllers:
-        reader = _READERS.get(controller.type.rpartition("/")[2])
+        reader = _READERS.get(controller.kind)
         if reader is None:
             continue
-        base = reader(controller)
+        read = reader(controller)
+        parameters = _topics(controller) | read.parameters
+        base = replace(read, source=controller.title, span=controller.span, parameters=parameters)
         if reason := f"{chosen.source} drives the base" if chosen is not None else flaw(draft, base):
             draft.lost.append(Remark(f"{base.source}: {reason}", base.span))
             continue
@@ -38,14 +40,11 @@ def _differential(controller: Controller) -> Base:
     right = controller.texts("right_wheel_names") or controller.texts("right_wheel")
     return Base(
         "differential",
-        _source(controller),
-        controller.span,
         (*left, *right),
         radius=_product(controller.positive("wheel_radius"), controller.positive("left_wheel_radius_multiplier")),
         track=controller.positive("wheel_separation"),
         multiplier=controller.positive("wheel_separation_multiplier") or 1.0,
-        parameters=_topics(controller)
-        | given(
+        parameters=given(
             speed=_limit(controller, "linear.x", "velocity"),
             turn=_limit(controller, "angular.z", "velocity"),
             acceleration=_limit(controller, "linear.x", "acceleration"),
@@ -60,15 +59,12 @@ def _mecanum(controller: Controller) -> Base:
     names = [f"{wheel}_wheel_{kind}" for kind in ("command_joint_name", "name", "joint") for wheel in _WHEELS]
     return Base(
         "mecanum",
-        _source(controller),
-        controller.span,
         tuple(dict.fromkeys(controller.texts(*names) or controller.texts("command_joint_names", "wheel_names"))),
         radius=_product(
             controller.positive("kinematics.wheels_radius", "wheel_radius", "wheels_radius"),
             controller.positive("wheel_radius_multiplier"),
         ),
-        parameters=_topics(controller)
-        | given(
+        parameters=given(
             speed=_limit(controller, "linear.x", "velocity"),
             turn=_limit(controller, "angular.z", "velocity"),
             acceleration=_limit(controller, "linear.x", "acceleration"),
@@ -77,9 +73,7 @@ def _mecanum(controller: Controller) -> Base:
 
 
 def _omni(controller: Controller) -> Base:
-    names = controller.texts("wheel_names")
-    radius = controller.positive("wheel_radius")
-    return Base("omni", _source(controller), controller.span, names, radius=radius, parameters=_topics(controller))
+    return Base("omni", controller.texts("wheel_names"), radius=controller.positive("wheel_radius"))
 
 
 def _steering(controller: Controller) -> Base:
@@ -89,14 +83,12 @@ def _steering(controller: Controller) -> Base:
         front, rear = rear, front
     return Base(
         "ackermann",
-        _source(controller),
-        controller.span,
         controller.texts("traction_joints_names") or rear,
         controller.texts("steering_joints_names") or front,
         radius=controller.positive("traction_wheels_radius", "rear_wheels_radius"),
         track=controller.positive("traction_track_width", "rear_wheel_track", "wheel_track"),
         wheelbase=controller.positive("wheelbase"),
-        parameters=_topics(controller) | given(timeout=controller.positive("reference_timeout")),
+        parameters=given(timeout=controller.positive("reference_timeout")),
     )
 
 
@@ -104,14 +96,11 @@ def _tricycle(controller: Controller) -> Base:
     timeout = controller.positive("cmd_vel_timeout")
     return Base(
         "ackermann",
-        _source(controller),
-        controller.span,
         controller.texts("traction_joint_name"),
         controller.texts("steering_joint_name"),
         radius=controller.positive("wheel_radius"),
         wheelbase=controller.positive("wheelbase"),
-        parameters=_topics(controller)
-        | given(
+        parameters=given(
             timeout=timeout / 1000.0 if timeout is not None else None,  # this controller has it in ms
             steering_limit=controller.positive("steering.max_position"),
             steering_speed=controller.positive("steering.max_velocity"),
@@ -130,10 +119,6 @@ _READERS: dict[str, Callable[[Controller], Base]] = {
     "TricycleController": _tricycle,
 }
 """Function that reads the base of a controller, by the last part of the controller's type."""
-
-
-def _source(controller: Controller) -> str:
-    return printable(f"{controller.type.rpartition('/')[2]} {controller.name}")
 
 
 def _topics(controller: Controller) -> dict[str, float | str]:

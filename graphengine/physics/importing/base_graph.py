@@ -12,6 +12,7 @@ from graphengine.format.document import load
 from graphengine.format.files import shipped
 from graphengine.physics.dynamics.command_limits import FASTEST_WHEEL
 from graphengine.physics.importing.base import Drivetrain
+from graphengine.physics.importing.base_wheels import BaseWheel
 from graphengine.physics.importing.draft import Draft, Entry, Remark, in_path, rounded, says
 from graphengine.physics.importing.skid_steering import NAME, guess_limits
 
@@ -50,7 +51,8 @@ def fill(draft: Draft, drivetrain: Drivetrain) -> None:
     parameters = {"base": in_path(draft.urdf.root)} | drivetrain.parameters | _odometry(drivetrain)
     guessed: dict[str, float] = {}
     if drivetrain.skid is not None:
-        guessed = guess_limits(draft, drivetrain.skid, drivetrain.parameters, _rim_speed(draft, drivetrain))
+        slowest, fastest = _slowest_wheel(draft, drivetrain)
+        guessed = guess_limits(draft, drivetrain.skid, drivetrain.parameters, fastest * slowest.radius)
     parameters |= guessed | _limits_of_wheels(draft, drivetrain, _defaults_of(use) | guessed)
     parameters = {name: value for name, value in parameters.items() if _DEFAULTS.get(name) != value}
     comment = f"{base.kinematics}, from {base.source}"
@@ -87,28 +89,30 @@ def _limits_of_wheels(draft: Draft, drivetrain: Drivetrain, defaults: Mapping[st
     """
     if not {"speed", "turn"} <= defaults.keys():
         return {}
-    known, joints = drivetrain.parameters, draft.urdf.joints
-    speeds = {each: min(joints[each.joint].velocity or FASTEST_WHEEL, FASTEST_WHEEL) for each in drivetrain.wheels}
-    slowest = min(speeds, key=lambda wheel: speeds[wheel] * wheel.radius)
-    rim, lever = speeds[slowest] * slowest.radius, _lever(drivetrain)
+    known, lever = drivetrain.parameters, _lever(drivetrain)
+    slowest, fastest = _slowest_wheel(draft, drivetrain)
+    rim = fastest * slowest.radius
     speed, turn = (known.get(name, defaults[name]) or math.inf for name in ("speed", "turn"))
     if speed + turn * lever <= rim:
         return {}
     found = {"wheel_speed": rim / known["radius"], "speed": min(speed, rim), "turn": min(turn, rim / lever)}
-    text = f"wheels that turn at {speeds[slowest]:g} rad/s at most: the base drives straight at up to {rim:.3g} m/s, or turns on "
+    text = (
+        f"wheels that turn at {fastest:g} rad/s at most: the base drives straight at up to {rim:.3g} m/s, or turns on "
+    )
     text += f"the spot at up to {rim / lever:.3g} rad/s; the graph scales faster commands down"
     limits = {name: rounded(value) for name, value in found.items() if name not in known}
     claims = [says("graphs", GRAPH, "parameters", name, value=value) for name, value in limits.items()]
-    span = joints[slowest.joint].element.span
+    span = draft.urdf.joints[slowest.joint].element.span
     draft.carried.append(Remark(text, span, lambda data: all(claim(data) for claim in claims)))
     return limits
 
 
-def _rim_speed(draft: Draft, drivetrain: Drivetrain) -> float:
-    """Return the speed at which the rim of the slowest wheel moves at the velocity limit of its joint, m/s."""
+def _slowest_wheel(draft: Draft, drivetrain: Drivetrain) -> tuple[BaseWheel, float]:
+    """Return the driven wheel whose rim is the slowest at the velocity limit of its joint, and that limit, rad/s."""
     joints = draft.urdf.joints
-    speeds = ((joints[each.joint].velocity or FASTEST_WHEEL, each.radius) for each in drivetrain.wheels)
-    return min(min(speed, FASTEST_WHEEL) * radius for speed, radius in speeds)
+    speeds = {each: min(joints[each.joint].velocity or FASTEST_WHEEL, FASTEST_WHEEL) for each in drivetrain.wheels}
+    slowest = min(speeds, key=lambda wheel: speeds[wheel] * wheel.radius)
+    return slowest, speeds[slowest]
 
 
 def _lever(drivetrain: Drivetrain) -> float:
@@ -157,9 +161,7 @@ def _grip(draft: Draft, drivetrain: Drivetrain) -> None:
     for name, entry in [*materials.items()]:
         replaced = drivetrain.skid is not None or "direction" not in entry.value
         if replaced and links & set(entry.value.get("bind", ())):
-            entry.value["bind"] = [link for link in entry.value["bind"] if link not in links]
-            if not entry.value["bind"]:
-                del materials[name]
+            draft.unbind(name, links)
     bound, skid = draft.bound(), drivetrain.skid
     differential = drivetrain.base.kinematics == "differential"
     for number, (direction, group) in enumerate(groups.items()):

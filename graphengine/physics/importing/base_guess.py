@@ -37,7 +37,7 @@ def base_of_wheels(draft: Draft, wheels: Sequence[BaseWheel], commanded: Collect
     if steered:
         pivots = tuple(dict.fromkeys(wheel.swivel for wheel in steered))
         if fixed and len(pivots) <= 2:
-            return Base("ackermann", "the wheels, of which some are steered", span, names, pivots, guessed=True)
+            return Base("ackermann", names, pivots, "the wheels, of which some are steered", span, guessed=True)
         which = (
             f"of whose {len(rolling)} wheels {len(steered)} are" if fixed else f"whose {len(steered)} wheels are all"
         )
@@ -48,12 +48,12 @@ def base_of_wheels(draft: Draft, wheels: Sequence[BaseWheel], commanded: Collect
     if all(wheel.sideways for wheel in driven):
         if max(wheel.centre[1] for wheel in driven) - min(wheel.centre[1] for wheel in driven) > driven[0].radius / 2:
             if len(driven) >= 4 and is_mecanum(draft.urdf, driven):
-                return Base("mecanum", "the wheels, which are mecanum wheels", span, names, guessed=True)
-            return Base("differential", "the wheels, which are parallel", span, names, guessed=True)
+                return Base("mecanum", names, (), "the wheels, which are mecanum wheels", span, guessed=True)
+            return Base("differential", names, (), "the wheels, which are parallel", span, guessed=True)
         draft.lost.append(Remark("wheels on one side only: no graph drives them", span))
         return None
     if len(driven) >= 3 and not all(_parallel(driven[0].axle, wheel.axle) for wheel in driven):
-        return Base("omni", "the wheels, whose axles have several directions", span, names, guessed=True)
+        return Base("omni", names, (), "the wheels, whose axles have several directions", span, guessed=True)
     text = "wheels that do not roll along the x axis of the root link: no graph drives them"
     draft.lost.append(Remark(f"{text}; turn the root link so that its x axis points forward", span))
     return None

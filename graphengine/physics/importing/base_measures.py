@@ -37,14 +37,9 @@ def measured(draft: Draft, base: Base, wheels: Sequence[BaseWheel]) -> Drivetrai
     joints = [joint for joint in dict.fromkeys(base.driven) if draft.urdf.joints[joint].mimic is None]
     driven = [found.get(joint) or _declared(draft, base, joint) for joint in joints]
     if not driven:
-        draft.lost.append(
-            Remark(f"{base.source}: its wheels only follow other joints: no graph drives them", base.span)
-        )
-        return None
+        return _undriven(draft, base, "its wheels only follow other joints")
     if any(wheel.radius <= 0 for wheel in driven):
-        text = f"{base.source}: the wheels have no round collider that gives their radius: no graph drives them"
-        draft.lost.append(Remark(text, base.span))
-        return None
+        return _undriven(draft, base, "the wheels have no round collider that gives their radius")
     driven.sort(key=lambda wheel: (-round(wheel.centre[0], 3), -wheel.centre[1]))
     radius = sum(wheel.radius for wheel in driven) / len(driven)
     _compare(draft, base, "radius of the wheels", base.radius, radius)
@@ -53,6 +48,12 @@ def measured(draft: Draft, base: Base, wheels: Sequence[BaseWheel]) -> Drivetrai
     if base.kinematics == "differential":
         return _differential(draft, base, driven, wheels, radius)
     return _mecanum(draft, base, driven) if base.kinematics == "mecanum" else _omni(draft, base, driven)
+
+
+def _undriven(draft: Draft, base: Base, reason: str) -> Drivetrain | None:
+    """Add a remark with the reason why no graph can drive a base; return None, as it has no drivetrain."""
+    draft.lost.append(Remark(f"{base.source}: {reason}: no graph drives them", base.span))
+    return None
 
 
 def _declared(draft: Draft, base: Base, joint: str) -> BaseWheel:
@@ -81,15 +82,9 @@ def _differential(
 ) -> Drivetrain | None:
     left, right = _by_side(driven)
     if not (left and right) or not all(wheel.sideways for wheel in driven):
-        text = f"{base.source}: its wheels do not stand left and right of the root link's x axis: no graph drives them"
-        draft.lost.append(Remark(text, base.span))
-        return None
+        return _undriven(draft, base, "its wheels do not stand left and right of the root link's x axis")
     if len(left) != len(right) or not _alike(left) or not _alike(right):
-        text = (
-            f"{base.source}: its wheels on one side differ in number or direction from each other: no graph drives them"
-        )
-        draft.lost.append(Remark(text, base.span))
-        return None
+        return _undriven(draft, base, "its wheels on one side differ in number or direction from each other")
     track = _mean(wheel.centre[1] for wheel in left) - _mean(wheel.centre[1] for wheel in right)
     _compare(draft, base, "track", base.track, track)
     parallel = [wheel for wheel in wheels if wheel.sideways and not wheel.swivel and not wheel.caster]
@@ -147,9 +142,7 @@ def _by_side(wheels: Sequence[BaseWheel]) -> tuple[list[BaseWheel], list[BaseWhe
 def _mecanum(draft: Draft, base: Base, driven: Sequence[BaseWheel]) -> Drivetrain | None:
     left, right = _by_side(driven)
     if (len(left), len(right)) != (2, 2) or not (_alike(left) and _alike(right)):
-        text = f"{base.source}: it does not have two wheels that turn in the same direction on each side: no graph drives them"
-        draft.lost.append(Remark(text, base.span))
-        return None
+        return _undriven(draft, base, "it does not have two wheels that turn in the same direction on each side")
     found = _holonomic(draft, base, driven)
     ends = [wheel.centre[0] for wheel in driven]
     more = {"track": rounded(_spread(driven)), "wheelbase": rounded(max(ends) - min(ends)), "center": _centre(driven)}
@@ -184,9 +177,7 @@ def _holonomic(draft: Draft, base: Base, driven: Sequence[BaseWheel]) -> Drivetr
 def _omni(draft: Draft, base: Base, driven: Sequence[BaseWheel]) -> Drivetrain | None:
     if len(driven) >= 3 and not all(wheel.sideways for wheel in driven):
         return _holonomic(draft, base, driven)
-    text = f"{base.source}: it has fewer than three wheels, or all of them are parallel: no graph drives them"
-    draft.lost.append(Remark(text, base.span))
-    return None
+    return _undriven(draft, base, "it has fewer than three wheels, or all of them are parallel")
 
 
 def _grip(draft: Draft, wheel: BaseWheel, base: Base) -> Vector3:
@@ -232,14 +223,10 @@ def _ackermann(draft: Draft, base: Base, driven: Sequence[BaseWheel], wheels: Se
     pivots.sort(key=lambda joint: -urdf.pose_in_root(joint.child)[0][1])
     axes = urdf.axes_in_root()
     upward = {axes[joint.name][2] > 0 for joint in pivots}
-    reason = ""
     if not pivots or not steered or not fixed or not all(wheel.sideways for wheel in driven):
-        reason = "no wheels are found on the steering joints, or none beside them"
-    elif len(upward) > 1:
-        reason = "its steering joints turn about opposite axes"
-    if reason:
-        draft.lost.append(Remark(f"{base.source}: {reason}: no graph drives them", base.span))
-        return None
+        return _undriven(draft, base, "no wheels are found on the steering joints, or none beside them")
+    if len(upward) > 1:
+        return _undriven(draft, base, "its steering joints turn about opposite axes")
     ahead = _mean(wheel.centre[0] for wheel in steered) - _mean(wheel.centre[0] for wheel in fixed)
     sides = [urdf.pose_in_root(joint.child)[0][1] for joint in pivots]
     _compare(draft, base, "wheelbase", base.wheelbase, abs(ahead))

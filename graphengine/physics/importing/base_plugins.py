@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 
 from graphengine.format.wording import printable
 from graphengine.physics.files.xml import Element, number
@@ -32,6 +33,7 @@ def base_of_plugins(draft: Draft) -> Base | None:
             if reader is None or base is not None:
                 continue
             read = reader(plugin)
+            read = replace(read, source=_source(plugin), span=plugin.span, parameters=_topics(plugin) | read.parameters)
             draft.use(plugin)
             if reason := flaw(draft, read):
                 draft.lost.append(Remark(f"{read.source}: {reason}", plugin.span))
@@ -67,13 +69,10 @@ def _differential(plugin: Element) -> Base:
     driven = (*left, *right) or tuple(name for side in sides for name in _texts(plugin, side))
     return Base(
         "differential",
-        _source(plugin),
-        plugin.span,
         driven,
         radius=_radius(plugin),
         track=_number(plugin, "wheel_separation", "wheelSeparation"),
-        parameters=_topics(plugin)
-        | given(
+        parameters=given(
             speed=_number(plugin, "max_linear_velocity", "max_velocity"),
             turn=_number(plugin, "max_angular_velocity"),
             acceleration=_number(plugin, *_ACCELERATIONS),
@@ -87,12 +86,9 @@ def _mecanum(plugin: Element) -> Base:
     wheels = [f"{end}_{side}_joint" for end in ("front", "back") for side in ("left", "right")]
     return Base(
         "mecanum",
-        _source(plugin),
-        plugin.span,
         tuple(name for wheel in wheels for name in _texts(plugin, wheel)),
         radius=_radius(plugin),
-        parameters=_topics(plugin)
-        | given(speed=_number(plugin, "max_velocity"), acceleration=_number(plugin, "max_acceleration")),
+        parameters=given(speed=_number(plugin, "max_velocity"), acceleration=_number(plugin, "max_acceleration")),
     )
 
 
@@ -101,15 +97,12 @@ def _ackermann(plugin: Element) -> Base:
     classic = (*_texts(plugin, "rear_left_joint"), *_texts(plugin, "rear_right_joint"))
     return Base(
         "ackermann",
-        _source(plugin),
-        plugin.span,
         driven or classic,
         (*_texts(plugin, "left_steering_joint"), *_texts(plugin, "right_steering_joint")),
         radius=_radius(plugin),
         track=_number(plugin, "wheel_separation"),
         wheelbase=_number(plugin, "wheel_base"),
-        parameters=_topics(plugin)
-        | given(
+        parameters=given(
             steering_limit=_number(plugin, "steering_limit", "max_steer"),
             acceleration=_number(plugin, "max_acceleration"),
         ),

@@ -38,6 +38,16 @@ class Controller:
     span: Span
     values: dict[str, Value]
 
+    @property
+    def kind(self) -> str:
+        """Type of the controller without its package."""
+        return self.type.rpartition("/")[2]
+
+    @property
+    def title(self) -> str:
+        """Type and name of the controller, for messages."""
+        return printable(f"{self.kind} {self.name}")
+
     def number(self, *names: str) -> float | None:
         """Return the value of the first of these parameters that is a number; None if none is."""
         for name in names:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -178,6 +178,13 @@ class Draft:
     def bound(self) -> set[str]:
         """Return the names of links to which the draft binds a material."""
         return {link for entry in self.sections["materials"].values() for link in entry.value.get("bind", ())}
+
+    def unbind(self, material: str, links: Collection[str]) -> None:
+        """Unbind links from a material, and remove the material if no link is left."""
+        value = self.sections["materials"][material].value
+        value["bind"] = [link for link in value["bind"] if link not in links]
+        if not value["bind"]:
+            del self.sections["materials"][material]
 
     def data(self) -> dict[str, Any]:
         """Return the values of the robot file."""

@@ -123,9 +123,7 @@ def _drop_slippery(draft: Draft, links: Collection[str]) -> None:
         if friction >= _SLIPPERY or not slippery:
             continue
         dropped |= dict.fromkeys(slippery, friction)
-        entry.value["bind"] = [link for link in bound if link not in links]
-        if not entry.value["bind"]:
-            del draft.sections["materials"][name]
+        draft.unbind(name, links)
     for friction in sorted(set(dropped.values())):
         names = ", ".join(printable(link) for link, each in dropped.items() if each == friction)
         text = f"friction {friction:g} of {names}: a plugin drags these wheels over the floor, but wheels that drive need grip"

@@ -3,40 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Iterator
-from dataclasses import dataclass
 from typing import Any
 
-from graphengine.format.diagnostics import Span
 from graphengine.format.wording import printable
 from graphengine.physics.importing.arm_chains import gripper_joints
 from graphengine.physics.importing.arm_gains import DEVIATION
-from graphengine.physics.importing.arm_graph import flaw
+from graphengine.physics.importing.arm_graph import Limb, usable
 from graphengine.physics.importing.controllers_file import Controller
 from graphengine.physics.importing.draft import Draft, Remark, says
 
 _CONTROLLER = "gripper_controller"
 """Default name of the controller in the graph of a gripper."""
-
-
-@dataclass(frozen=True, slots=True)
-class Gripper:
-    """A gripper, found in the parameters of a controller or as fingers.
-
-    Attributes:
-        joint: name of the joint that opens and closes the gripper.
-        controller: name of the controller; its action moves the gripper.
-        source: where the gripper was found, as text for messages.
-        span: source location of the controller or the joint.
-        parameters: further parameters of the gripper's graph.
-        guessed: whether the gripper was found only by its fingers.
-    """
-
-    joint: str
-    controller: str
-    source: str
-    span: Span | None
-    parameters: dict[str, Any]
-    guessed: bool
 
 
 def fill(draft: Draft, held: Collection[str], controllers: Iterable[Controller], *, guess: bool) -> None:
@@ -54,10 +31,11 @@ def fill(draft: Draft, held: Collection[str], controllers: Iterable[Controller],
     for gripper in grippers:
         name = "gripper" if len(grippers) == 1 else printable(gripper.controller.removesuffix("_controller"))
         controller = {"controller": gripper.controller} if gripper.controller != _CONTROLLER else {}
-        draft.add_graph(name, "graphs/arm/gripper.yaml", {"joint": gripper.joint} | controller | gripper.parameters)
-        text = f"gripper: {gripper.joint} on {gripper.controller}/gripper_cmd, from {gripper.source}"
-        text += _press(draft, gripper.joint)
-        claim = says("graphs", name, "parameters", "joint", value=gripper.joint)
+        joint = gripper.joints[0]
+        draft.add_graph(name, "graphs/arm/gripper.yaml", {"joint": joint} | controller | gripper.parameters)
+        text = f"gripper: {joint} on {gripper.controller}/gripper_cmd, from {gripper.source}"
+        text += _press(draft, joint)
+        claim = says("graphs", name, "parameters", "joint", value=joint)
         (draft.guessed if gripper.guessed else draft.carried).append(Remark(printable(text), gripper.span, claim))
 
 
@@ -73,27 +51,21 @@ def _press(draft: Draft, name: str) -> str:
     return f"; targets up to {DEVIATION:g} {'m' if joint.type == 'prismatic' else 'rad'} beyond its limits press"
 
 
-def _of_controllers(draft: Draft, held: Collection[str], controllers: Iterable[Controller]) -> Iterator[Gripper]:
-    for controller in controllers:
-        package, _, word = controller.type.rpartition("/")
-        if word != "GripperActionController":
-            continue
-        joints, source = controller.texts("joint"), printable(f"{word} {controller.name}")
-        if reason := flaw(draft, joints, held):
-            draft.lost.append(Remark(f"{source}: {reason}", controller.span))
-            continue
+def _of_controllers(draft: Draft, held: Collection[str], controllers: Iterable[Controller]) -> Iterator[Limb]:
+    chosen = (each for each in controllers if each.kind == "GripperActionController")
+    for controller, joints in usable(draft, held, chosen, "joint"):
         numbers = {name: controller.positive(name) for name in ("max_effort", "goal_tolerance")}
         parameters: dict[str, Any] = {name: number for name, number in numbers.items() if number is not None}
-        if package.startswith("parallel_"):
+        if controller.type.startswith("parallel_"):
             parameters["action_type"] = "ParallelGripperCommand"
         if controller.flag("allow_stalling", default=False):
             parameters["allow_stalling"] = True
-        yield Gripper(joints[0], controller.name, source, controller.span, parameters, guessed=False)
+        yield Limb(controller.name, joints, controller.title, controller.span, parameters)
 
 
-def _of_fingers(draft: Draft, held: Collection[str]) -> Iterator[Gripper]:
+def _of_fingers(draft: Draft, held: Collection[str]) -> Iterator[Limb]:
     joints = gripper_joints(draft.urdf, held)
     for number, joint in enumerate(joints, 1):
         name = _CONTROLLER if len(joints) == 1 else f"gripper_{number}_controller"
         span = draft.urdf.joints[joint].element.span
-        yield Gripper(joint, name, "the fingers that follow it", span, {}, guessed=True)
+        yield Limb(name, (joint,), "the fingers that follow it", span, guessed=True)

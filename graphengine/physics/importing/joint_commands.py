@@ -86,7 +86,7 @@ def add_mimics(root: Element, findings: Findings) -> bool:
 
 def _controller(draft: Draft, controller: Controller, found: dict[str, JointCommands]) -> None:
     """Add the commands that a controller gives to joints to `found`; a controller of an unknown type adds none."""
-    word = controller.type.rpartition("/")[2]
+    word = controller.kind
     kinds = ("position",) if word.endswith(_SERVOS) else controller.texts("command_interfaces", "interface_name")
     kinds = tuple(kind for kind in kinds or (k for part, k in _CONTROLLERS.items() if part in word) if kind in KINDS)
     if not kinds:  # a broadcaster, or of a type that says nothing about commands

@@ -239,9 +239,7 @@ def _slide(draft: Draft, resting: Collection[str]) -> None:
         }
         comments = [*entry.comments, "they rest on the floor and do not roll, so they slide with an even load"]
         draft.sections["materials"][f"{name}_sliding"] = Entry(entry.value | steady | {"bind": links}, comments)
-        entry.value["bind"] = [link for link in bound if link not in links]
-        if not entry.value["bind"]:
-            del draft.sections["materials"][name]
+        draft.unbind(name, links)
 
 
 def _tell_centre(draft: Draft, model: mujoco.MjModel, data: mujoco.MjData, driven: list[WheelShape]) -> None:
