@@ -207,6 +207,14 @@ class Scope:
         for scope in (*self.merges, *self.models.values()):
             yield from scope.walk()
 
+    def all_links(self) -> list[SdfFrame]:
+        """Return the links of the scope and of all scopes in it."""
+        return [link for scope in self.walk() for link in scope.links.values()]
+
+    def all_joints(self) -> list[SdfFrame]:
+        """Return the joints of the scope and of all scopes in it."""
+        return [joint for scope in self.walk() for joint in scope.joints.values()]
+
     def find(self, name: str) -> SdfFrame | None:
         """Return the frame with a name such as `B` or `A::B`; None if there is none."""
         if name == "__model__" or (name == "world" and self.is_world):
@@ -263,10 +271,9 @@ class Scope:
         """
         if name := self.element.get("canonical_link"):
             return self.require(name, self.element, "canonical_link")
-        found = next((link for scope in self.walk() for link in scope.links.values()), None)
-        if found is None:
-            raise SdfError(f"{self._described()} has no link", self.element.span)
-        return found
+        if links := self.all_links():
+            return links[0]
+        raise SdfError(f"{self._described()} has no link", self.element.span)
 
     def _described(self) -> str:
         return f"{self.element.tag} {printable(self.name)!r}"

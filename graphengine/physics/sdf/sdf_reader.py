@@ -70,7 +70,7 @@ def _chosen(models: list[Scope], root: Element, name: str) -> Scope:
             raise SdfError(f"the file has no model {printable(name)!r}", root.span, near)
         return models[names.index(name)]
     loose = [model for model in models if not model.static]
-    robots = [model for model in loose if any(map(is_moving, _joints(model)))] or loose or models
+    robots = [model for model in loose if any(map(is_moving, model.all_joints()))] or loose or models
     if len(robots) != 1:
         known = listing((printable(robot.name) for robot in robots), "its models")
         what = "the file has more than one model" if robots else "the file has no model"
@@ -80,16 +80,11 @@ def _chosen(models: list[Scope], root: Element, name: str) -> Scope:
     return robots[0]
 
 
-def _joints(model: Scope) -> list[SdfFrame]:
-    return [joint for scope in model.walk() for joint in scope.joints.values()]
-
-
 def urdf_of(model: Scope, findings: Findings) -> Element:
     """Return the `robot` element of a model as URDF; errors are added to `findings`, and the element is then incomplete."""
     root = Element("robot", {"name": model.name}, model.element.span)
     scopes = list(model.walk())
-    joints = _joints(model)
-    links = [link for scope in scopes for link in scope.links.values()]
+    joints, links = model.all_joints(), model.all_links()
     carriers: dict[SdfFrame, SdfFrame] = {}
     carries: dict[SdfFrame, SdfFrame] = {}
     bolted, before = False, len(findings.errors)

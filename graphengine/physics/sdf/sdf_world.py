@@ -77,7 +77,7 @@ class _WorldWriter:
         span, element = self.world.element.span, self.world.element
         scopes = (self.world, *self.world.merges)
         scenery = [model for scope in scopes for model in scope.models.values() if not self._is_robot(model)]
-        self.writer.load_meshes((link for model in scenery for link in _links(model)), packages)
+        self.writer.load_meshes((link for model in scenery for link in model.all_links()), packages)
         body = Element("worldbody", {}, span)
         for light in element.all("light"):
             with reported(self.findings, "S102"):
@@ -100,8 +100,7 @@ class _WorldWriter:
 
     def _is_robot(self, model: Scope) -> bool:
         """Return whether a model must be used as a robot; if so, add a warning that explains how."""
-        joints = [joint for scope in model.walk() for joint in scope.joints.values() if is_moving(joint)]
-        if model.static or not joints:
+        if model.static or not any(map(is_moving, model.all_joints())):
             return False
         where = ""
         with reported(self.findings, "S102"):
@@ -125,7 +124,7 @@ class _WorldWriter:
 
         The body of a rigid group can move freely unless a joint fixes the group to the world.
         """
-        links = _links(model)
+        links = model.all_links()
         if model.static and len(links) != 1:
             frame = Element("body", placed(model.frame.place, name=model.name), model.element.span)
             frame.children += [self._body(link, model, model.frame.place) for link in links]
@@ -159,19 +158,15 @@ class _WorldWriter:
         if tags := dict.fromkeys(child.tag for child in element.children if child.tag not in _CONVERTED):
             what = listing(map(printable, tags), "not used")
             self.findings.add("N103", "only models, lights and gravity of the world are used", element.span, what)
-        visuals = (visual for model in models for link in _links(model) for visual in link.element.all("visual"))
+        visuals = (visual for model in models for link in model.all_links() for visual in link.element.all("visual"))
         if image := next(filter(textured, visuals), None):
             self.findings.add("N103", "textures of visuals are not drawn; their diffuse colours are used", image.span)
 
 
-def _links(model: Scope) -> list[SdfFrame]:
-    return [link for scope in model.walk() for link in scope.links.values()]
-
-
 def _root(model: Scope) -> SdfFrame:
     """Return the first link of a model that is not the child of a joint; the frame of the model if there is none."""
-    carried = {fastened(joint)[1] for scope in model.walk() for joint in scope.joints.values()}
-    return next((link for link in _links(model) if link not in carried), model.frame)
+    carried = {fastened(joint)[1] for joint in model.all_joints()}
+    return next((link for link in model.all_links() if link not in carried), model.frame)
 
 
 def _rigid(model: Scope, links: list[SdfFrame]) -> Iterator[tuple[list[SdfFrame], bool]]:
@@ -181,7 +176,7 @@ def _rigid(model: Scope, links: list[SdfFrame]) -> Iterator[tuple[list[SdfFrame]
     """
     groups = {link: [link] for link in links}
     bolted: set[SdfFrame] = set()
-    for joint in (joint for scope in model.walk() for joint in scope.joints.values()):
+    for joint in model.all_joints():
         parent, child = fastened(joint)
         if parent is None:
             bolted.add(child)
