@@ -7,7 +7,7 @@ import os
 import signal
 import sys
 import time
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from contextlib import suppress
 from typing import TYPE_CHECKING, Any
 
@@ -172,6 +172,22 @@ class Live:
         if len(types) > 1:
             raise TransportError(f"{topic} has more than one type: {', '.join(types)}")
         return types[0]
+
+    def show_found(self, what: str, number: int, lines: Sequence[str], *, counted: bool) -> None:
+        """Print what a verb that lists names has found.
+
+        Args:
+            what: plural noun of the names, such as `topics`.
+            number: number of names; if it is 0, the user is told so.
+            lines: lines to print for the names.
+            counted: whether to print only the number.
+        """
+        if counted:
+            show(str(number))
+        elif lines:
+            show("\n".join(lines))
+        if not number:
+            self.say_none(what)
 
     def say_none(self, what: str) -> None:
         """Print that there are none of `what`, such as topics, in the domain, and what to do."""

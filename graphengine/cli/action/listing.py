@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 
-from graphengine.cli.live import Live, add_live_arguments, show
+from graphengine.cli.live import Live, add_live_arguments
 from graphengine.ros.network_graph import NetworkGraph
 
 
@@ -19,15 +19,9 @@ def execute(arguments: argparse.Namespace) -> int:
     """Print the actions; return 0, also if there are none."""
     with Live(arguments) as live:
         actions = action_types(live.graph())
-        if arguments.count_actions:
-            show(str(len(actions)))
-        elif actions:
-            types = {
-                action: f" [{', '.join(names)}]" if arguments.show_types else "" for action, names in actions.items()
-            }
-            show("\n".join(action + text for action, text in types.items()))
-        if not actions:
-            live.say_none("actions")
+        types = {action: f" [{', '.join(names)}]" for action, names in actions.items()}
+        lines = [action + (types[action] if arguments.show_types else "") for action in actions]
+        live.show_found("actions", len(actions), lines, counted=arguments.count_actions)
     return 0
 
 

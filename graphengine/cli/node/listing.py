@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import sys
 
-from graphengine.cli.live import Live, add_live_arguments, show
+from graphengine.cli.live import Live, add_live_arguments
 from graphengine.ros.network_graph import NetworkGraph
 
 
@@ -20,14 +20,9 @@ def execute(arguments: argparse.Namespace) -> int:
     """Print the nodes; return 0, also if there are none."""
     with Live(arguments) as live:
         names = node_names(live.graph(names=True), hidden=arguments.all)
-        if arguments.count_nodes:
-            show(str(len(names)))
-        elif names:
-            if len(set(names)) < len(names):
-                print("WARNING: some nodes have the same name; this can have unintended effects", file=sys.stderr)
-            show("\n".join(names))
-        if not names:
-            live.say_none("nodes")
+        if len(set(names)) < len(names) and not arguments.count_nodes:
+            print("WARNING: some nodes have the same name; this can have unintended effects", file=sys.stderr)
+        live.show_found("nodes", len(names), names, counted=arguments.count_nodes)
     return 0
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 
-from graphengine.cli.live import Live, add_live_arguments, is_hidden, show
+from graphengine.cli.live import Live, add_live_arguments, is_hidden
 from graphengine.ros.network_graph import NetworkGraph
 
 
@@ -22,13 +22,8 @@ def execute(arguments: argparse.Namespace) -> int:
     with Live(arguments) as live:
         types = service_types(live.graph())
         services = [name for name in types if arguments.include_hidden_services or not is_hidden(name)]
-        if arguments.count_services:
-            show(str(len(services)))
-        elif services:
-            shown = {name: f" [{', '.join(types[name])}]" if arguments.show_types else "" for name in services}
-            show("\n".join(name + text for name, text in shown.items()))
-        if not services:
-            live.say_none("services")
+        lines = [name + (f" [{', '.join(types[name])}]" if arguments.show_types else "") for name in services]
+        live.show_found("services", len(services), lines, counted=arguments.count_services)
     return 0
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from typing import Literal
 
-from graphengine.cli.live import Live, add_live_arguments, is_hidden, show
+from graphengine.cli.live import Live, add_live_arguments, is_hidden
 from graphengine.ros.network_graph import NetworkGraph
 
 
@@ -30,16 +30,11 @@ def execute(arguments: argparse.Namespace) -> int:
     with Live(arguments) as live:
         graph = live.graph()
         topics = [t for t in graph.types() if arguments.include_hidden_topics or not is_hidden(t)]
-        if arguments.count_topics:
-            show(str(len(topics)))
-        elif arguments.verbose:
-            show(_counts(graph, topics, "publish"))
-            show(_counts(graph, topics, "subscribe"))
-        elif topics:
-            types = {topic: f" [{', '.join(names)}]" for topic, names in graph.types().items()}
-            show("\n".join(topic + (types[topic] if arguments.show_types else "") for topic in topics))
-        if not topics:
-            live.say_none("topics")
+        types = {topic: f" [{', '.join(names)}]" for topic, names in graph.types().items()}
+        lines = [topic + (types[topic] if arguments.show_types else "") for topic in topics]
+        if arguments.verbose:
+            lines = [_counts(graph, topics, "publish"), _counts(graph, topics, "subscribe")]
+        live.show_found("topics", len(topics), lines, counted=arguments.count_topics)
     return 0
 
 
