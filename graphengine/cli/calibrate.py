@@ -11,9 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from graphengine.cli.common import (
-    add_allow_argument,
-    add_import_argument,
-    add_permission_arguments,
+    add_access_arguments,
     add_repeatable,
     clean,
     fitted_table,
@@ -68,9 +66,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     inputs = "value for an input, [ROBOT/][GRAPH/]NODE.PORT=VALUE, globs allowed"
     add_repeatable(files, "--set", "NODE.PORT=VALUE", inputs)
     files.add_argument("--seed", type=whole, default=0, help="seed of all random generators (default 0)")
-    add_allow_argument(parser)
-    add_import_argument(parser)
-    add_permission_arguments(parser)
+    add_access_arguments(parser)
     parser.set_defaults(scene=None, robot_state=False, localization=None, rays="auto")
 
 
@@ -86,8 +82,6 @@ def execute(arguments: argparse.Namespace) -> int:
     if arguments.check is not None and not arguments.check > 0.0:
         raise UsageError(f"--check {arguments.check:g}: write a number above 0, such as {BOUND}")
     scene = open_scene(arguments)
-    if scene is None:
-        return 1
     result = _calibrate(scene, arguments)
     print(json.dumps(result.to_data(), indent=2) if arguments.format == "json" else clean(_report(result)))
     if not result.moves:

@@ -53,9 +53,17 @@ def add_file_arguments(parser: argparse.ArgumentParser, *, many: bool = False, r
     rays = "ray casting of lidars: mujoco, fast (needs numba), or auto: fast if possible (default auto)"
     parser.add_argument("--rays", choices=("auto", "mujoco", "fast"), default="auto", help=rays)
     parser.add_argument("--seed", type=whole, default=0, help="seed of all random generators (default 0)")
+    add_access_arguments(parser)
+
+
+def add_access_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the options that say which files and modules a scene may use, and which permissions its graphs have."""
     add_allow_argument(parser)
     add_import_argument(parser)
-    add_permission_arguments(parser)
+    variable = "let graphs read this environment variable with IsaacReadEnvVar"
+    add_repeatable(parser, "--env", "NAME", variable)
+    scripts = "let graphs run the Python code of their ScriptNodes without a sandbox; read the code first"
+    parser.add_argument("--allow-scripts", action="store_true", help=scripts)
 
 
 def add_repeatable(parser: argparse._ActionsContainer, option: str, metavar: str, what: str, **more: Any) -> None:
@@ -113,14 +121,6 @@ def add_page_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--view-port", metavar="PORT", type=port, default=0, help="port to serve the web page on (default: a free port)"
     )
-
-
-def add_permission_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the options that give graphs permissions: `--env` and `--allow-scripts`."""
-    variable = "let graphs read this environment variable with IsaacReadEnvVar"
-    add_repeatable(parser, "--env", "NAME", variable)
-    scripts = "let graphs run the Python code of their ScriptNodes without a sandbox; read the code first"
-    parser.add_argument("--allow-scripts", action="store_true", help=scripts)
 
 
 def environment(arguments: argparse.Namespace) -> dict[str, str]:
@@ -293,19 +293,22 @@ def load(arguments: argparse.Namespace) -> LoadedScene:
         return build.load(path, make_options(arguments))
 
 
-def open_scene(arguments: argparse.Namespace) -> Scene | None:
-    """Load the scene or graph that the command line names, and print its findings; return None if there are errors."""
+def open_scene(arguments: argparse.Namespace) -> Scene:
+    """Load the scene or graph that the command line names, as `open_file` does."""
     return open_file(find_file(arguments.file), make_options(arguments), arguments.modules)
 
 
-def open_file(path: Path, options: Options, modules: Sequence[str] = (), *, graphs: bool = True) -> Scene | None:
-    """Load a scene or graph, and print its findings; return None if there are errors.
+def open_file(path: Path, options: Options, modules: Sequence[str] = (), *, graphs: bool = True) -> Scene:
+    """Load a scene or graph, and print its findings.
 
     Args:
         path: the file.
         options: options of loading.
         modules: names of imported modules with node types.
         graphs: load the graphs of the scene too.
+
+    Raises:
+        CheckError: the files have errors; it has no notes.
     """
     from graphengine.api.scene_loading import open_scene
 
@@ -313,8 +316,7 @@ def open_file(path: Path, options: Options, modules: Sequence[str] = (), *, grap
         with progress(f"loading {path.name}"):
             opened = open_scene(path, options, modules, graphs=graphs)
     except CheckError as error:
-        print_findings(error.findings, notes=False)
-        return None
+        raise CheckError([finding for finding in error.findings if finding.severity != "note"]) from None
     print_findings(opened.findings, notes=False)
     return opened
 

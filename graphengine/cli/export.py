@@ -42,8 +42,6 @@ def execute(arguments: argparse.Namespace) -> int:
     output = arguments.output
     refuse_to_overwrite([output] if output is not None else [], force=arguments.force)
     scene = open_scene(arguments)
-    if scene is None:
-        return 1
     findings = Findings()
     graphs = loaded_of(scene).planned
     _check_one(arguments.file, len(graphs), findings)

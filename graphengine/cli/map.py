@@ -85,8 +85,6 @@ def execute(arguments: argparse.Namespace) -> int:
     stem = _stem(arguments.output, path)
     _refuse_others(path)
     scene = open_file(path, reading_options(arguments), graphs=False)
-    if scene is None:
-        return 1
     begin, bounds = time.perf_counter(), arguments.bounds
     try:
         with progress("mapping"):

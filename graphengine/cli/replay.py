@@ -19,7 +19,7 @@ LONGEST = 80
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the command-line arguments of `graphrun replay` to its parser."""
-    from graphengine.cli.common import add_allow_argument, add_import_argument, add_permission_arguments, add_repeatable
+    from graphengine.cli.common import add_access_arguments, add_repeatable
 
     parser.add_argument("recording", metavar="FILE", type=Path, help="recording made by `graphrun run --record FILE`")
     against = "replay the recorded inputs to this scene or graph instead of the recorded one"
@@ -31,9 +31,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--rays", choices=("auto", "mujoco", "fast"), help="ray casting of lidars (default: as in the recorded run)"
     )
-    add_allow_argument(parser)
-    add_import_argument(parser)
-    add_permission_arguments(parser)
+    add_access_arguments(parser)
 
 
 def execute(arguments: argparse.Namespace) -> int:

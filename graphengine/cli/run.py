@@ -128,8 +128,6 @@ def execute(arguments: argparse.Namespace) -> int:
     if arguments.foxglove_publish and arguments.foxglove is None:
         raise UsageError("--foxglove-publish needs --foxglove [HOST:]PORT")
     scene = open_scene(arguments)
-    if scene is None:
-        return 1
     console = Console(quiet=arguments.quiet)
     options = RunOptions(
         transport=arguments.transport,

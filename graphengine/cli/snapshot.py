@@ -92,8 +92,6 @@ def execute(arguments: argparse.Namespace) -> int:
 
     arguments.rays = arguments.rays or "mujoco"  # hardly a ray is cast for an image, and compiling takes seconds
     scene = open_scene(arguments)
-    if scene is None:
-        return 1
     if loaded_of(scene).world is None:
         path = loaded_of(scene).path
         raise UsageError(f"{path} is a graph without a scene and has nothing to draw; give a scene with --scene")

@@ -20,18 +20,11 @@ if TYPE_CHECKING:
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the command-line arguments of `graphrun view` to its parser."""
-    from graphengine.cli.common import (
-        add_allow_argument,
-        add_import_argument,
-        add_page_arguments,
-        add_permission_arguments,
-    )
+    from graphengine.cli.common import add_access_arguments, add_page_arguments
 
     parser.add_argument("recording", metavar="FILE", type=Path, help="recording made by `graphrun run --record FILE`")
     add_page_arguments(parser)
-    add_allow_argument(parser)
-    add_import_argument(parser)
-    add_permission_arguments(parser)
+    add_access_arguments(parser)
     parser.set_defaults(against=None, set=[], seed=None, rays=None)  # a recording is shown with its own options
     parser.epilog = (
         "In the background, the run is replayed from its recorded inputs, and its output is compared with the recorded"

@@ -60,8 +60,6 @@ def execute(arguments: argparse.Namespace) -> int:
     if folder.exists() and not folder.is_dir():
         raise UsageError(f"-o {folder}: this is not a folder")
     scene = open_scene(arguments)
-    if scene is None:
-        return 1
     made = _make(scene, arguments)
     from graphengine.format.atomic_write import write_together
 
