@@ -131,7 +131,7 @@ def _numba() -> Diagnosis:
     try:
         import numba
 
-        from graphengine.physics.sensors.fast.compiled import kept_in
+        from graphengine.physics.kernels.compiled import kept_in
         from graphengine.physics.sensors.fast.kernel import cast
         from graphengine.physics.sensors.fast.rays import trouble
     except Exception as error:  # one of its libraries does not fit

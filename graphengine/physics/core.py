@@ -13,6 +13,7 @@ import numpy as np
 from graphengine.devices.rotation import Pose
 from graphengine.devices.stage import Stage, at_or_below
 from graphengine.format.stateful import Stateful
+from graphengine.physics.description.drives import KINDS, Drive
 from graphengine.physics.dynamics.directed_friction import DirectedFriction
 from graphengine.physics.dynamics.drive_step import DriveStep
 from graphengine.physics.dynamics.force_limits import ForceLimits
@@ -39,7 +40,6 @@ from graphengine.physics.engine import (
     sort_geoms,
     wake,
 )
-from graphengine.physics.model.drives import KINDS, Drive
 from graphengine.physics.sensors.rays import Rays, RaysChoice, select_rays
 
 _STATE = mujoco.mjtState.mjSTATE_INTEGRATION  # what it takes to go on bit by bit

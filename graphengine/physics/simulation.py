@@ -22,9 +22,9 @@ from graphengine.physics.dynamics.held_bodies import PlacedBody, find_mover
 from graphengine.physics.dynamics.motion_handles import CarriedPrim, Joints
 from graphengine.physics.dynamics.mujoco_entities import MujocoEntities
 from graphengine.physics.engine import Floats, wake
+from graphengine.physics.implementations import IMPLEMENTATIONS
 from graphengine.physics.pictures.render_thread import RenderThread
 from graphengine.physics.pictures.visible_bodies import visible_bodies
-from graphengine.physics.sensors.implementations import IMPLEMENTATIONS
 from graphengine.physics.sensors.rays import compile_kernels
 
 D = TypeVar("D")

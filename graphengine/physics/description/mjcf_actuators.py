@@ -10,8 +10,8 @@ import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
+from graphengine.physics.description.drives import KINDS, Drive, Kind, Servo
 from graphengine.physics.engine import mujoco
-from graphengine.physics.model.drives import KINDS, Drive, Kind, Servo
 
 _TYPE, _GAIN, _BIAS, _DYNAMICS = mujoco.mjtTrn, mujoco.mjtGain, mujoco.mjtBias, mujoco.mjtDyn
 _ON_JOINTS = (_TYPE.mjTRN_JOINT.value, _TYPE.mjTRN_JOINTINPARENT.value)

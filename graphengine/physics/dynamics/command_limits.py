@@ -14,8 +14,8 @@ import math
 from collections.abc import Mapping, Sequence
 
 from graphengine.devices.stage import Prim
+from graphengine.physics.description.drives import KINDS, Drive, Kind
 from graphengine.physics.engine import mujoco
-from graphengine.physics.model.drives import KINDS, Drive, Kind
 
 GRAVITY, ARM = 9.81, 1.0
 ACCELERATION = 1e5

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from graphengine.devices.rotation import Pose, compose
+from graphengine.physics.description.drives import Servo
 from graphengine.physics.description.mjcf_model import Keyframe
 from graphengine.physics.engine import mujoco
-from graphengine.physics.model.drives import Servo
 
 _INTEGRATOR = mujoco.mjtDyn.mjDYN_INTEGRATOR
 

@@ -17,10 +17,10 @@ from graphengine.devices.rotation import NOWHERE, Quaternion, Vector3, multiply,
 from graphengine.devices.stage import Prim
 from graphengine.format.errors import BadValueError
 from graphengine.format.stateful import Shared
+from graphengine.physics.description.drives import KINDS, Drive, Kind, Servo, servo_ids
 from graphengine.physics.dynamics.command_limits import add_limits, command_limits
 from graphengine.physics.dynamics.handle_table import Handle
 from graphengine.physics.engine import Floats, mujoco
-from graphengine.physics.model.drives import KINDS, Drive, Kind, Servo, servo_ids
 
 if TYPE_CHECKING:
     from graphengine.physics.core import SimulationCore

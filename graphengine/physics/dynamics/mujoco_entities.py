@@ -29,7 +29,7 @@ from graphengine.format.wording import did_you_mean, listing
 from graphengine.physics.dynamics.overlaps import LEAST, contacts_of, distances, overlaps, touching
 from graphengine.physics.dynamics.solver_errors import find_contacts
 from graphengine.physics.engine import mujoco
-from graphengine.physics.model.geoms import extents
+from graphengine.physics.geoms import extents
 
 if TYPE_CHECKING:
     from graphengine.physics.simulation import Simulation

@@ -7,8 +7,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from graphengine.format.stateful import Stateful
+from graphengine.physics.description.drives import Drive, servo_ids
 from graphengine.physics.engine import mujoco
-from graphengine.physics.model.drives import Drive, servo_ids
 
 
 class SetPoints(Stateful):

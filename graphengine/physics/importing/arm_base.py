@@ -7,9 +7,9 @@ import numpy as np
 from graphengine.format.wording import printable
 from graphengine.physics.description.urdf import WORLD, Urdf
 from graphengine.physics.engine import mujoco
+from graphengine.physics.geoms import extents
 from graphengine.physics.importing.draft import Draft, Remark
 from graphengine.physics.importing.trial import trial_model, trial_spec
-from graphengine.physics.model.geoms import extents
 
 CHAIN = 3
 """Minimum number of moving joints in a chain for the robot to count as an arm."""

@@ -17,11 +17,11 @@ from graphengine.format.kinds import DEVICES
 from graphengine.format.wording import printable
 from graphengine.physics.description.urdf import Urdf
 from graphengine.physics.files.xml import Element, numbers
+from graphengine.physics.implementations import IMPLEMENTATIONS
 from graphengine.physics.importing import gazebo_profiles, gazebo_topics
 from graphengine.physics.importing.draft import Claim, Draft, Remark, RobotData, says
 from graphengine.physics.importing.gazebo_figures import Figures
 from graphengine.physics.importing.gazebo_values import Notes, Subject, UnusableError, Values
-from graphengine.physics.sensors.implementations import IMPLEMENTATIONS
 
 MAX_SENSORS = 200
 """Maximum number of sensors that are imported from one description."""

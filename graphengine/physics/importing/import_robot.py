@@ -28,6 +28,7 @@ from graphengine.physics.engine import REFUSALS, body_names, collides, compiled,
 from graphengine.physics.files.packages import Packages, package_of
 from graphengine.physics.files.references import Library
 from graphengine.physics.files.xml import Element, mujoco_says, write
+from graphengine.physics.geoms import extents
 from graphengine.physics.importing import (
     arm_base,
     arm_gains,
@@ -50,7 +51,6 @@ from graphengine.physics.importing.robot_source import WRAPPER
 from graphengine.physics.importing.trial import FLOOR_FRICTION
 from graphengine.physics.importing.writer import render
 from graphengine.physics.model.fleet_expansion import place
-from graphengine.physics.model.geoms import extents
 from graphengine.physics.model.mesh_units import check_mesh_units
 from graphengine.physics.model.robot import RobotInstance, load_robot
 from graphengine.physics.model.robot_model import robot_spec

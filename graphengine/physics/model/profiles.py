@@ -20,7 +20,7 @@ from graphengine.format.robot_spec import Share
 from graphengine.format.spec import UPRIGHT, Format, Orientation, Spec, Vector
 from graphengine.format.spec_reader import Loaded, read, validate
 from graphengine.physics.description.robot_file import RobotFile
-from graphengine.physics.sensors.implementations import IMPLEMENTATIONS, Offsets, Profile
+from graphengine.physics.implementations import IMPLEMENTATIONS, Offsets, Profile
 
 S = TypeVar("S", bound="DeviceSections")
 

@@ -10,6 +10,7 @@ import numpy as np
 from graphengine.devices.rotation import NOWHERE, Pose, relative
 from graphengine.format.diagnostics import Findings
 from graphengine.format.robot_spec import JointSpec, WheelColliderSpec
+from graphengine.physics.description.drives import Drive, servos
 from graphengine.physics.description.element_marks import mark
 from graphengine.physics.description.for_mujoco import for_mujoco
 from graphengine.physics.description.mjcf import parse
@@ -19,7 +20,6 @@ from graphengine.physics.engine import PICTURES, RAYS, RAYS_AND_PICTURES, mujoco
 from graphengine.physics.files.bounds import MAX_MEMORY, PAIR
 from graphengine.physics.files.references import Library
 from graphengine.physics.files.xml import Element
-from graphengine.physics.model.drives import Drive, servos
 from graphengine.physics.model.materials import against_floor, sentences
 from graphengine.physics.model.robot import RobotInstance
 

@@ -16,7 +16,6 @@ from graphengine.format.wording import listing
 from graphengine.physics.description.description_reader import SUFFIXES, is_text, read_bare
 from graphengine.physics.description.element_marks import called, marked
 from graphengine.physics.description.robot_file import read_robot
-from graphengine.physics.dynamics.moving_surfaces import add_surface_joints
 from graphengine.physics.engine import REFUSALS, all_bodies, compiled, mujoco
 from graphengine.physics.files.bounds import ELEMENT, HOW_MEMORY_COUNTS, MAX_MEMORY, PAIR, TOO_LARGE
 from graphengine.physics.files.references import Library
@@ -27,6 +26,7 @@ from graphengine.physics.model.materials import NO_FLOOR_FRICTION
 from graphengine.physics.model.robot import RobotInstance, load_robot
 from graphengine.physics.model.robot_model import robot_spec
 from graphengine.physics.model.sensor_bodies import add_sensors
+from graphengine.physics.model.surface_joints import add_surface_joints
 from graphengine.physics.model.world_model import tell_overridden
 
 _DEGREE_OF_FREEDOM = re.compile(r"\bDOF (\d+)")

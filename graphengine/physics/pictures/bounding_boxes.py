@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from graphengine.devices.camera import BOX_3D
 from graphengine.devices.rotation import Pose, multiply, rotate
 from graphengine.physics.engine import Floats, mujoco
-from graphengine.physics.model.geoms import extents
+from graphengine.physics.geoms import extents
 from graphengine.physics.pictures.frame_capture import SEEN
 
 _OPTICAL = (1.0, 0.0, 0.0, 0.0)

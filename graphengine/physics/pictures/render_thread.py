@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 
 from graphengine.devices.camera import Picture
 from graphengine.devices.rotation import Pose
+from graphengine.devices.stage import housing_of
 from graphengine.format.errors import RenderError
 from graphengine.format.stateful import Stateful
 from graphengine.physics.engine import body_names, mujoco
@@ -28,7 +29,6 @@ from graphengine.physics.pictures import opengl
 from graphengine.physics.pictures.bounding_boxes import BoundingBoxes
 from graphengine.physics.pictures.frame_capture import FrameCapture, Lens, Shot
 from graphengine.physics.pictures.rendering import Image, Renderer
-from graphengine.physics.sensors.own_colliders import housing_of
 
 if TYPE_CHECKING:
     from graphengine.physics.core import SimulationCore

@@ -10,10 +10,9 @@ from numpy.typing import NDArray
 from graphengine.devices.rotation import vector
 from graphengine.devices.visible import Bodies, ShapeKind, Surface, VisibleShape
 from graphengine.physics.engine import mujoco
-from graphengine.physics.model.geoms import height_field_triangles, mesh_faces, mesh_vertices
+from graphengine.physics.geoms import geom_colours, height_field_triangles, mesh_faces, mesh_vertices
 from graphengine.physics.pictures import textures
 from graphengine.physics.pictures.frame_capture import SEEN
-from graphengine.physics.sensors.rays import geom_colours
 
 _GEOM = mujoco.mjtGeom
 _KINDS: Mapping[int, ShapeKind] = {

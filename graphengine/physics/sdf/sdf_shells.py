@@ -11,7 +11,7 @@ import numpy as np
 
 from graphengine.devices.rotation import Vector3
 from graphengine.physics.engine import REFUSALS, Floats, compiled, mujoco
-from graphengine.physics.model.geoms import mesh_faces, mesh_vertices
+from graphengine.physics.geoms import mesh_faces, mesh_vertices
 
 MAX_PLATES = 2000
 """Maximum number of triangles of a mesh that can be converted to plates."""

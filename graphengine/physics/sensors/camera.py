@@ -26,9 +26,9 @@ from pydantic import Field, field_validator
 from graphengine.devices.camera import LARGEST_PICTURE, Camera, Picture, pinhole
 from graphengine.devices.stage import Prim
 from graphengine.format.spec import NotNegative, Pair
+from graphengine.physics.implementations import Deviation, Profile, Rate, implements
 from graphengine.physics.pictures.frame_capture import Lens
 from graphengine.physics.pictures.rendering import Image
-from graphengine.physics.sensors.implementations import Deviation, Profile, Rate, implements
 from graphengine.physics.sensors.sampling import Sampled
 
 if TYPE_CHECKING:

@@ -16,7 +16,7 @@ from graphengine.devices.stage import Prim
 from graphengine.format.spec import NotNegative, Positive
 from graphengine.physics.dynamics.motion_handles import CarriedPrim
 from graphengine.physics.engine import Floats, mujoco
-from graphengine.physics.sensors.implementations import Profile, check_less, implements
+from graphengine.physics.implementations import Profile, check_less, implements
 
 if TYPE_CHECKING:
     from graphengine.physics.core import SimulationCore

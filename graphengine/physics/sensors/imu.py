@@ -19,7 +19,7 @@ from graphengine.devices.imu import Imu, ImuSample
 from graphengine.devices.rotation import Quaternion, Vector3, unrotate
 from graphengine.devices.stage import Prim
 from graphengine.physics.dynamics.motion_handles import CarriedPrim
-from graphengine.physics.sensors.implementations import Deviation, Offsets, Profile, Rate, implements
+from graphengine.physics.implementations import Deviation, Offsets, Profile, Rate, implements
 from graphengine.physics.sensors.inertial_errors import (
     AccelerometerErrors,
     Drift,

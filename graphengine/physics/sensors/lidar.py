@@ -21,9 +21,10 @@ from graphengine.devices.lidar import Lidar, Scan, beam_directions
 from graphengine.devices.stage import Prim
 from graphengine.format.spec import NotNegative, Positive, Spec
 from graphengine.physics.engine import Floats
-from graphengine.physics.sensors.implementations import Deviation, Profile, Rate, check_less, implements
+from graphengine.physics.geoms import geom_colours
+from graphengine.physics.implementations import Deviation, Profile, Rate, check_less, implements
 from graphengine.physics.sensors.own_colliders import own_colliders
-from graphengine.physics.sensors.rays import Integers, geom_colours
+from graphengine.physics.sensors.rays import Integers
 from graphengine.physics.sensors.sampling import S, TickSampled
 
 if TYPE_CHECKING:

@@ -14,7 +14,7 @@ from pydantic import Field, model_validator
 from graphengine.devices.light_beam import BeamReading, LightBeam
 from graphengine.devices.stage import Prim
 from graphengine.format.spec import NotNegative, Positive, Vector
-from graphengine.physics.sensors.implementations import Profile, check_less, implements
+from graphengine.physics.implementations import Profile, check_less, implements
 from graphengine.physics.sensors.ray_bundle import RayBundle
 
 if TYPE_CHECKING:

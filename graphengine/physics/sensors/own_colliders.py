@@ -13,9 +13,9 @@ import itertools
 import numpy as np
 from numpy.typing import NDArray
 
-from graphengine.devices.stage import Prim
+from graphengine.devices.stage import Prim, housing_of
 from graphengine.physics.engine import Floats, Indices, mujoco
-from graphengine.physics.model.geoms import triangles_of
+from graphengine.physics.geoms import triangles_of
 
 FOREIGN, VISIBLE, PASSED = 0, 1, 2
 """Roles of geoms for the rays of a sensor: of something else, of the own robot, or one that the rays pass through."""
@@ -104,13 +104,6 @@ def own_colliders(
     names += [f"{robot.entity_name}/{link}" for link in prim.facts.get("ignores", ())] if robot is not None else []
     ids = [mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_BODY, name) for name in names]
     return OwnColliders(model, data, tree, body=body, passed=np.array(ids, np.intp), near=near)
-
-
-def housing_of(prim: Prim) -> str:
-    """Return the name of the visible body of a sensor with an appearance: the robot's name and the path below the robot."""
-    robot = next((above for above in prim.ancestors() if above.kind == "robot"), None)
-    above, name = (robot.path, robot.entity_name) if robot is not None else ("/", "")
-    return name + prim.path.removeprefix(above)
 
 
 def contains(model: mujoco.MjModel, data: mujoco.MjData, geom: int, point: Floats) -> bool:

@@ -22,7 +22,7 @@ from graphengine.devices.radar import Detections, Radar
 from graphengine.devices.stage import Prim
 from graphengine.format.spec import NotNegative
 from graphengine.physics.engine import Floats
-from graphengine.physics.sensors.implementations import Deviation, implements
+from graphengine.physics.implementations import Deviation, implements
 from graphengine.physics.sensors.lidar import LidarProfile, RaySensor, rounded
 from graphengine.physics.sensors.rays import Integers
 

@@ -17,7 +17,7 @@ from graphengine.devices.range import RangeReading, RangeSensor
 from graphengine.devices.stage import Prim
 from graphengine.format.spec import NotNegative, Positive
 from graphengine.physics.engine import Floats
-from graphengine.physics.sensors.implementations import Deviation, Profile, Rate, implements
+from graphengine.physics.implementations import Deviation, Profile, Rate, implements
 from graphengine.physics.sensors.lidar import RaySensor, check_distances
 
 if TYPE_CHECKING:

@@ -15,7 +15,7 @@ from graphengine.devices.raycast import RaycastReading, RaycastSensor
 from graphengine.devices.stage import Prim
 from graphengine.format.spec import NotNegative, Positive
 from graphengine.physics.engine import body_names
-from graphengine.physics.sensors.implementations import Offsets, Profile, check_less, implements
+from graphengine.physics.implementations import Offsets, Profile, check_less, implements
 from graphengine.physics.sensors.ray_bundle import RayBundle
 
 if TYPE_CHECKING:

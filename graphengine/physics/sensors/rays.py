@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from graphengine.format.distribution import install_command
 from graphengine.format.errors import UsageError
 from graphengine.physics.engine import RAYS, RAYS_AND_PICTURES, Floats, Indices, mujoco
+from graphengine.physics.geoms import geom_colours
 from graphengine.physics.sensors.own_colliders import OwnColliders
 
 Integers = NDArray[np.signedinteger]
@@ -99,10 +100,3 @@ def _obstacle(model: mujoco.MjModel) -> str:
 def visible_geoms(model: mujoco.MjModel) -> Indices:
     """Return the ids of the geoms that rays can hit."""
     return np.flatnonzero((GROUPS_SEEN[model.geom_group] > 0) & (geom_colours(model)[:, 3] > 0))
-
-
-def geom_colours(model: mujoco.MjModel) -> NDArray[np.float32]:
-    """Return red, green, blue and opacity (0 to 1) of each geom: those of its material, or its own without a material."""
-    of_materials = model.mat_rgba[model.geom_matid] if model.nmat else model.geom_rgba
-    colours: NDArray[np.float32] = np.where((model.geom_matid < 0)[:, None], model.geom_rgba, of_materials)
-    return colours

@@ -19,7 +19,7 @@ from graphengine.format.spec import NotNegative, Positive
 from graphengine.physics.dynamics.motion_handles import CarriedPrim
 from graphengine.physics.dynamics.welds import add_weld
 from graphengine.physics.engine import mujoco, wake
-from graphengine.physics.sensors.implementations import Offsets, Profile, check_less, implements
+from graphengine.physics.implementations import Offsets, Profile, check_less, implements
 from graphengine.physics.sensors.own_colliders import OwnColliders
 
 if TYPE_CHECKING:

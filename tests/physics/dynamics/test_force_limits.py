@@ -10,10 +10,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from graphengine.format.spec import RobotUse
+from graphengine.physics.description.drives import Drive, servos
 from graphengine.physics.dynamics.force_limits import ForceLimits
 from graphengine.physics.engine import mujoco
 from graphengine.physics.loaded_world import LoadedWorld
-from graphengine.physics.model.drives import Drive, servos
 from tests.physics.harness import Project
 
 STEP = 1 / 240

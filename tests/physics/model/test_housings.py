@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from graphengine.devices.stage import housing_of
 from graphengine.format.spec import RobotUse
 from graphengine.physics.loaded_world import LoadedWorld
 from graphengine.physics.sensors.contact import BodyContactSensor
 from graphengine.physics.sensors.lidar import RayLidar
-from graphengine.physics.sensors.own_colliders import housing_of
 from graphengine.physics.sensors.rays import RaysChoice
 from graphengine.physics.simulation import Simulation
 from tests.physics.harness import FLOOR, ROBOT, SCENE, Project, steps

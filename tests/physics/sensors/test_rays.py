@@ -399,7 +399,7 @@ def test_what_ours_cannot_meet_leaves_the_scene_to_mujocos(content: str, told: s
 
 @needs_numba
 def test_a_kernel_that_can_be_kept_nowhere_still_runs() -> None:
-    from graphengine.physics.sensors.fast.compiled import kernel
+    from graphengine.physics.kernels.compiled import kernel
 
     made: dict[str, Any] = {}
     exec("def twice(x):\n    return 2 * x", made)  # a function without a source file

@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from graphengine.physics.engine import Floats, Indices
-from graphengine.physics.sensors.fast.compiled import kernel, part
+from graphengine.physics.kernels.compiled import kernel, part
 from graphengine.physics.sensors.fast.table import (
     BOX,
     CAPSULE,

@@ -14,7 +14,7 @@ import math
 import numpy as np
 
 from graphengine.physics.engine import Floats, Indices
-from graphengine.physics.sensors.fast.compiled import kernel, part
+from graphengine.physics.kernels.compiled import kernel, part
 from graphengine.physics.sensors.fast.table import Records
 
 LEAF = 4

@@ -13,7 +13,7 @@ import numpy as np
 
 from graphengine.format.process_limits import has_address_space
 from graphengine.physics.engine import Floats, Indices, mujoco
-from graphengine.physics.sensors.fast.compiled import announced, kept_in
+from graphengine.physics.kernels.compiled import announced, kept_in
 from graphengine.physics.sensors.fast.kernel import cast
 from graphengine.physics.sensors.fast.mesh_tree import new_stack
 from graphengine.physics.sensors.fast.table import GEOM, MESH, PLANE, enclose, follow

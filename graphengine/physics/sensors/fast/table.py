@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from graphengine.physics.engine import Floats, Indices
-from graphengine.physics.sensors.fast.compiled import kernel
+from graphengine.physics.kernels.compiled import kernel
 
 Records = NDArray[Any]
 

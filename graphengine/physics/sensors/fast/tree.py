@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from graphengine.physics.engine import Floats, Indices
-from graphengine.physics.sensors.fast.compiled import kernel, part
+from graphengine.physics.kernels.compiled import kernel, part
 
 Tree = NDArray[Any]
 """Array of `NODE` records in depth-first order; the first is the root."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from graphengine.physics.engine import Floats, Indices, mujoco
-from graphengine.physics.model.geoms import triangles_of
+from graphengine.physics.geoms import triangles_of
 from graphengine.physics.sensors.fast.mesh_tree import MESH_NODE, build_mesh_tree
 from graphengine.physics.sensors.fast.table import HFIELD, MARGIN, MESH, Records
 

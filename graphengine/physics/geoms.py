@@ -1,15 +1,23 @@
-"""Reads shapes from a compiled model: meshes, height fields, and the extents of geoms along the axes of a frame."""
+"""Reads shapes from a compiled model: colours, meshes, height fields, and the extents of geoms along the axes of a frame."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
 
 import numpy as np
+from numpy.typing import NDArray
 
 from graphengine.physics.engine import Floats, Indices, mujoco
 
 _GEOM = mujoco.mjtGeom
 _ORIGIN, _AXES = np.zeros(3), np.eye(3)
+
+
+def geom_colours(model: mujoco.MjModel) -> NDArray[np.float32]:
+    """Return red, green, blue and opacity (0 to 1) of each geom: those of its material, or its own without a material."""
+    of_materials = model.mat_rgba[model.geom_matid] if model.nmat else model.geom_rgba
+    colours: NDArray[np.float32] = np.where((model.geom_matid < 0)[:, None], model.geom_rgba, of_materials)
+    return colours
 
 
 def mesh_vertices(model: mujoco.MjModel, mesh: int) -> Floats:

@@ -1,6 +1,6 @@
 """The registry of classes that implement devices, such as sensors, in a simulation.
 
-Each class is defined in a module of this package, together with the profile that contains its parameters.
+Each class is defined in a module of `graphengine.physics.sensors`, together with the profile that contains its parameters.
 """
 
 from __future__ import annotations
