@@ -132,8 +132,8 @@ def _numba() -> Diagnosis:
         import numba
 
         from graphengine.physics.kernels.compiled import kept_in
-        from graphengine.physics.sensors.fast.kernel import cast
-        from graphengine.physics.sensors.fast.rays import trouble
+        from graphengine.physics.ray_casting.fast.kernel import cast
+        from graphengine.physics.ray_casting.fast.rays import trouble
     except Exception as error:  # one of its libraries does not fit
         return Diagnosis("problem", f"{type(error).__name__}: {error}", meaning, (install_command("fast"),))
     if reason := trouble():

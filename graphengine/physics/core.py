@@ -40,7 +40,7 @@ from graphengine.physics.engine import (
     sort_geoms,
     wake,
 )
-from graphengine.physics.sensors.rays import Rays, RaysChoice, select_rays
+from graphengine.physics.ray_casting.rays import Rays, RaysChoice, select_rays
 
 _STATE = mujoco.mjtState.mjSTATE_INTEGRATION  # what it takes to go on bit by bit
 

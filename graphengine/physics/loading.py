@@ -27,7 +27,7 @@ from graphengine.physics.model.robot_prims import add_robot
 from graphengine.physics.model.scenery import Scenery
 from graphengine.physics.model.world_model import world_spec
 from graphengine.physics.model.world_prims import add_world
-from graphengine.physics.sensors.rays import RaysChoice
+from graphengine.physics.ray_casting.rays import RaysChoice
 from graphengine.physics.simulation import Simulation
 
 _FREE_PATH = "choose a path with no prim at or below it, and with only scopes above it"

@@ -25,7 +25,7 @@ from graphengine.physics.engine import Floats, wake
 from graphengine.physics.implementations import IMPLEMENTATIONS
 from graphengine.physics.pictures.render_thread import RenderThread
 from graphengine.physics.pictures.visible_bodies import visible_bodies
-from graphengine.physics.sensors.rays import compile_kernels
+from graphengine.physics.ray_casting.rays import compile_kernels
 
 D = TypeVar("D")
 

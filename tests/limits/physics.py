@@ -18,7 +18,7 @@ from graphengine.physics.engine import mujoco
 from graphengine.physics.occupancy import occupancy_map
 from graphengine.physics.occupancy.grid import Grid
 from graphengine.physics.occupancy.occupancy_map import OCCUPIED, MapRequest
-from graphengine.physics.sensors.fast import rays
+from graphengine.physics.ray_casting.fast import rays
 from graphengine.physics.sensors.lidar import BeamsSpec
 from graphengine.physics.sensors.raycast import RaycastProfile
 from tests.limits.table import accepts, limit
@@ -107,7 +107,7 @@ def _(places: int) -> bool:
     return accepts(lambda: judged(room(1.0 + 0.5 * (places - 1), 1.0)), UsageError)
 
 
-@limit("physics.sensors.fast.rays.MAX_TRIANGLES", at=10)
+@limit("physics.ray_casting.fast.rays.MAX_TRIANGLES", at=10)
 def _(triangles: int) -> bool:
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(rays, "count_triangles", lambda model, visible: triangles)

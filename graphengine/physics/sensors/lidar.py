@@ -23,8 +23,8 @@ from graphengine.format.spec import NotNegative, Positive, Spec
 from graphengine.physics.engine import Floats
 from graphengine.physics.geoms import geom_colours
 from graphengine.physics.implementations import Deviation, Profile, Rate, check_less, implements
-from graphengine.physics.sensors.own_colliders import own_colliders
-from graphengine.physics.sensors.rays import Integers
+from graphengine.physics.ray_casting.own_colliders import own_colliders
+from graphengine.physics.ray_casting.rays import Integers
 from graphengine.physics.sensors.sampling import S, TickSampled
 
 if TYPE_CHECKING:

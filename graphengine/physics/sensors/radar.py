@@ -23,8 +23,8 @@ from graphengine.devices.stage import Prim
 from graphengine.format.spec import NotNegative
 from graphengine.physics.engine import Floats
 from graphengine.physics.implementations import Deviation, implements
+from graphengine.physics.ray_casting.rays import Integers
 from graphengine.physics.sensors.lidar import LidarProfile, RaySensor, rounded
-from graphengine.physics.sensors.rays import Integers
 
 if TYPE_CHECKING:
     from graphengine.physics.core import SimulationCore

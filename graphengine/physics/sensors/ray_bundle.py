@@ -13,8 +13,8 @@ import numpy as np
 from graphengine.devices.stage import Prim
 from graphengine.physics.dynamics.motion_handles import CarriedPrim
 from graphengine.physics.engine import Bools, Floats, Indices, mujoco
-from graphengine.physics.sensors.own_colliders import own_colliders
-from graphengine.physics.sensors.rays import Caster
+from graphengine.physics.ray_casting.own_colliders import own_colliders
+from graphengine.physics.ray_casting.rays import Caster
 
 if TYPE_CHECKING:
     from graphengine.physics.core import SimulationCore

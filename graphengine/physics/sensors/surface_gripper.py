@@ -20,7 +20,7 @@ from graphengine.physics.dynamics.motion_handles import CarriedPrim
 from graphengine.physics.dynamics.welds import add_weld
 from graphengine.physics.engine import mujoco, wake
 from graphengine.physics.implementations import Offsets, Profile, check_less, implements
-from graphengine.physics.sensors.own_colliders import OwnColliders
+from graphengine.physics.ray_casting.own_colliders import OwnColliders
 
 if TYPE_CHECKING:
     from graphengine.physics.core import SimulationCore

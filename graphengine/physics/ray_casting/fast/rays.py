@@ -14,13 +14,13 @@ import numpy as np
 from graphengine.format.process_limits import has_address_space
 from graphengine.physics.engine import Floats, Indices, mujoco
 from graphengine.physics.kernels.compiled import announced, kept_in
-from graphengine.physics.sensors.fast.kernel import cast
-from graphengine.physics.sensors.fast.mesh_tree import new_stack
-from graphengine.physics.sensors.fast.table import GEOM, MESH, PLANE, enclose, follow
-from graphengine.physics.sensors.fast.tree import NODE, Tree, build
-from graphengine.physics.sensors.fast.triangles import count_triangles, triangle_trees
-from graphengine.physics.sensors.own_colliders import OwnColliders
-from graphengine.physics.sensors.rays import Integers, visible_geoms
+from graphengine.physics.ray_casting.fast.kernel import cast
+from graphengine.physics.ray_casting.fast.mesh_tree import new_stack
+from graphengine.physics.ray_casting.fast.table import GEOM, MESH, PLANE, enclose, follow
+from graphengine.physics.ray_casting.fast.tree import NODE, Tree, build
+from graphengine.physics.ray_casting.fast.triangles import count_triangles, triangle_trees
+from graphengine.physics.ray_casting.own_colliders import OwnColliders
+from graphengine.physics.ray_casting.rays import Integers, visible_geoms
 
 ENDLESS = 1e9
 """Half the side length of the bounding box of an infinite plane, m."""

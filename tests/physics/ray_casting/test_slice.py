@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from graphengine.format.files import shipped
-from graphengine.physics.sensors.plane_culling import PlaneSlice
+from graphengine.physics.ray_casting.plane_culling import PlaneSlice
 
 BEAMS = 720
 FAR = 64.0

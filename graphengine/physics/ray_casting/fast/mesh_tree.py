@@ -15,7 +15,7 @@ import numpy as np
 
 from graphengine.physics.engine import Floats, Indices
 from graphengine.physics.kernels.compiled import kernel, part
-from graphengine.physics.sensors.fast.table import Records
+from graphengine.physics.ray_casting.fast.table import Records
 
 LEAF = 4
 """Maximum number of triangles in a leaf."""

@@ -9,8 +9,8 @@ import pytest
 from numpy.typing import NDArray
 
 from graphengine.physics.engine import OWN, mujoco
-from graphengine.physics.sensors.own_colliders import OwnColliders
-from graphengine.physics.sensors.rays import GROUPS_SEEN
+from graphengine.physics.ray_casting.own_colliders import OwnColliders
+from graphengine.physics.ray_casting.rays import GROUPS_SEEN
 
 Floats = NDArray[np.float64]
 

@@ -14,10 +14,10 @@ from graphengine.devices.range import RangeSensor
 from graphengine.devices.raycast import RaycastSensor
 from graphengine.physics.engine import mujoco, sort_geoms
 from graphengine.physics.loaded_world import LoadedWorld
-from graphengine.physics.sensors.own_colliders import PASSED, VISIBLE, OwnColliders, contains
-from graphengine.physics.sensors.rays import RaysChoice, select_rays
+from graphengine.physics.ray_casting.own_colliders import PASSED, VISIBLE, OwnColliders, contains
+from graphengine.physics.ray_casting.rays import RaysChoice, select_rays
 from tests.physics.harness import Project
-from tests.physics.sensors.casters import either_rays, needs_numba, sphere
+from tests.physics.ray_casting.casters import either_rays, needs_numba, sphere
 
 BASE = '<collision><origin xyz="0 0 0.1"/><geometry><box size="0.6 0.4 0.2"/></geometry></collision>'
 MAST = '<collision><origin xyz="0 0 0.3"/><geometry><cylinder radius="0.02" length="0.6"/></geometry></collision>'

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from graphengine.physics.engine import Floats, Indices
 from graphengine.physics.kernels.compiled import kernel, part
-from graphengine.physics.sensors.fast.table import (
+from graphengine.physics.ray_casting.fast.table import (
     BOX,
     CAPSULE,
     CYLINDER,
@@ -32,8 +32,8 @@ from graphengine.physics.sensors.fast.table import (
     SPHERE,
     Records,
 )
-from graphengine.physics.sensors.fast.tree import Tree
-from graphengine.physics.sensors.own_colliders import PASSED, VISIBLE
+from graphengine.physics.ray_casting.fast.tree import Tree
+from graphengine.physics.ray_casting.own_colliders import PASSED, VISIBLE
 
 Spread = tuple[float, float, float, float, float, float]
 """Inverse bounds of the directions of several rays: 1 / the greatest x, y and z, then 1 / the least x, y and z."""

@@ -12,9 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from graphengine.physics.engine import OWN, Floats, Indices, mujoco
-from graphengine.physics.sensors.own_colliders import PASSED, VISIBLE, OwnColliders
-from graphengine.physics.sensors.plane_culling import PlaneSlice
-from graphengine.physics.sensors.rays import GROUPS_SEEN, Integers, visible_geoms
+from graphengine.physics.ray_casting.own_colliders import PASSED, VISIBLE, OwnColliders
+from graphengine.physics.ray_casting.plane_culling import PlaneSlice
+from graphengine.physics.ray_casting.rays import GROUPS_SEEN, Integers, visible_geoms
 
 
 class MultiRays:

@@ -17,12 +17,12 @@ from graphengine.format.errors import UsageError
 from graphengine.format.spec import RobotUse
 from graphengine.physics.engine import mujoco, sort_geoms
 from graphengine.physics.loaded_world import LoadedWorld
-from graphengine.physics.sensors.own_colliders import OwnColliders
-from graphengine.physics.sensors.rays import Caster, RaysChoice, select_rays
+from graphengine.physics.ray_casting.own_colliders import OwnColliders
+from graphengine.physics.ray_casting.rays import Caster, RaysChoice, select_rays
 from graphengine.physics.simulation import Simulation
 from tests.physics.conftest import Ship
 from tests.physics.harness import SHIPPED, steps
-from tests.physics.sensors.casters import either_rays, fan, needs_numba, one_by_one, sphere, turned
+from tests.physics.ray_casting.casters import either_rays, fan, needs_numba, one_by_one, sphere, turned
 
 FAR = 64.0
 SCENES = sorted(str(path.relative_to(SHIPPED)) for path in SHIPPED.glob("**/*.yaml") if "\nrobots:" in path.read_text())
@@ -304,7 +304,7 @@ def test_ours_are_used_where_numba_is_and_mujocos_on_request(ship: Ship) -> None
 
 
 def test_without_numba_mujocos_are_used_and_ours_on_request_are_an_error(monkeypatch: pytest.MonkeyPatch) -> None:
-    for name in [name for name in sys.modules if name.startswith("graphengine.physics.sensors.fast")]:
+    for name in [name for name in sys.modules if name.startswith("graphengine.physics.ray_casting.fast")]:
         monkeypatch.delitem(sys.modules, name)
     monkeypatch.setitem(sys.modules, "numba", None)
     world = world_of("<mujoco/>")
@@ -317,7 +317,7 @@ def test_without_numba_mujocos_are_used_and_ours_on_request_are_an_error(monkeyp
 def fast() -> Iterator[Any]:
     """The module of ours, which does not know yet whether numba works in this process."""
     pytest.importorskip("numba")
-    from graphengine.physics.sensors.fast import rays
+    from graphengine.physics.ray_casting.fast import rays
 
     rays.trouble.cache_clear()
     yield rays
@@ -370,7 +370,7 @@ def test_that_compiling_takes_its_time_is_told(
 
 @needs_numba
 def test_once_rays_are_chosen_nothing_is_left_to_compile() -> None:
-    from graphengine.physics.sensors.fast import kernel, table, tree
+    from graphengine.physics.ray_casting.fast import kernel, table, tree
 
     seeing = caster(jumble(np.random.default_rng(1)), "fast", fan(10))
     kernels: list[Any] = [kernel.cast, table.follow, table.enclose, tree.build]

@@ -6,8 +6,8 @@ import numpy as np
 
 from graphengine.physics.engine import Floats, Indices, mujoco
 from graphengine.physics.geoms import triangles_of
-from graphengine.physics.sensors.fast.mesh_tree import MESH_NODE, build_mesh_tree
-from graphengine.physics.sensors.fast.table import HFIELD, MARGIN, MESH, Records
+from graphengine.physics.ray_casting.fast.mesh_tree import MESH_NODE, build_mesh_tree
+from graphengine.physics.ray_casting.fast.table import HFIELD, MARGIN, MESH, Records
 
 
 def count_triangles(model: mujoco.MjModel, geoms: Indices) -> int:

@@ -17,7 +17,7 @@ from graphengine.format.distribution import install_command
 from graphengine.format.errors import UsageError
 from graphengine.physics.engine import RAYS, RAYS_AND_PICTURES, Floats, Indices, mujoco
 from graphengine.physics.geoms import geom_colours
-from graphengine.physics.sensors.own_colliders import OwnColliders
+from graphengine.physics.ray_casting.own_colliders import OwnColliders
 
 Integers = NDArray[np.signedinteger]
 RaysChoice = Literal["auto", "mujoco", "fast"]
@@ -67,10 +67,10 @@ def select_rays(choice: RaysChoice, model: mujoco.MjModel, data: mujoco.MjData) 
     if obstacle and choice == "fast":
         raise UsageError(obstacle)
     if obstacle or choice == "mujoco":
-        from graphengine.physics.sensors.multiray import MultiRays
+        from graphengine.physics.ray_casting.multiray import MultiRays
 
         return MultiRays(model, data)
-    from graphengine.physics.sensors.fast.rays import FastRays
+    from graphengine.physics.ray_casting.fast.rays import FastRays
 
     return FastRays(model, data)
 
@@ -79,7 +79,7 @@ def compile_kernels(choice: RaysChoice) -> None:
     """Compile the kernels of the fast method if it can be selected; the first time, this takes up to a minute."""
     if choice != "mujoco":
         with contextlib.suppress(Exception):  # of numba; `select_rays` reports it
-            from graphengine.physics.sensors.fast.rays import trouble
+            from graphengine.physics.ray_casting.fast.rays import trouble
 
             trouble()
 
@@ -87,7 +87,7 @@ def compile_kernels(choice: RaysChoice) -> None:
 def _obstacle(model: mujoco.MjModel) -> str:
     """Return the reason why the fast method cannot be used with a model, with a remedy; empty if it can be used."""
     try:
-        from graphengine.physics.sensors.fast.rays import trouble, why_not  # numba takes 0.4 s to import
+        from graphengine.physics.ray_casting.fast.rays import trouble, why_not  # numba takes 0.4 s to import
     except Exception as error:  # numba is not there, or one of its libraries does not fit
         return f"rays 'fast' need numba: {error}\n  {install_command('fast')}"
     if why := trouble():
