@@ -1,7 +1,7 @@
 """Imports MuJoCo for the rest of this package, turns off its log file, and reports an unusable installation.
 
 By default, MuJoCo prints each warning and appends it to ./MUJOCO_LOG.TXT. MuJoCo also counts warnings in MjData, where
-`core.SimulationCore` reads the counts.
+`SimulationCore` reads the counts.
 """
 
 from __future__ import annotations

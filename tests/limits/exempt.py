@@ -134,8 +134,8 @@ BOUNDS_NO_INPUT = {
     ),
     "what a picture or the page shows": (
         "api.recording_view.LONGEST_SEEK",
-        "physics.pictures.views.FARTHEST",
-        "physics.pictures.views.LARGEST",
+        "physics.views.views.FARTHEST",
+        "physics.views.views.LARGEST",
         "view.scene.body_dragging.FARTHEST",
         "view.scene.contact_arrows.LONGEST",
         "view.scene.frame_axes.MOST_NAMES",

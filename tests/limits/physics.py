@@ -52,14 +52,14 @@ def _(speed: float) -> bool:
     return slowest <= -speed and speed <= fastest
 
 
-@limit("physics.dynamics.conveyors.FASTEST")
+@limit("physics.handles.conveyors.FASTEST")
 def _(speed: float, folder: Path) -> bool:
     simulation = Project(folder).world('<body name="belt"><geom size="1 1 1" type="box"/></body>').load().simulation
     belt = simulation.conveyor(simulation.stage.find("/World/belt"))
     return accepts(lambda: belt.move((speed, 0.0, 0.0), (0.0, -speed, 0.0)), PhysicsError)
 
 
-@limit("physics.dynamics.mujoco_entities.MOST")
+@limit("physics.handles.mujoco_entities.MOST")
 def _(metres: float, folder: Path) -> bool:
     entities = Project(folder).load().simulation.entities
     return accepts(lambda: entities.place("bot", Move(position=(metres, 0.0, 0.0))), UsageError)

@@ -31,7 +31,7 @@ from graphengine.physics.pictures.frame_capture import FrameCapture, Lens, Shot
 from graphengine.physics.pictures.rendering import Image, Renderer
 
 if TYPE_CHECKING:
-    from graphengine.physics.core import SimulationCore
+    from graphengine.physics.core.simulation_core import SimulationCore
 
 NICENESS = 10
 """Niceness of the render thread, so that the thread that steps the simulation has priority."""

@@ -28,7 +28,7 @@ from graphengine.physics.ray_casting.rays import Integers
 from graphengine.physics.sensors.sampling import S, TickSampled
 
 if TYPE_CHECKING:
-    from graphengine.physics.core import SimulationCore
+    from graphengine.physics.core.simulation_core import SimulationCore
 
 _LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
 MAX_BEAMS = 500_000

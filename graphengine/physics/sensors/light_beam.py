@@ -18,7 +18,7 @@ from graphengine.physics.implementations import Profile, check_less, implements
 from graphengine.physics.sensors.ray_bundle import RayBundle
 
 if TYPE_CHECKING:
-    from graphengine.physics.core import SimulationCore
+    from graphengine.physics.core.simulation_core import SimulationCore
 
 
 class LightBeamProfile(Profile):

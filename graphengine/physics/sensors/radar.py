@@ -27,7 +27,7 @@ from graphengine.physics.ray_casting.rays import Integers
 from graphengine.physics.sensors.lidar import LidarProfile, RaySensor, rounded
 
 if TYPE_CHECKING:
-    from graphengine.physics.core import SimulationCore
+    from graphengine.physics.core.simulation_core import SimulationCore
 
 _NEAREST = 1e-3
 """Distance below which the received power no longer grows, m."""

@@ -21,7 +21,7 @@ from graphengine.physics.implementations import Deviation, Profile, Rate, implem
 from graphengine.physics.sensors.lidar import RaySensor, check_distances
 
 if TYPE_CHECKING:
-    from graphengine.physics.core import SimulationCore
+    from graphengine.physics.core.simulation_core import SimulationCore
 
 
 class RangeProfile(Profile):

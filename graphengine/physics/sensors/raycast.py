@@ -19,7 +19,7 @@ from graphengine.physics.implementations import Offsets, Profile, check_less, im
 from graphengine.physics.sensors.ray_bundle import RayBundle
 
 if TYPE_CHECKING:
-    from graphengine.physics.core import SimulationCore
+    from graphengine.physics.core.simulation_core import SimulationCore
 
 MAX_RAYS = 10_000
 """Maximum number of rays of a raycast sensor."""

@@ -17,8 +17,8 @@ from graphengine.physics.description import mjcf_trial
 from graphengine.physics.description.mjcf_preparation import prepare
 from graphengine.physics.description.mjcf_trial import reason_against
 from graphengine.physics.description.urdf import origin_of
-from graphengine.physics.dynamics.motion_handles import Joints
 from graphengine.physics.engine import mujoco
+from graphengine.physics.handles.motion_handles import Joints
 from graphengine.physics.simulation import Simulation
 from tests.physics.harness import Project, steps
 from tests.physics.mjcf_models import ARM, ARM_KEYS, ARM_URDF, KITCHEN_SINK, QUADRUPED

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from graphengine.devices.stage import Stage
-from graphengine.physics.dynamics.motion_handles import Joints
 from graphengine.physics.engine import mujoco
+from graphengine.physics.handles.motion_handles import Joints
 from graphengine.physics.simulation import Simulation
 from tests.physics.harness import steps
 

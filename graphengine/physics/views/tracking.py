@@ -10,7 +10,7 @@ import numpy as np
 from graphengine.devices.rotation import Pose
 from graphengine.devices.stage import Prim
 from graphengine.physics.engine import Floats
-from graphengine.physics.pictures import framing
+from graphengine.physics.views import framing
 
 if TYPE_CHECKING:
     from graphengine.physics.simulation import Simulation

@@ -13,14 +13,14 @@ import numpy as np
 from graphengine.devices.rotation import Pose
 from graphengine.devices.stage import Stage, at_or_below
 from graphengine.format.stateful import Stateful
+from graphengine.physics.core.handle_table import Handle, HandleTable
+from graphengine.physics.core.held_bodies import PlacedBody
 from graphengine.physics.description.drives import KINDS, Drive
 from graphengine.physics.dynamics.directed_friction import DirectedFriction
 from graphengine.physics.dynamics.drive_step import DriveStep
 from graphengine.physics.dynamics.force_limits import ForceLimits
 from graphengine.physics.dynamics.forces import Forces
 from graphengine.physics.dynamics.gravity_compensation import GravityCompensation
-from graphengine.physics.dynamics.handle_table import Handle, HandleTable
-from graphengine.physics.dynamics.held_bodies import PlacedBody
 from graphengine.physics.dynamics.keyframes import begin_in, hold
 from graphengine.physics.dynamics.model_overrides import Frictions, Lights
 from graphengine.physics.dynamics.mounts import Mounts
@@ -123,7 +123,8 @@ class SimulationCore(Stateful):
         self._rays_choice = rays
         self.sees_own_robots = sees_own_robots
         self._rays: Rays | None = None
-        self._handles = HandleTable(self)
+        self.handles = HandleTable(self)
+        """Handles by which nodes and sensors use prims; all are bound to the current model."""
         self._mounts = Mounts()
         self._frictions = Frictions(stage)
         self._lights = Lights(stage)
@@ -203,7 +204,7 @@ class SimulationCore(Stateful):
         self._warnings = data.warning.number[mujoco.mjtWarning.mjWARN_INERTIA + singular :]
         self._remember_start()
         self.pushes.bind(model, data)
-        self._handles.bind()
+        self.handles.bind()
         if self.held:
             self.refresh()
 
@@ -255,7 +256,7 @@ class SimulationCore(Stateful):
                 held.bind()
             self.welds = self.welds.bound_to(self.model, self.data)
             raise
-        for handle in self._handles.watching:
+        for handle in self.handles.watching:
             handle.see_displacement()
 
     def add_surfaces(self, bodies: Collection[str]) -> None:
@@ -282,7 +283,7 @@ class SimulationCore(Stateful):
         begin_step(self.model, self.data, self._directed)
         self.forces.forget()
         self.pushes.apply()
-        for handle in self._handles.watching:
+        for handle in self.handles.watching:
             handle.see_displacement()
 
     def _data_at_start(self, model: mujoco.MjModel) -> mujoco.MjData:
@@ -353,7 +354,7 @@ class SimulationCore(Stateful):
         self.steps += 1
         try:
             mujoco.mj_step2(self.model, self.data)
-            for handle in self._handles.watching:
+            for handle in self.handles.watching:
                 handle.see_forces()  # mj_step1 finds the contacts of the state after the step, whose forces nobody knows yet
             for body in self.held:
                 body.hold()
@@ -369,7 +370,7 @@ class SimulationCore(Stateful):
         self.forces.forget()
         if self.pushes:
             self.pushes.advance()
-        for handle in self._handles.watching:
+        for handle in self.handles.watching:
             handle.see_motion()
 
     def begin_tick(self, tick: int) -> None:
@@ -404,12 +405,12 @@ class SimulationCore(Stateful):
         begin_step(self.model, self.data, self._directed)
         self._start_commands()
         self.forces.forget()
-        self._handles.reset()
+        self.handles.reset()
 
     def reset_time(self) -> None:
         """Set the tick and step counts to zero and discard the sensors' samples; bodies and joints keep their state."""
         self.tick = self.steps = 0
-        self._handles.reset()
+        self.handles.reset()
         self.dropped_pictures.clear()
 
     def save(self) -> SavedState:
@@ -421,7 +422,7 @@ class SimulationCore(Stateful):
             self.model.opt.gravity.copy(),
             [part.save() for part in self._parts()],
             tuple(self.surfaces.velocities),
-            self._handles.save(),
+            self.handles.save(),
             [body.prim_path for body in self.held],
         )
 
@@ -450,8 +451,8 @@ class SimulationCore(Stateful):
             part.restore(state)
         self._frictions.carry_over(self.model)
         self._lights.carry_over(self.model)
-        self._handles.restore(saved.handles)
-        self.held = [self._handles.find(PlacedBody, self.stage.find(path)) for path in saved.held]
+        self.handles.restore(saved.handles)
+        self.held = [self.handles.find(PlacedBody, self.stage.find(path)) for path in saved.held]
         for body in self.held:
             body.bind()
         self.forces.forget()
@@ -461,7 +462,7 @@ class SimulationCore(Stateful):
 
     def close(self) -> None:
         """Release all handles."""
-        self._handles.clear()
+        self.handles.clear()
 
     @property
     def rays(self) -> Rays:
@@ -482,4 +483,4 @@ class SimulationCore(Stateful):
     def forget(self, prim_path: str) -> None:
         """Release the handles of a prim and of all prims below it."""
         self.held = [body for body in self.held if not at_or_below(body.prim_path, prim_path)]
-        self._handles.forget(prim_path)
+        self.handles.forget(prim_path)

@@ -11,10 +11,11 @@ import numpy as np
 
 from graphengine.devices.rotation import Pose, Quaternion, Vector3, pose_of, rotate
 from graphengine.physics.engine import Floats, mujoco
-from graphengine.physics.pictures import framing, opengl
+from graphengine.physics.pictures import opengl
 from graphengine.physics.pictures.frame_capture import SKY, Lens, Shot
 from graphengine.physics.pictures.rendering import SHADOW_MAP, Image, Renderer
-from graphengine.physics.pictures.tracking import RobotCamera
+from graphengine.physics.views import framing
+from graphengine.physics.views.tracking import RobotCamera
 
 if TYPE_CHECKING:
     from graphengine.physics.simulation import Simulation

@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from graphengine.physics.pictures import opengl, views
+from graphengine.physics.pictures import opengl
 from graphengine.physics.pictures.rendering import Renderer
 from graphengine.physics.simulation import Simulation
+from graphengine.physics.views import views
 from tests.physics.harness import CART, SCENE, Project
 from tests.physics.pictures.harness import needs_opengl, simulation_of
 

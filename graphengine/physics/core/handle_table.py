@@ -9,7 +9,7 @@ from graphengine.devices.stage import Prim, at_or_below
 from graphengine.format.stateful import Stateful
 
 if TYPE_CHECKING:
-    from graphengine.physics.core import SimulationCore
+    from graphengine.physics.core.simulation_core import SimulationCore
 
 
 class Handle(Stateful):

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from graphengine.devices.entity import Move
 from graphengine.devices.rotation import Quaternion, rotate
-from graphengine.physics.pictures import framing, tracking, views
 from graphengine.physics.simulation import Simulation
+from graphengine.physics.views import framing, tracking, views
 from tests import arm_robot
 from tests.physics.harness import SCENE, Project
 from tests.physics.pictures.harness import camera_of, needs_opengl, simulation_of

@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING
 from graphengine.devices.rotation import Vector3
 from graphengine.devices.stage import Prim
 from graphengine.format.errors import PhysicsError
-from graphengine.physics.dynamics.handle_table import Handle
+from graphengine.physics.core.handle_table import Handle
 from graphengine.physics.engine import wake
 
 if TYPE_CHECKING:
-    from graphengine.physics.core import SimulationCore
+    from graphengine.physics.core.simulation_core import SimulationCore
 
 FASTEST = 1000.0
 """Greatest magnitude of each component of a surface's velocity, m/s or rad/s."""

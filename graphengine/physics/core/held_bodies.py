@@ -17,11 +17,11 @@ from graphengine.devices import rotation
 from graphengine.devices.rotation import NOWHERE, Pose, Quaternion, Vector3, pose_of, vector
 from graphengine.devices.stage import Prim, Stage
 from graphengine.format.errors import PhysicsError
-from graphengine.physics.dynamics.handle_table import Handle
+from graphengine.physics.core.handle_table import Handle
 from graphengine.physics.engine import Floats, Indices, mujoco
 
 if TYPE_CHECKING:
-    from graphengine.physics.core import SimulationCore
+    from graphengine.physics.core.simulation_core import SimulationCore
 
 
 _FREE, _SLIDE = mujoco.mjtJoint.mjJNT_FREE.value, mujoco.mjtJoint.mjJNT_SLIDE.value

@@ -17,13 +17,13 @@ from graphengine.devices.rotation import NOWHERE, Quaternion, Vector3, multiply,
 from graphengine.devices.stage import Prim
 from graphengine.format.errors import BadValueError
 from graphengine.format.stateful import Shared
+from graphengine.physics.core.handle_table import Handle
 from graphengine.physics.description.drives import KINDS, Drive, Kind, Servo, servo_ids
 from graphengine.physics.dynamics.command_limits import add_limits, command_limits
-from graphengine.physics.dynamics.handle_table import Handle
 from graphengine.physics.engine import Floats, mujoco
 
 if TYPE_CHECKING:
-    from graphengine.physics.core import SimulationCore
+    from graphengine.physics.core.simulation_core import SimulationCore
 
 
 ROUNDING = 1e-6

@@ -10,7 +10,7 @@ import pytest
 
 from graphengine.devices.rotation import Vector3, unrotate
 from graphengine.format.errors import BadValueError, JointError, PhysicsError
-from graphengine.physics.dynamics.motion_handles import Joints
+from graphengine.physics.handles.motion_handles import Joints
 from graphengine.physics.loaded_world import LoadedWorld
 from graphengine.physics.simulation import Simulation
 from tests.physics.conftest import Ship

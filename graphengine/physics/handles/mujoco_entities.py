@@ -30,9 +30,10 @@ from graphengine.physics.dynamics.overlaps import LEAST, contacts_of, distances,
 from graphengine.physics.dynamics.solver_errors import find_contacts
 from graphengine.physics.engine import mujoco
 from graphengine.physics.geoms import extents
+from graphengine.physics.handles.motion_handles import CarriedPrim
 
 if TYPE_CHECKING:
-    from graphengine.physics.simulation import Simulation
+    from graphengine.physics.core.simulation_core import SimulationCore
 
 MOST = 1e6
 """Greatest magnitude of any number in a request, in SI units: 1000 km, or the weight of 100 t."""
@@ -48,7 +49,7 @@ class MujocoEntities:
         simulation: the simulation; its current model and state are read at each call.
     """
 
-    def __init__(self, simulation: Simulation) -> None:
+    def __init__(self, simulation: SimulationCore) -> None:
         self._simulation = simulation
         self._owners: tuple[mujoco.MjModel, dict[int, str]] | None = None
         """Cached result of `_find_owners`, and the model for which it is valid."""
@@ -104,7 +105,7 @@ class MujocoEntities:
     def state(self, name: str) -> EntityState:
         """Return pose, velocity and acceleration of an entity in the world frame."""
         simulation, prim = self._simulation, self._find(name)
-        handle = simulation.body(prim)
+        handle = simulation.handles.find(CarriedPrim, prim)
         acceleration = np.zeros(6)
         model, data = simulation.model, simulation.forces.now()
         mujoco.mj_objectAcceleration(model, data, mujoco.mjtObj.mjOBJ_XBODY, handle.body, acceleration, 0)
@@ -117,7 +118,7 @@ class MujocoEntities:
         model, data, prim = self._simulation.model, self._simulation.data, self._find(name)
         geoms = np.flatnonzero(np.isin(model.body_rootid[model.geom_bodyid], self.roots(prim)))
         if own:
-            body = self._simulation.body(prim).body
+            body = self._simulation.handles.find(CarriedPrim, prim).body
             found = extents(model, data, geoms, data.xpos[body], data.xmat[body].reshape(3, 3))
         else:
             found = extents(model, data, geoms)
@@ -144,7 +145,7 @@ class MujocoEntities:
         prim = self._find(name)
         _check(name, position=position)
         root, data = self._only_root(name, prim), self._simulation.data
-        now = self._simulation.body(prim).pose()
+        now = self._simulation.handles.find(CarriedPrim, prim).pose()
         mounted = relative(now, pose_of(data.xpos[root], data.xquat[root]))
         found: dict[str, float] = {}
         there = None
@@ -223,7 +224,7 @@ class MujocoEntities:
         """Place an entity; see `devices.backend.Entities`."""
         prim = self._find(name)
         linear, angular = move.linear or REST, move.angular or REST
-        now = self._simulation.body(prim).pose()
+        now = self._simulation.handles.find(CarriedPrim, prim).pose()
         _check(name, position=move.position, orientation=move.orientation, velocity=(*linear, *angular))
         turned = _unit(name, move.orientation) if move.orientation is not None else now[1]
         pose = move.position or now[0], turned
