@@ -14,14 +14,14 @@ import pytest
 from graphengine.format.diagnostics import Findings, Source, Span
 from graphengine.format.document import Value
 from graphengine.format.files import Files
-from graphengine.physics.description import absent_packages, dom, mjcf_trial, urdf_reader, xacro
+from graphengine.physics.description import absent_packages, default_drives, dom, mjcf_trial, urdf_reader, xacro
 from graphengine.physics.description.robot_file import read_robot
 from graphengine.physics.description.xacro_macros import robot_macros
 from graphengine.physics.files import bounds, conversion, meshes, references, xml
 from graphengine.physics.files.meshes import MeshError
 from graphengine.physics.files.packages import Packages
 from graphengine.physics.files.references import Library
-from graphengine.physics.importing import arm_gains, controllers_file, joint_drives
+from graphengine.physics.importing import arm_gains, controllers_file
 from graphengine.physics.sdf import sdf_files, sdf_values
 from graphengine.physics.sdf.sdf_geoms import GeomWriter
 from graphengine.physics.sdf.sdf_values import SdfError
@@ -293,9 +293,9 @@ def _(joints: int, folder: Path) -> bool:
     return "not simulated on a floor" not in str(draft.noticed)
 
 
-@limit("physics.importing.joint_drives._MOST", step=1e8)
+@limit("physics.description.default_drives._MOST", step=1e8)
 def _(gain: float) -> bool:
-    return joint_drives._gain(gain) == gain
+    return default_drives.gain(gain) == gain
 
 
 @limit("physics.importing.arm_gains._MOST", step=1e8)

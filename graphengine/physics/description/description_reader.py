@@ -10,17 +10,17 @@ from graphengine.format.files import Files
 from graphengine.format.robot_spec import RobotSpec
 from graphengine.format.spec_reader import Loaded, validate
 from graphengine.format.wording import allowing
-from graphengine.physics.description import xacro
+from graphengine.physics.description import mjcf_parts, xacro
+from graphengine.physics.description.default_drives import add_wheel_drives
+from graphengine.physics.description.draft import Draft
 from graphengine.physics.description.mjcf import read_mjcf
 from graphengine.physics.description.robot_file import RobotFile
 from graphengine.physics.description.urdf import Urdf
 from graphengine.physics.description.urdf_reader import read_urdf
+from graphengine.physics.description.writer import render
 from graphengine.physics.files.packages import Packages
 from graphengine.physics.files.references import Library
 from graphengine.physics.files.xml import Element, parse, read
-from graphengine.physics.importing import joint_drives, mjcf_parts
-from graphengine.physics.importing.draft import Draft
-from graphengine.physics.importing.writer import render
 from graphengine.physics.sdf.sdf_files import SUFFIXES as SDF_SUFFIXES
 from graphengine.physics.sdf.sdf_files import is_sdf
 from graphengine.physics.sdf.sdf_reader import read_sdf
@@ -143,7 +143,7 @@ def with_robot_file(urdf: Urdf | None, path: Path, findings: Findings) -> tuple[
         mjcf_parts.fill(draft)
     else:
         draft.fixed_base = any(each.first("static") is not None for each in urdf.element.all("gazebo"))
-        joint_drives.plain(draft)
+        add_wheel_drives(draft)
     file = robot_file(render(draft), path, findings)
     return (file, urdf) if file is not None else None
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from graphengine.format.wording import printable
+from graphengine.physics.description.draft import Draft, Remark
 from graphengine.physics.description.urdf import WORLD, Urdf
 from graphengine.physics.engine import mujoco
 from graphengine.physics.geoms import extents
-from graphengine.physics.importing.draft import Draft, Remark
 from graphengine.physics.importing.trial import trial_model, trial_spec
 
 CHAIN = 3

@@ -8,9 +8,9 @@ from typing import Any
 
 from graphengine.format.diagnostics import Span
 from graphengine.format.wording import printable
+from graphengine.physics.description.draft import Draft, Remark, no_joint, says
 from graphengine.physics.importing.arm_chains import arm_chains
 from graphengine.physics.importing.controllers_file import Controller
-from graphengine.physics.importing.draft import Draft, Remark, no_joint, says
 
 CONTROLLER = "joint_trajectory_controller"
 """Default name of the controller in the graph of an arm."""

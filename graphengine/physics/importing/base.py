@@ -13,9 +13,9 @@ from typing import Any, Literal
 from graphengine.devices.rotation import Vector3
 from graphengine.format.diagnostics import Span
 from graphengine.format.wording import printable
+from graphengine.physics.description.draft import Draft, no_joint
 from graphengine.physics.description.urdf import UrdfJoint
 from graphengine.physics.importing.base_wheels import BaseWheel
-from graphengine.physics.importing.draft import Draft, no_joint
 
 Kinematics = Literal["differential", "mecanum", "omni", "ackermann"]
 

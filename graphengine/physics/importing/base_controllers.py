@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 
 from graphengine.format.wording import printable
+from graphengine.physics.description.draft import Draft, Remark
 from graphengine.physics.importing.base import Base, flaw, given
 from graphengine.physics.importing.controllers_file import Controller
-from graphengine.physics.importing.draft import Draft, Remark
 
 _WHEELS = ("front_left", "front_right", "rear_left", "rear_right")
 

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Collection, Iterator, Sequence
 
 from graphengine.devices.rotation import Vector3, rotate
+from graphengine.physics.description.draft import Draft, Remark
 from graphengine.physics.description.urdf import Urdf
 from graphengine.physics.files.xml import Element, numbers
 from graphengine.physics.importing.base import Base
 from graphengine.physics.importing.base_wheels import ALIGNED, BaseWheel
-from graphengine.physics.importing.draft import Draft, Remark
 from graphengine.physics.importing.skid_steering import SMALL
 
 _HOLONOMIC = ("mecanum", "omni_wheel", "omniwheel", "omni-wheel")

@@ -6,9 +6,9 @@ from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass
 
 from graphengine.devices.rotation import Vector3
+from graphengine.physics.description.draft import Draft, WheelShape
+from graphengine.physics.description.rollers import NO_ROLLERS, Rollers
 from graphengine.physics.description.urdf import Urdf, UrdfJoint
-from graphengine.physics.importing.draft import Draft, WheelShape
-from graphengine.physics.importing.rollers import NO_ROLLERS, Rollers
 
 ALIGNED = 0.99
 """Minimum cosine of the angle between two axes that count as parallel."""

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from graphengine.format.diagnostics import Findings, Span
 from graphengine.format.document import Document, Value, load
 from graphengine.format.wording import printable
-from graphengine.physics.importing.draft import Draft, Remark
+from graphengine.physics.description.draft import Draft, Remark
 
 _PARAMETERS = "ros__parameters"
 _CONTROL_PLUGINS = ("ros2_control", "ROS2Control")

@@ -8,9 +8,9 @@ from typing import Any
 from graphengine.devices.rotation import rotate
 from graphengine.devices.stage import prim_name
 from graphengine.format.wording import printable
+from graphengine.physics.description.draft import Claim, Draft, Remark, RobotData, says
 from graphengine.physics.description.urdf import Urdf
 from graphengine.physics.files.xml import Element, numbers
-from graphengine.physics.importing.draft import Claim, Draft, Remark, RobotData, says
 from graphengine.physics.importing.gazebo_values import Notes, Subject, UnusableError, Values
 
 COLOURS = {

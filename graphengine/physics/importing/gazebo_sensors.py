@@ -15,11 +15,11 @@ from graphengine.devices.rotation import IDENTITY, NOWHERE, Pose, compose, from_
 from graphengine.devices.stage import prim_name
 from graphengine.format.kinds import DEVICES
 from graphengine.format.wording import printable
+from graphengine.physics.description.draft import Claim, Draft, Remark, RobotData, says
 from graphengine.physics.description.urdf import Urdf
 from graphengine.physics.files.xml import Element, numbers
 from graphengine.physics.implementations import IMPLEMENTATIONS
 from graphengine.physics.importing import gazebo_profiles, gazebo_topics
-from graphengine.physics.importing.draft import Claim, Draft, Remark, RobotData, says
 from graphengine.physics.importing.gazebo_figures import Figures
 from graphengine.physics.importing.gazebo_values import Notes, Subject, UnusableError, Values
 

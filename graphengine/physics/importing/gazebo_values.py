@@ -7,8 +7,8 @@ from typing import Literal
 
 from graphengine.format.diagnostics import Span
 from graphengine.format.wording import printable
+from graphengine.physics.description.draft import Claim, Draft, Remark
 from graphengine.physics.files.xml import Element, number
-from graphengine.physics.importing.draft import Claim, Draft, Remark
 
 TRUE = ("true", "1", "yes", "on")
 

@@ -8,11 +8,11 @@ from typing import Any
 
 from graphengine.format.diagnostics import Span
 from graphengine.format.wording import printable
+from graphengine.physics.description.draft import Draft, Remark, says
 from graphengine.physics.importing.arm_chains import gripper_joints
 from graphengine.physics.importing.arm_gains import DEVIATION
 from graphengine.physics.importing.arm_graph import flaw
 from graphengine.physics.importing.controllers_file import Controller
-from graphengine.physics.importing.draft import Draft, Remark, says
 
 _CONTROLLER = "gripper_controller"
 """Default name of the controller in the graph of a gripper."""

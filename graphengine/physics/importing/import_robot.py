@@ -16,11 +16,14 @@ from graphengine.format.diagnostics import Findings
 from graphengine.format.document import Document
 from graphengine.format.files import shipped
 from graphengine.format.spec import RobotUse
+from graphengine.physics.description import mjcf_parts
 from graphengine.physics.description.description_reader import robot_file
+from graphengine.physics.description.draft import Draft
 from graphengine.physics.description.element_marks import called, marked
 from graphengine.physics.description.mjcf import read_mjcf
 from graphengine.physics.description.urdf import Urdf
 from graphengine.physics.description.urdf_reader import read_urdf
+from graphengine.physics.description.writer import render
 from graphengine.physics.description.xacro import is_xacro
 from graphengine.physics.description.xacro_macros import literal
 from graphengine.physics.dynamics.keyframes import begin_in
@@ -38,18 +41,15 @@ from graphengine.physics.importing import (
     gazebo_sensors,
     joint_dynamics,
     left_behind,
-    mjcf_parts,
     resting,
     self_view,
     wheel_material,
     wheels,
 )
 from graphengine.physics.importing.bundle import bundle_graphs, bundle_meshes, bundle_model
-from graphengine.physics.importing.draft import Draft
 from graphengine.physics.importing.joint_commands import add_mimics
 from graphengine.physics.importing.robot_source import WRAPPER
 from graphengine.physics.importing.trial import FLOOR_FRICTION
-from graphengine.physics.importing.writer import render
 from graphengine.physics.model.fleet_expansion import place
 from graphengine.physics.model.mesh_units import check_mesh_units
 from graphengine.physics.model.robot import RobotInstance, load_robot

@@ -7,9 +7,9 @@ from dataclasses import dataclass, field
 
 from graphengine.format.diagnostics import Findings, Span
 from graphengine.format.wording import printable
+from graphengine.physics.description.draft import Draft, Remark, no_joint
 from graphengine.physics.files.xml import Element, number
 from graphengine.physics.importing.controllers_file import Controller
-from graphengine.physics.importing.draft import Draft, Remark, no_joint
 
 KINDS = ("position", "velocity", "effort")
 _SERVOS = ("TrajectoryController", "GripperActionController")

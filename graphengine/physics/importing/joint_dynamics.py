@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from graphengine.format.wording import printable
+from graphengine.physics.description.draft import Draft, Remark, says
 from graphengine.physics.description.urdf import UrdfJoint
 from graphengine.physics.files.xml import Element, number
-from graphengine.physics.importing.draft import Draft, Remark, says
 
 
 def fill(draft: Draft) -> None:

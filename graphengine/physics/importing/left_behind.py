@@ -6,8 +6,8 @@ from collections.abc import Sequence
 
 from graphengine.format.wording import printable
 from graphengine.format.yaml_text import scalar
+from graphengine.physics.description.draft import Draft, Remark
 from graphengine.physics.files.xml import Element, number
-from graphengine.physics.importing.draft import Draft, Remark
 
 
 def fill(draft: Draft) -> None:

@@ -13,10 +13,10 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from graphengine.devices.rotation import rotate
+from graphengine.physics.description.draft import Draft, Remark
 from graphengine.physics.description.urdf import Urdf
 from graphengine.physics.importing.base import Base, Grip
 from graphengine.physics.importing.base_wheels import BaseWheel
-from graphengine.physics.importing.draft import Draft, Remark
 
 NAME = "wheels"
 """Name of the material of skid-steered wheels in the robot file."""

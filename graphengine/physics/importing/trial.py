@@ -7,9 +7,9 @@ from pathlib import Path
 from graphengine.format.diagnostics import Findings
 from graphengine.format.spec import RobotUse
 from graphengine.physics.description.description_reader import robot_file
+from graphengine.physics.description.draft import Draft
+from graphengine.physics.description.writer import render
 from graphengine.physics.engine import REFUSALS, compiled, mujoco
-from graphengine.physics.importing.draft import Draft
-from graphengine.physics.importing.writer import render
 from graphengine.physics.model.fleet_expansion import place
 from graphengine.physics.model.robot import RobotInstance, load_robot
 from graphengine.physics.model.robot_model import robot_spec

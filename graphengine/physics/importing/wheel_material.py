@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from graphengine.format.wording import printable
-from graphengine.physics.importing.draft import Draft, Remark
+from graphengine.physics.description.draft import Draft, Remark
 
 NAME = "WheelMaterial"
 _FULL = 1.0

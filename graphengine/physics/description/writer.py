@@ -8,9 +8,9 @@ from typing import Any
 
 from graphengine.format.wording import printable
 from graphengine.format.yaml_text import flow, scalar
+from graphengine.physics.description.draft import Draft, Entry, Remark
 from graphengine.physics.description.urdf import WORLD, Urdf, UrdfJoint, UrdfLink, shape_of
 from graphengine.physics.files.xml import Element
-from graphengine.physics.importing.draft import Draft, Entry, Remark
 
 _WIDTH = 120
 _SECTIONS = ("links", "wheel_colliders", "materials", "frames", "sensors", "namespaces", "graphs")

@@ -11,12 +11,13 @@ from typing import Any
 
 from graphengine.devices.stage import prim_name
 from graphengine.format.wording import printable
+from graphengine.physics.description.draft import Claim, Draft, Remark, rounded, says
 from graphengine.physics.description.drives import Drive
 from graphengine.physics.description.mjcf_model import MjcfModel
 from graphengine.physics.engine import mujoco
-from graphengine.physics.importing.draft import Claim, Draft, Remark, rounded, says
-from graphengine.physics.importing.legs_graph import KEYFRAME
 
+KEYFRAME = "home"
+"""Name of the keyframe in which robots start, as in the models of MuJoCo Menagerie."""
 _SENSOR = mujoco.mjtSensor
 _STATES = {
     _SENSOR.mjSENS_JOINTPOS,

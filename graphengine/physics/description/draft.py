@@ -12,10 +12,10 @@ from graphengine.devices.stage import prim_name
 from graphengine.format.diagnostics import Span
 from graphengine.format.document import Document
 from graphengine.format.wording import did_you_mean, printable
+from graphengine.physics.description.rollers import NO_ROLLERS, Rollers
 from graphengine.physics.description.urdf import Urdf
 from graphengine.physics.files.references import Library
 from graphengine.physics.files.xml import Element
-from graphengine.physics.importing.rollers import NO_ROLLERS, Rollers
 
 
 def rounded(number: float, digits: int = 7) -> float:
