@@ -98,7 +98,7 @@ def _diagnose(check: Callable[[], Diagnosis]) -> Diagnosis:
 def _versions() -> Diagnosis:
     import numpy as np
 
-    from graphengine.physics.engine import mujoco
+    from graphengine.descriptions.engine import mujoco
 
     system = f"Python {platform.python_version()} on {platform.system()} {platform.machine()}"
     return Diagnosis("ok", f"{NAME} {__version__}, {system}, MuJoCo {mujoco.__version__}, numpy {np.__version__}")

@@ -205,8 +205,8 @@ def find_origin(arguments: argparse.Namespace, target: Path, findings: Findings)
 
 
 def _from_network(arguments: argparse.Namespace, target: Path, findings: Findings) -> Origin | None:
-    from graphengine.physics.files.packages import Packages
-    from graphengine.physics.files.xml import parse
+    from graphengine.descriptions.files.packages import Packages
+    from graphengine.descriptions.files.xml import parse
     from graphengine.physics.importing.import_robot import Origin
 
     text, told = _remote(arguments)
@@ -231,9 +231,9 @@ def _with_controllers(origin: Origin | None, arguments: argparse.Namespace, find
 
 
 def _from_file(arguments: argparse.Namespace, target: Path, findings: Findings) -> Origin | None:
-    from graphengine.physics.description import xacro
-    from graphengine.physics.files.packages import Packages
-    from graphengine.physics.files.xml import read
+    from graphengine.descriptions.files.packages import Packages
+    from graphengine.descriptions.files.xml import read
+    from graphengine.descriptions.xacro import xacro
     from graphengine.physics.importing.import_robot import Origin
     from graphengine.physics.importing.robot_source import Wishes, read_source
     from graphengine.physics.sdf.sdf_files import is_sdf
@@ -270,8 +270,8 @@ def _from_file(arguments: argparse.Namespace, target: Path, findings: Findings) 
 
 def _list_arguments(arguments: argparse.Namespace) -> int:
     """Print the arguments of a xacro file; return 0, or 1 if the file cannot be read."""
-    from graphengine.physics.files.packages import Packages
-    from graphengine.physics.files.xml import read
+    from graphengine.descriptions.files.packages import Packages
+    from graphengine.descriptions.files.xml import read
     from graphengine.physics.importing.robot_source import arguments_of
 
     if not arguments.file:

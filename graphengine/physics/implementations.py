@@ -10,11 +10,11 @@ from typing import Annotated, Any, ClassVar, NamedTuple, TypeVar
 
 from pydantic import Field
 
+from graphengine.descriptions.engine import mujoco
 from graphengine.devices.device import DEVICE_OF, device_of
 from graphengine.devices.stage import Prim
 from graphengine.format.kinds import Kinds
 from graphengine.format.spec import Spec
-from graphengine.physics.engine import mujoco
 
 D = TypeVar("D")
 

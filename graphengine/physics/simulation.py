@@ -8,6 +8,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 
+from graphengine.descriptions.engine import Floats, wake
 from graphengine.devices.backend import Friction, Light
 from graphengine.devices.contact_points import Contacts
 from graphengine.devices.device import device_of
@@ -17,7 +18,6 @@ from graphengine.devices.visible import Bodies
 from graphengine.format.errors import ContextError
 from graphengine.physics.core.held_bodies import PlacedBody, find_mover
 from graphengine.physics.dynamics.contact_forces import contact_points
-from graphengine.physics.engine import Floats, wake
 from graphengine.physics.handles.conveyors import Conveyor
 from graphengine.physics.handles.motion_handles import CarriedPrim, Joints
 from graphengine.physics.handles.mujoco_entities import MujocoEntities

@@ -10,11 +10,11 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
+from graphengine.descriptions.engine import mujoco
 from graphengine.devices.entity import Move, Overlap, warning
 from graphengine.format.errors import ContextError, PhysicsError, UsageError
 from graphengine.node.context import device_access
 from graphengine.physics.dynamics import command_limits
-from graphengine.physics.engine import mujoco
 from graphengine.physics.occupancy import occupancy_map
 from graphengine.physics.occupancy.grid import Grid
 from graphengine.physics.occupancy.occupancy_map import OCCUPIED, MapRequest

@@ -13,12 +13,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from graphengine.descriptions.engine import Floats, Indices, mujoco
 from graphengine.devices import rotation
 from graphengine.devices.rotation import NOWHERE, Pose, Quaternion, Vector3, pose_of, vector
 from graphengine.devices.stage import Prim, Stage
 from graphengine.format.errors import PhysicsError
 from graphengine.physics.core.handle_table import Handle
-from graphengine.physics.engine import Floats, Indices, mujoco
 
 if TYPE_CHECKING:
     from graphengine.physics.core.simulation_core import SimulationCore

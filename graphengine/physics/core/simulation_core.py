@@ -10,12 +10,21 @@ from typing import Any, Self
 
 import numpy as np
 
+from graphengine.descriptions.actuators.drives import KINDS, Drive
+from graphengine.descriptions.engine import (
+    Floats,
+    data_at_start,
+    model_bytes,
+    mujoco,
+    round_weights,
+    sort_geoms,
+    wake,
+)
 from graphengine.devices.rotation import Pose
 from graphengine.devices.stage import Stage, at_or_below
 from graphengine.format.stateful import Stateful
 from graphengine.physics.core.handle_table import Handle, HandleTable
 from graphengine.physics.core.held_bodies import PlacedBody
-from graphengine.physics.description.drives import KINDS, Drive
 from graphengine.physics.dynamics.directed_friction import DirectedFriction
 from graphengine.physics.dynamics.drive_step import DriveStep
 from graphengine.physics.dynamics.force_limits import ForceLimits
@@ -31,15 +40,6 @@ from graphengine.physics.dynamics.settling import settle as settle_bodies
 from graphengine.physics.dynamics.solver_errors import begin_step, diverged, gave_up, out_of_range
 from graphengine.physics.dynamics.transfer import Transfer
 from graphengine.physics.dynamics.welds import Welds
-from graphengine.physics.engine import (
-    Floats,
-    data_at_start,
-    model_bytes,
-    mujoco,
-    round_weights,
-    sort_geoms,
-    wake,
-)
 from graphengine.physics.ray_casting.rays import Rays, RaysChoice, select_rays
 
 _STATE = mujoco.mjtState.mjSTATE_INTEGRATION  # what it takes to go on bit by bit

@@ -4,23 +4,24 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from graphengine.descriptions.files.packages import Packages
+from graphengine.descriptions.files.references import Library
+from graphengine.descriptions.files.xml import Element, parse, read
+from graphengine.descriptions.mjcf.mjcf import read_mjcf
+from graphengine.descriptions.robot_files import mjcf_parts
+from graphengine.descriptions.robot_files.default_drives import add_wheel_drives
+from graphengine.descriptions.robot_files.draft import Draft
+from graphengine.descriptions.robot_files.robot_file import RobotFile
+from graphengine.descriptions.robot_files.writer import render
+from graphengine.descriptions.urdf.urdf import Urdf
+from graphengine.descriptions.urdf.urdf_reader import read_urdf
+from graphengine.descriptions.xacro import xacro
 from graphengine.format import document
 from graphengine.format.diagnostics import Findings
 from graphengine.format.files import Files
 from graphengine.format.robot_spec import RobotSpec
 from graphengine.format.spec_reader import Loaded, validate
 from graphengine.format.wording import allowing
-from graphengine.physics.description import mjcf_parts, xacro
-from graphengine.physics.description.default_drives import add_wheel_drives
-from graphengine.physics.description.draft import Draft
-from graphengine.physics.description.mjcf import read_mjcf
-from graphengine.physics.description.robot_file import RobotFile
-from graphengine.physics.description.urdf import Urdf
-from graphengine.physics.description.urdf_reader import read_urdf
-from graphengine.physics.description.writer import render
-from graphengine.physics.files.packages import Packages
-from graphengine.physics.files.references import Library
-from graphengine.physics.files.xml import Element, parse, read
 from graphengine.physics.sdf.sdf_files import SUFFIXES as SDF_SUFFIXES
 from graphengine.physics.sdf.sdf_files import is_sdf
 from graphengine.physics.sdf.sdf_reader import read_sdf

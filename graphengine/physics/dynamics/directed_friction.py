@@ -20,9 +20,9 @@ from typing import Any
 
 import numpy as np
 
+from graphengine.descriptions.engine import collides, mujoco
 from graphengine.devices.rotation import Vector3, rotate
 from graphengine.devices.stage import Stage
-from graphengine.physics.engine import collides, mujoco
 from graphengine.physics.kernels.optional_kernels import load_kernel
 
 _LEAST_FRICTION = 1e-5

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from graphengine.physics.engine import Bools, Floats
+from graphengine.descriptions.engine import Bools, Floats
 from graphengine.physics.kernels.compiled import kernel, part
 
 

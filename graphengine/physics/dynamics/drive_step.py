@@ -7,10 +7,10 @@ from collections.abc import Callable
 
 import numpy as np
 
+from graphengine.descriptions.engine import mujoco
 from graphengine.physics.dynamics.force_limits import ForceLimits
 from graphengine.physics.dynamics.gravity_compensation import GravityCompensation
 from graphengine.physics.dynamics.set_points import SetPoints
-from graphengine.physics.engine import mujoco
 from graphengine.physics.kernels.optional_kernels import load_kernel
 
 

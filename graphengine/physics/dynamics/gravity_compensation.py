@@ -11,8 +11,8 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from graphengine.physics.description.drives import Drive
-from graphengine.physics.engine import Floats, Indices, mujoco
+from graphengine.descriptions.actuators.drives import Drive
+from graphengine.descriptions.engine import Floats, Indices, mujoco
 from graphengine.physics.kernels.optional_kernels import record
 
 CARRYING = record("joint dof body bodies slides", "carried")

@@ -15,9 +15,9 @@ from typing import Self
 
 import numpy as np
 
+from graphengine.descriptions.engine import Floats, mujoco
 from graphengine.devices.rotation import Vector3
 from graphengine.format.stateful import Stateful
-from graphengine.physics.engine import Floats, mujoco
 from graphengine.physics.model.surface_joints import JOINTS, SUFFIX
 
 Velocity = tuple[Vector3, Vector3]

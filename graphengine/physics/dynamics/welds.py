@@ -13,9 +13,9 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
+from graphengine.descriptions.engine import Floats, mujoco
 from graphengine.devices.rotation import Vector3
 from graphengine.format.stateful import Stateful
-from graphengine.physics.engine import Floats, mujoco
 
 _TIGHT_SOLREF = (0.005, 1.0)
 """MuJoCo's `solref` of a weld: time constant (s) and damping ratio."""

@@ -5,11 +5,11 @@ from __future__ import annotations
 import itertools
 from typing import TYPE_CHECKING
 
+from graphengine.descriptions.engine import wake
 from graphengine.devices.rotation import Vector3
 from graphengine.devices.stage import Prim
 from graphengine.format.errors import PhysicsError
 from graphengine.physics.core.handle_table import Handle
-from graphengine.physics.engine import wake
 
 if TYPE_CHECKING:
     from graphengine.physics.core.simulation_core import SimulationCore

@@ -11,6 +11,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from graphengine.descriptions.actuators.drives import KINDS, Drive, Kind, Servo, servo_ids
+from graphengine.descriptions.engine import Floats, mujoco
 from graphengine.devices.backend import select_joints
 from graphengine.devices.motion import JointFacts
 from graphengine.devices.rotation import NOWHERE, Quaternion, Vector3, multiply, rotate
@@ -18,9 +20,7 @@ from graphengine.devices.stage import Prim
 from graphengine.format.errors import BadValueError
 from graphengine.format.stateful import Shared
 from graphengine.physics.core.handle_table import Handle
-from graphengine.physics.description.drives import KINDS, Drive, Kind, Servo, servo_ids
 from graphengine.physics.dynamics.command_limits import add_limits, command_limits
-from graphengine.physics.engine import Floats, mujoco
 
 if TYPE_CHECKING:
     from graphengine.physics.core.simulation_core import SimulationCore

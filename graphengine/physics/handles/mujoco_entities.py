@@ -11,6 +11,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from graphengine.descriptions.engine import mujoco
+from graphengine.descriptions.geoms import extents
 from graphengine.devices.entity import Box, Entity, EntityKind, EntityState, Move, Overlap, refuse
 from graphengine.devices.rotation import (
     Pose,
@@ -28,8 +30,6 @@ from graphengine.format.errors import PhysicsError, UnknownEntityError, UsageErr
 from graphengine.format.wording import did_you_mean, listing
 from graphengine.physics.dynamics.overlaps import LEAST, contacts_of, distances, overlaps, touching
 from graphengine.physics.dynamics.solver_errors import find_contacts
-from graphengine.physics.engine import mujoco
-from graphengine.physics.geoms import extents
 from graphengine.physics.handles.motion_handles import CarriedPrim
 
 if TYPE_CHECKING:

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
+from graphengine.descriptions.engine import mujoco
+from graphengine.descriptions.geoms import extents
+from graphengine.descriptions.robot_files.draft import Draft, Remark
+from graphengine.descriptions.urdf.urdf import WORLD, Urdf
 from graphengine.format.wording import printable
-from graphengine.physics.description.draft import Draft, Remark
-from graphengine.physics.description.urdf import WORLD, Urdf
-from graphengine.physics.engine import mujoco
-from graphengine.physics.geoms import extents
 from graphengine.physics.importing.trial import trial_model, trial_spec
 
 CHAIN = 3

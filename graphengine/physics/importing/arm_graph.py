@@ -6,9 +6,9 @@ from collections.abc import Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
+from graphengine.descriptions.robot_files.draft import Draft, Remark, no_joint, says
 from graphengine.format.diagnostics import Span
 from graphengine.format.wording import printable
-from graphengine.physics.description.draft import Draft, Remark, no_joint, says
 from graphengine.physics.importing.arm_chains import arm_chains
 from graphengine.physics.importing.controllers_file import Controller
 

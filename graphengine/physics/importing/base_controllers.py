@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 
+from graphengine.descriptions.robot_files.draft import Draft, Remark
 from graphengine.format.wording import printable
-from graphengine.physics.description.draft import Draft, Remark
 from graphengine.physics.importing.base import Base, flaw, given
 from graphengine.physics.importing.controllers_file import Controller
 

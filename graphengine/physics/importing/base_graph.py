@@ -6,11 +6,11 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
+from graphengine.descriptions.robot_files.draft import Draft, Entry, Remark, in_path, rounded, says
 from graphengine.devices.rotation import Vector3
 from graphengine.format.diagnostics import Findings
 from graphengine.format.document import load
 from graphengine.format.files import shipped
-from graphengine.physics.description.draft import Draft, Entry, Remark, in_path, rounded, says
 from graphengine.physics.dynamics.command_limits import FASTEST_WHEEL
 from graphengine.physics.importing.base import Drivetrain
 from graphengine.physics.importing.skid_steering import NAME, guess_limits

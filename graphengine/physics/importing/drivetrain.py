@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Collection, Iterator, Sequence
 from dataclasses import replace
 
+from graphengine.descriptions.robot_files.draft import Draft, Remark
+from graphengine.descriptions.urdf.urdf import WORLD
 from graphengine.format.wording import printable
-from graphengine.physics.description.draft import Draft, Remark
-from graphengine.physics.description.urdf import WORLD
 from graphengine.physics.importing import base_graph, joint_drives, joint_graphs
 from graphengine.physics.importing.base import Base, Drivetrain
 from graphengine.physics.importing.base_controllers import base_of_controllers

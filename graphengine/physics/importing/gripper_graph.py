@@ -6,9 +6,9 @@ from collections.abc import Collection, Iterable, Iterator
 from dataclasses import dataclass
 from typing import Any
 
+from graphengine.descriptions.robot_files.draft import Draft, Remark, says
 from graphengine.format.diagnostics import Span
 from graphengine.format.wording import printable
-from graphengine.physics.description.draft import Draft, Remark, says
 from graphengine.physics.importing.arm_chains import gripper_joints
 from graphengine.physics.importing.arm_gains import DEVIATION
 from graphengine.physics.importing.arm_graph import flaw

@@ -11,10 +11,10 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
+from graphengine.descriptions.robot_files.default_drives import WHEEL_DAMPING, gain, servo
+from graphengine.descriptions.robot_files.draft import Claim, Draft, Remark, RobotData, says
+from graphengine.descriptions.urdf.urdf import UrdfJoint
 from graphengine.format.wording import printable
-from graphengine.physics.description.default_drives import WHEEL_DAMPING, gain, servo
-from graphengine.physics.description.draft import Claim, Draft, Remark, RobotData, says
-from graphengine.physics.description.urdf import UrdfJoint
 from graphengine.physics.importing.base import Drivetrain
 from graphengine.physics.importing.base_wheels import BaseWheel
 from graphengine.physics.importing.joint_commands import KINDS, JointCommands

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from graphengine.physics.description.draft import Draft, Entry, Remark, in_path, rounded
-from graphengine.physics.description.mjcf_parts import KEYFRAME
+from graphengine.descriptions.robot_files.draft import Draft, Entry, Remark, in_path, rounded
+from graphengine.descriptions.robot_files.mjcf_parts import KEYFRAME
 
 GRAPH = "stand"
 """Name of the legs' graph in the robot file."""

@@ -7,19 +7,19 @@ from collections.abc import Collection, Iterator
 
 import numpy as np
 
+from graphengine.descriptions.actuators.drives import Drive, servos
+from graphengine.descriptions.actuators.mjcf_model import MjcfModel
+from graphengine.descriptions.engine import PICTURES, RAYS, RAYS_AND_PICTURES, mujoco
+from graphengine.descriptions.files.bounds import MAX_MEMORY, PAIR
+from graphengine.descriptions.files.references import Library
+from graphengine.descriptions.files.xml import Element
+from graphengine.descriptions.mjcf.mjcf import parse
+from graphengine.descriptions.urdf.element_marks import mark
+from graphengine.descriptions.urdf.for_mujoco import for_mujoco
+from graphengine.descriptions.urdf.urdf import WORLD, Mimic, Urdf
 from graphengine.devices.rotation import NOWHERE, Pose, relative
 from graphengine.format.diagnostics import Findings
 from graphengine.format.robot_spec import JointSpec, WheelColliderSpec
-from graphengine.physics.description.drives import Drive, servos
-from graphengine.physics.description.element_marks import mark
-from graphengine.physics.description.for_mujoco import for_mujoco
-from graphengine.physics.description.mjcf import parse
-from graphengine.physics.description.mjcf_model import MjcfModel
-from graphengine.physics.description.urdf import WORLD, Mimic, Urdf
-from graphengine.physics.engine import PICTURES, RAYS, RAYS_AND_PICTURES, mujoco
-from graphengine.physics.files.bounds import MAX_MEMORY, PAIR
-from graphengine.physics.files.references import Library
-from graphengine.physics.files.xml import Element
 from graphengine.physics.model.materials import against_floor, sentences
 from graphengine.physics.model.robot import RobotInstance
 

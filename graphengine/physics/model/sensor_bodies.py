@@ -5,9 +5,9 @@ The bodies are visible to cameras and to rays of other robots; they have neither
 
 from __future__ import annotations
 
+from graphengine.descriptions.engine import RAYS_AND_PICTURES, mujoco
 from graphengine.devices.stage import Stage, housing_of
 from graphengine.format.diagnostics import Findings
-from graphengine.physics.engine import RAYS_AND_PICTURES, mujoco
 from graphengine.physics.implementations import IMPLEMENTATIONS
 from graphengine.physics.model.profiles import ShapeSpec
 from graphengine.physics.model.robot import RobotInstance

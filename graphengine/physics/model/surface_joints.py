@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 from collections.abc import Collection
 
-from graphengine.physics.engine import mujoco
+from graphengine.descriptions.engine import mujoco
 
 _FIRM = 1e8
 """Inertia of a surface joint, kg or kg m2; it is so large that no contact changes the joint's velocity."""

@@ -13,8 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from graphengine.descriptions.engine import Bools, Indices, body_names, collides, mujoco
 from graphengine.format.errors import UsageError
-from graphengine.physics.engine import Bools, Indices, body_names, collides, mujoco
 from graphengine.physics.loaded_world import LoadedWorld
 from graphengine.physics.occupancy.flood_fill import reached
 from graphengine.physics.occupancy.grid import Canvas, Grid, Window

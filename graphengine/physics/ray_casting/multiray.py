@@ -11,7 +11,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from graphengine.physics.engine import OWN, Floats, Indices, mujoco
+from graphengine.descriptions.engine import OWN, Floats, Indices, mujoco
 from graphengine.physics.ray_casting.own_colliders import PASSED, VISIBLE, OwnColliders
 from graphengine.physics.ray_casting.plane_culling import PlaneSlice
 from graphengine.physics.ray_casting.rays import GROUPS_SEEN, Integers, visible_geoms

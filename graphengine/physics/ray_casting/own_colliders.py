@@ -13,9 +13,9 @@ import itertools
 import numpy as np
 from numpy.typing import NDArray
 
+from graphengine.descriptions.engine import Floats, Indices, mujoco
+from graphengine.descriptions.geoms import triangles_of
 from graphengine.devices.stage import Prim, housing_of
-from graphengine.physics.engine import Floats, Indices, mujoco
-from graphengine.physics.geoms import triangles_of
 
 FOREIGN, VISIBLE, PASSED = 0, 1, 2
 """Roles of geoms for the rays of a sensor: of something else, of the own robot, or one that the rays pass through."""

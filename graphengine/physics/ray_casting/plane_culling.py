@@ -10,7 +10,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from graphengine.physics.engine import Bools, Floats, mujoco
+from graphengine.descriptions.engine import Bools, Floats, mujoco
 
 MARGIN = 0.05
 """Distance from the plane up to which geoms are kept, m; a robot that brakes tilts its sensor and so the plane."""

@@ -13,10 +13,10 @@ from typing import Literal, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from graphengine.descriptions.engine import RAYS, RAYS_AND_PICTURES, Floats, Indices, mujoco
+from graphengine.descriptions.geoms import geom_colours
 from graphengine.format.distribution import install_command
 from graphengine.format.errors import UsageError
-from graphengine.physics.engine import RAYS, RAYS_AND_PICTURES, Floats, Indices, mujoco
-from graphengine.physics.geoms import geom_colours
 from graphengine.physics.ray_casting.own_colliders import OwnColliders
 
 Integers = NDArray[np.signedinteger]

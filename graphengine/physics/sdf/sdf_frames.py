@@ -11,9 +11,9 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from typing import Literal
 
+from graphengine.descriptions.files.xml import Element
 from graphengine.devices.rotation import NOWHERE, Pose, compose, relative
 from graphengine.format.wording import did_you_mean, listing, printable
-from graphengine.physics.files.xml import Element
 from graphengine.physics.sdf.sdf_values import SdfError, flag_at, pose_of, text_at
 
 _MAX_ATTACHED = 1000

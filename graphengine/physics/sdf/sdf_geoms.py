@@ -6,14 +6,14 @@ import math
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 
+from graphengine.descriptions.engine import PICTURES, RAYS, RAYS_AND_PICTURES
+from graphengine.descriptions.files.mesh_file import MeshFile
+from graphengine.descriptions.files.packages import Packages
+from graphengine.descriptions.files.references import Library
+from graphengine.descriptions.files.xml import Element
 from graphengine.devices.rotation import Quaternion, Vector3, multiply, relative
 from graphengine.format.diagnostics import Findings
 from graphengine.format.wording import printable
-from graphengine.physics.engine import PICTURES, RAYS, RAYS_AND_PICTURES
-from graphengine.physics.files.mesh_file import MeshFile
-from graphengine.physics.files.packages import Packages
-from graphengine.physics.files.references import Library
-from graphengine.physics.files.xml import Element
 from graphengine.physics.sdf.sdf_frames import SdfFrame, place_of
 from graphengine.physics.sdf.sdf_shapes import colour_of, friction_of, shape_of, urdf_mesh
 from graphengine.physics.sdf.sdf_shells import MAX_PLATES, hollow_triangles, plates

@@ -8,9 +8,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from graphengine.descriptions.files.xml import Element
 from graphengine.devices.rotation import IDENTITY, Pose, Quaternion, compose, relative, rotate
 from graphengine.format.wording import printable
-from graphengine.physics.files.xml import Element
 from graphengine.physics.sdf.sdf_frames import SdfFrame, place_of
 from graphengine.physics.sdf.sdf_shapes import shape_of
 from graphengine.physics.sdf.sdf_values import (

@@ -5,11 +5,11 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping
 
+from graphengine.descriptions.files.xml import Element, numbers
+from graphengine.descriptions.urdf.urdf import WORLD
 from graphengine.devices.rotation import NOWHERE, Pose, relative, rotate, unrotate
 from graphengine.format.diagnostics import Findings
 from graphengine.format.wording import did_you_mean, listing, printable
-from graphengine.physics.description.urdf import WORLD
-from graphengine.physics.files.xml import Element, numbers
 from graphengine.physics.sdf.sdf_frames import FIRST_WITH_FRAMES, SdfFrame, place_of
 from graphengine.physics.sdf.sdf_shapes import shape_of
 from graphengine.physics.sdf.sdf_values import (

@@ -8,9 +8,9 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 
+from graphengine.descriptions.files.xml import Element
 from graphengine.devices.rotation import NOWHERE, Pose, relative
 from graphengine.format.diagnostics import Findings
-from graphengine.physics.files.xml import Element
 from graphengine.physics.sdf.sdf_frames import SdfFrame, place_of
 from graphengine.physics.sdf.sdf_inertia import inertial, is_mere_frame
 from graphengine.physics.sdf.sdf_shapes import colour_of, shape_of, surface_for_gazebo, textured, urdf_shape

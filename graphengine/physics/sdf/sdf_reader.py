@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterator
 from pathlib import Path
 
+from graphengine.descriptions.files.packages import Packages
+from graphengine.descriptions.files.xml import Element
+from graphengine.descriptions.urdf.urdf import WORLD
 from graphengine.devices.rotation import Pose
 from graphengine.format.diagnostics import Findings
 from graphengine.format.wording import did_you_mean, listing, printable
-from graphengine.physics.description.urdf import WORLD
-from graphengine.physics.files.packages import Packages
-from graphengine.physics.files.xml import Element
 from graphengine.physics.sdf.sdf_files import SdfFiles
 from graphengine.physics.sdf.sdf_frames import Scope, SdfFrame
 from graphengine.physics.sdf.sdf_joints import fastened, is_moving, urdf_joint

@@ -9,9 +9,9 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from graphengine.descriptions.engine import REFUSALS, Floats, compiled, mujoco
+from graphengine.descriptions.geoms import mesh_faces, mesh_vertices
 from graphengine.devices.rotation import Vector3
-from graphengine.physics.engine import REFUSALS, Floats, compiled, mujoco
-from graphengine.physics.geoms import mesh_faces, mesh_vertices
 
 MAX_PLATES = 2000
 """Maximum number of triangles of a mesh that can be converted to plates."""

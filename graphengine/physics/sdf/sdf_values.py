@@ -6,10 +6,10 @@ import contextlib
 import math
 from collections.abc import Iterator, Sequence
 
+from graphengine.descriptions.files.xml import Element, numbers
 from graphengine.devices.rotation import NOWHERE, Pose, Quaternion, Vector3, from_rpy, rotate
 from graphengine.format.diagnostics import Findings, Span
 from graphengine.format.wording import listing, printable
-from graphengine.physics.files.xml import Element, numbers
 
 INFINITE = 1e16
 """Limits in SDF whose absolute value is at least this number mean no limit."""

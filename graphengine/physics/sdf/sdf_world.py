@@ -11,12 +11,12 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
+from graphengine.descriptions.files.packages import Packages
+from graphengine.descriptions.files.references import Library
+from graphengine.descriptions.files.xml import Element
 from graphengine.devices.rotation import Pose, relative
 from graphengine.format.diagnostics import Findings
 from graphengine.format.wording import listing, printable, quoted
-from graphengine.physics.files.packages import Packages
-from graphengine.physics.files.references import Library
-from graphengine.physics.files.xml import Element
 from graphengine.physics.sdf.sdf_files import SdfFiles
 from graphengine.physics.sdf.sdf_frames import Scope, SdfFrame
 from graphengine.physics.sdf.sdf_geoms import GeomWriter

@@ -17,11 +17,11 @@ from typing import TYPE_CHECKING, Annotated, Any
 import numpy as np
 from pydantic import Field, model_validator
 
+from graphengine.descriptions.engine import Floats
+from graphengine.descriptions.geoms import geom_colours
 from graphengine.devices.lidar import Lidar, Scan, beam_directions
 from graphengine.devices.stage import Prim
 from graphengine.format.spec import NotNegative, Positive, Spec
-from graphengine.physics.engine import Floats
-from graphengine.physics.geoms import geom_colours
 from graphengine.physics.implementations import Deviation, Profile, Rate, check_less, implements
 from graphengine.physics.ray_casting.own_colliders import own_colliders
 from graphengine.physics.ray_casting.rays import Integers

@@ -17,11 +17,11 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
 
+from graphengine.descriptions.engine import Floats
 from graphengine.devices.lidar import beam_directions
 from graphengine.devices.radar import Detections, Radar
 from graphengine.devices.stage import Prim
 from graphengine.format.spec import NotNegative
-from graphengine.physics.engine import Floats
 from graphengine.physics.implementations import Deviation, implements
 from graphengine.physics.ray_casting.rays import Integers
 from graphengine.physics.sensors.lidar import LidarProfile, RaySensor, rounded

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from graphengine.descriptions.engine import Bools, Floats, Indices, mujoco
 from graphengine.devices.stage import Prim
-from graphengine.physics.engine import Bools, Floats, Indices, mujoco
 from graphengine.physics.handles.motion_handles import CarriedPrim
 from graphengine.physics.ray_casting.own_colliders import own_colliders
 from graphengine.physics.ray_casting.rays import Caster

@@ -11,10 +11,10 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import numpy as np
 from pydantic import Field, model_validator
 
+from graphengine.descriptions.engine import body_names
 from graphengine.devices.raycast import RaycastReading, RaycastSensor
 from graphengine.devices.stage import Prim
 from graphengine.format.spec import NotNegative, Positive
-from graphengine.physics.engine import body_names
 from graphengine.physics.implementations import Offsets, Profile, check_less, implements
 from graphengine.physics.sensors.ray_bundle import RayBundle
 

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from graphengine.descriptions.engine import NEITHER, Bools, Floats, mujoco
 from graphengine.devices.rotation import Pose, pose_of, rotate
 from graphengine.devices.stage import Prim
-from graphengine.physics.engine import NEITHER, Bools, Floats, mujoco
 from graphengine.physics.pictures.frame_capture import SEEN
 
 if TYPE_CHECKING:

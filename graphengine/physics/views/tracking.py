@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from graphengine.descriptions.engine import Floats
 from graphengine.devices.rotation import Pose
 from graphengine.devices.stage import Prim
-from graphengine.physics.engine import Floats
 from graphengine.physics.views import framing
 
 if TYPE_CHECKING:

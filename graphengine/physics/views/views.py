@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from graphengine.descriptions.engine import Floats, mujoco
 from graphengine.devices.rotation import Pose, Quaternion, Vector3, pose_of, rotate
-from graphengine.physics.engine import Floats, mujoco
 from graphengine.physics.pictures import opengl
 from graphengine.physics.pictures.frame_capture import SKY, Lens, Shot
 from graphengine.physics.pictures.rendering import SHADOW_MAP, Image, Renderer

@@ -10,12 +10,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from graphengine.descriptions.engine import mujoco
 from graphengine.devices.rotation import Pose, compose, from_rpy, multiply
 from graphengine.devices.stage import Stage
 from graphengine.format.errors import PhysicsError
 from graphengine.format.spec import RobotUse
 from graphengine.physics.core.held_bodies import PlacedBody
-from graphengine.physics.engine import mujoco
 from graphengine.physics.model.world_prims import add_world
 from graphengine.physics.simulation import Simulation
 from tests.physics.conftest import Ship

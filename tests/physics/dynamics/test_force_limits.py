@@ -9,10 +9,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from graphengine.descriptions.actuators.drives import Drive, servos
+from graphengine.descriptions.engine import mujoco
 from graphengine.format.spec import RobotUse
-from graphengine.physics.description.drives import Drive, servos
 from graphengine.physics.dynamics.force_limits import ForceLimits
-from graphengine.physics.engine import mujoco
 from graphengine.physics.loaded_world import LoadedWorld
 from tests.physics.harness import Project
 

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from graphengine.physics.engine import Floats
+from graphengine.descriptions.engine import Floats
 from graphengine.physics.handles.motion_handles import Joints
 from graphengine.physics.importing.import_robot import Imported
 from graphengine.physics.simulation import Simulation

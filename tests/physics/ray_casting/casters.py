@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from graphengine.physics.engine import OWN, mujoco
+from graphengine.descriptions.engine import OWN, mujoco
 from graphengine.physics.ray_casting.own_colliders import OwnColliders
 from graphengine.physics.ray_casting.rays import GROUPS_SEEN
 

@@ -7,12 +7,12 @@ import math
 import numpy as np
 import pytest
 
+from graphengine.descriptions.engine import mujoco, sort_geoms
 from graphengine.devices.lidar import Lidar
 from graphengine.devices.light_beam import LightBeam
 from graphengine.devices.radar import Radar
 from graphengine.devices.range import RangeSensor
 from graphengine.devices.raycast import RaycastSensor
-from graphengine.physics.engine import mujoco, sort_geoms
 from graphengine.physics.loaded_world import LoadedWorld
 from graphengine.physics.ray_casting.own_colliders import PASSED, VISIBLE, OwnColliders, contains
 from graphengine.physics.ray_casting.rays import RaysChoice, select_rays

@@ -13,9 +13,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
+from graphengine.descriptions.engine import mujoco, sort_geoms
 from graphengine.format.errors import UsageError
 from graphengine.format.spec import RobotUse
-from graphengine.physics.engine import mujoco, sort_geoms
 from graphengine.physics.loaded_world import LoadedWorld
 from graphengine.physics.ray_casting.own_colliders import OwnColliders
 from graphengine.physics.ray_casting.rays import Caster, RaysChoice, select_rays

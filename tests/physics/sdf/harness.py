@@ -6,13 +6,13 @@ from pathlib import Path
 
 import pytest
 
+from graphengine.descriptions.files.packages import Packages
+from graphengine.descriptions.files.xml import Element, parse
+from graphengine.descriptions.urdf.urdf import Urdf
+from graphengine.descriptions.urdf.urdf_reader import read_urdf
 from graphengine.devices.rotation import Pose
 from graphengine.format.diagnostics import Findings
 from graphengine.format.files import Files
-from graphengine.physics.description.urdf import Urdf
-from graphengine.physics.description.urdf_reader import read_urdf
-from graphengine.physics.files.packages import Packages
-from graphengine.physics.files.xml import Element, parse
 from graphengine.physics.sdf.sdf_files import SdfFiles
 from graphengine.physics.sdf.sdf_frames import Scope, SdfFrame
 from graphengine.physics.sdf.sdf_reader import read_sdf

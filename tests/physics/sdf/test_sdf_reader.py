@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
+from graphengine.descriptions.urdf.urdf import UrdfJoint, origin_of
 from graphengine.devices.rotation import compose, from_rpy, rotate
-from graphengine.physics.description.urdf import UrdfJoint, origin_of
 from tests.physics.sdf.harness import BALL, converted, document, errors, joint, link, model, pose, urdf
 
 QUARTER = math.pi / 2

@@ -10,10 +10,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from graphengine.descriptions.engine import mujoco
 from graphengine.devices.lidar import Scan
 from graphengine.devices.rotation import compose, from_rpy, relative, rotate
 from graphengine.devices.stage import Stage
-from graphengine.physics.engine import mujoco
 from graphengine.physics.loaded_world import LoadedWorld
 from graphengine.physics.ray_casting.rays import RaysChoice
 from graphengine.physics.sensors.lidar import RayLidar

@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 import pytest
 
+from graphengine.descriptions.engine import mujoco
 from graphengine.devices.radar import Detections
 from graphengine.devices.stage import Stage
-from graphengine.physics.engine import mujoco
 from graphengine.physics.ray_casting.rays import RaysChoice
 from graphengine.physics.sensors.radar import RayRadar
 from graphengine.physics.simulation import Simulation

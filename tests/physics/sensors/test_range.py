@@ -8,8 +8,8 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
+from graphengine.descriptions.engine import mujoco
 from graphengine.devices.stage import Stage
-from graphengine.physics.engine import mujoco
 from graphengine.physics.ray_casting.rays import RaysChoice
 from graphengine.physics.sensors.range import RayCone
 from graphengine.physics.simulation import Simulation

@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from graphengine.physics.engine import Floats, Indices
+from graphengine.descriptions.engine import Floats, Indices
 from graphengine.physics.kernels.compiled import kernel, part
 from graphengine.physics.ray_casting.fast.table import (
     BOX,

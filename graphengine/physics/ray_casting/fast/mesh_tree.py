@@ -13,7 +13,7 @@ import math
 
 import numpy as np
 
-from graphengine.physics.engine import Floats, Indices
+from graphengine.descriptions.engine import Floats, Indices
 from graphengine.physics.kernels.compiled import kernel, part
 from graphengine.physics.ray_casting.fast.table import Records
 

@@ -11,8 +11,8 @@ import logging
 import numba
 import numpy as np
 
+from graphengine.descriptions.engine import Floats, Indices, mujoco
 from graphengine.format.process_limits import has_address_space
-from graphengine.physics.engine import Floats, Indices, mujoco
 from graphengine.physics.kernels.compiled import announced, kept_in
 from graphengine.physics.ray_casting.fast.kernel import cast
 from graphengine.physics.ray_casting.fast.mesh_tree import new_stack

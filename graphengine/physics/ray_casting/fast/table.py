@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from graphengine.physics.engine import Floats, Indices
+from graphengine.descriptions.engine import Floats, Indices
 from graphengine.physics.kernels.compiled import kernel
 
 Records = NDArray[Any]

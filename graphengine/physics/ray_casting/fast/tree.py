@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from graphengine.physics.engine import Floats, Indices
+from graphengine.descriptions.engine import Floats, Indices
 from graphengine.physics.kernels.compiled import kernel, part
 
 Tree = NDArray[Any]

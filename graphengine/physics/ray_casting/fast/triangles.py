@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from graphengine.physics.engine import Floats, Indices, mujoco
-from graphengine.physics.geoms import triangles_of
+from graphengine.descriptions.engine import Floats, Indices, mujoco
+from graphengine.descriptions.geoms import triangles_of
 from graphengine.physics.ray_casting.fast.mesh_tree import MESH_NODE, build_mesh_tree
 from graphengine.physics.ray_casting.fast.table import HFIELD, MARGIN, MESH, Records
 
