@@ -18,6 +18,9 @@ from graphengine.descriptions.files.references import Library
 from graphengine.descriptions.mjcf import mjcf_trial
 from graphengine.descriptions.robot_files import default_drives
 from graphengine.descriptions.robot_files.robot_file import read_robot
+from graphengine.descriptions.sdf import sdf_files, sdf_values
+from graphengine.descriptions.sdf.sdf_geoms import GeomWriter
+from graphengine.descriptions.sdf.sdf_values import SdfError
 from graphengine.descriptions.urdf import urdf_reader
 from graphengine.descriptions.xacro import absent_packages, dom, xacro
 from graphengine.descriptions.xacro.xacro_macros import robot_macros
@@ -25,18 +28,15 @@ from graphengine.format.diagnostics import Findings, Source, Span
 from graphengine.format.document import Value
 from graphengine.format.files import Files
 from graphengine.physics.importing import arm_gains, controllers_file
-from graphengine.physics.sdf import sdf_files, sdf_values
-from graphengine.physics.sdf.sdf_geoms import GeomWriter
-from graphengine.physics.sdf.sdf_values import SdfError
 from graphengine.sandbox.confinement import ProcessError
 from graphengine.sandbox.untrusted import encoded
 from tests.descriptions.files.test_meshes import collada, instance
+from tests.descriptions.sdf.harness import document, frame, link, model, packages, scope
 from tests.limits.table import accepts, limit
 from tests.physics.bases import Base, Wheel
 from tests.physics.importing.descriptions import sensor
 from tests.physics.importing.imported_bases import description, imported
 from tests.physics.importing.test_gazebo_sensors import remarks
-from tests.physics.sdf.harness import document, frame, link, model, packages, scope
 
 SPAN = Span(Source("a", ()), 1, 1)
 
@@ -198,7 +198,7 @@ def is_in_scope(folder: Path, content: str) -> bool:
     return False
 
 
-@limit("physics.sdf.sdf_files.MAX_DEPTH")
+@limit("descriptions.sdf.sdf_files.MAX_DEPTH")
 def _(levels: int, folder: Path) -> bool:
     content = link("l")
     for number in range(levels):
@@ -206,12 +206,12 @@ def _(levels: int, folder: Path) -> bool:
     return is_in_scope(folder, model(content))
 
 
-@limit("physics.sdf.sdf_files.MAX_MODELS", at=4)
+@limit("descriptions.sdf.sdf_files.MAX_MODELS", at=4)
 def _(models: int, folder: Path) -> bool:
     return is_in_scope(folder, model("".join(model(link("l"), f"m{number}") for number in range(models - 1))))
 
 
-@limit("physics.sdf.sdf_files.MAX_URI", at=20)
+@limit("descriptions.sdf.sdf_files.MAX_URI", at=20)
 def _(letters: int, folder: Path) -> bool:
     text = document(model(link("l"), "other"))
     name = f"{'a' * (letters - 4)}.sdf"
@@ -219,7 +219,7 @@ def _(letters: int, folder: Path) -> bool:
     return is_in_scope(folder, model(f"{link('l')}<include><uri>{name}</uri></include>"))
 
 
-@limit("physics.sdf.sdf_files._MAX_MISSING", at=3)
+@limit("descriptions.sdf.sdf_files._MAX_MISSING", at=3)
 def _(missing: int, folder: Path) -> bool:
     """A model that exists is not found after too many that do not."""
     (folder / "a.sdf").write_text(document(model(link("l"), "other")), encoding="utf-8")
@@ -228,7 +228,7 @@ def _(missing: int, folder: Path) -> bool:
     return "other" in made.models
 
 
-@limit("physics.sdf.sdf_files._MAX_NEIGHBOURS", at=3)
+@limit("descriptions.sdf.sdf_files._MAX_NEIGHBOURS", at=3)
 def _(models: int, folder: Path) -> bool:
     for number in range(models):
         (folder / str(number)).mkdir()
@@ -236,21 +236,21 @@ def _(models: int, folder: Path) -> bool:
     return len(sdf_files.model_folders(folder / "0" / "model.sdf")) == models
 
 
-@limit("physics.sdf.sdf_frames._MAX_ATTACHED", at=4)
+@limit("descriptions.sdf.sdf_frames._MAX_ATTACHED", at=4)
 def _(frames: int, folder: Path) -> bool:
     chain = "".join(f'<frame name="f{number}" attached_to="f{number + 1}"/>' for number in range(frames - 1))
     made, _ = scope(folder, document(model(link("l") + f'{chain}<frame name="f{frames - 1}" attached_to="l"/>')))
     return accepts(lambda: frame(made, "f0").link(), SdfError)
 
 
-@limit("physics.sdf.sdf_frames._LONGEST", at=20)
+@limit("descriptions.sdf.sdf_frames._LONGEST", at=20)
 def _(letters: int, folder: Path) -> bool:
     inner = "l" * (letters - 7)
     made, _ = scope(folder, document(model(model(link(inner), "inner"))))
     return made.find(f"inner::{inner}") is not None
 
 
-@limit("physics.sdf.sdf_frames._MAX_COMPARED", at=3)
+@limit("descriptions.sdf.sdf_frames._MAX_COMPARED", at=3)
 def _(names: int, folder: Path) -> bool:
     made, _ = scope(folder, document(model("".join(link(f"l{number}") for number in range(names - 1)) + link("wheel"))))
     with contextlib.suppress(SdfError):
@@ -262,7 +262,7 @@ def _(names: int, folder: Path) -> bool:
     return False
 
 
-@limit("physics.sdf.sdf_values._FARTHEST")
+@limit("descriptions.sdf.sdf_values._FARTHEST")
 def _(metres: float) -> bool:
     root, _ = parsed(f"<pose>{metres!r} 0 0 0 0 0</pose>")
     return accepts(lambda: sdf_values.pose_of(root), SdfError)
@@ -307,7 +307,7 @@ def _(stiffness: float) -> bool:
     return arm_gains._gains(joint, arm_gains.Load(1.0, 1.0))[0] == stiffness  # type: ignore[arg-type]
 
 
-@limit("physics.sdf.sdf_shells.MAX_PLATES", at=8)
+@limit("descriptions.sdf.sdf_shells.MAX_PLATES", at=8)
 def _(triangles: int) -> bool:
     """Two tetrahedra, which together are not convex, and triangles beside them."""
     corners = np.array([(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)], float)

@@ -11,15 +11,7 @@ from typing import Any, Self
 import numpy as np
 
 from graphengine.descriptions.actuators.drives import KINDS, Drive
-from graphengine.descriptions.engine import (
-    Floats,
-    data_at_start,
-    model_bytes,
-    mujoco,
-    round_weights,
-    sort_geoms,
-    wake,
-)
+from graphengine.descriptions.engine import Floats, data_at_start, model_bytes, mujoco, round_weights, sort_geoms, wake
 from graphengine.devices.rotation import Pose
 from graphengine.devices.stage import Stage, at_or_below
 from graphengine.format.stateful import Stateful

@@ -10,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
+from graphengine.descriptions.description_reader import robot_file
 from graphengine.descriptions.engine import REFUSALS, body_names, collides, compiled, mujoco
 from graphengine.descriptions.files.packages import Packages, package_of
 from graphengine.descriptions.files.references import Library
@@ -30,7 +31,6 @@ from graphengine.format.diagnostics import Findings
 from graphengine.format.document import Document
 from graphengine.format.files import shipped
 from graphengine.format.spec import RobotUse
-from graphengine.physics.description.description_reader import robot_file
 from graphengine.physics.dynamics.keyframes import begin_in
 from graphengine.physics.importing import (
     arm_base,

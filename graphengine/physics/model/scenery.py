@@ -8,6 +8,7 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+from graphengine.descriptions.description_reader import SUFFIXES, is_text, read_bare
 from graphengine.descriptions.engine import REFUSALS, all_bodies, compiled, mujoco
 from graphengine.descriptions.files.bounds import ELEMENT, HOW_MEMORY_COUNTS, MAX_MEMORY, PAIR, TOO_LARGE
 from graphengine.descriptions.files.references import Library
@@ -19,7 +20,6 @@ from graphengine.format.files import Files
 from graphengine.format.spec import SceneSpec
 from graphengine.format.spec_reader import Loaded
 from graphengine.format.wording import listing
-from graphengine.physics.description.description_reader import SUFFIXES, is_text, read_bare
 from graphengine.physics.model.fleet_expansion import RobotPlacement
 from graphengine.physics.model.joint_starts import check_keyframe, check_starts
 from graphengine.physics.model.materials import NO_FLOOR_FRICTION

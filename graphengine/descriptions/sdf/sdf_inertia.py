@@ -9,11 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from graphengine.descriptions.files.xml import Element
-from graphengine.devices.rotation import IDENTITY, Pose, Quaternion, compose, relative, rotate
-from graphengine.format.wording import printable
-from graphengine.physics.sdf.sdf_frames import SdfFrame, place_of
-from graphengine.physics.sdf.sdf_shapes import shape_of
-from graphengine.physics.sdf.sdf_values import (
+from graphengine.descriptions.sdf.sdf_frames import SdfFrame, place_of
+from graphengine.descriptions.sdf.sdf_shapes import shape_of
+from graphengine.descriptions.sdf.sdf_values import (
     SdfError,
     find,
     flag,
@@ -24,6 +22,8 @@ from graphengine.physics.sdf.sdf_values import (
     text_at,
     written,
 )
+from graphengine.devices.rotation import IDENTITY, Pose, Quaternion, compose, relative, rotate
+from graphengine.format.wording import printable
 
 WATER = 1000.0
 """Default density of a collision for automatic inertias, kg/m3."""

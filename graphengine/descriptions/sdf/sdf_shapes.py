@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 
 from graphengine.descriptions.files.xml import Element, numbers
+from graphengine.descriptions.sdf.sdf_frames import SdfFrame, place_of
+from graphengine.descriptions.sdf.sdf_values import SdfError, find, leaf, number_at, numbers_at, text_at, written
 from graphengine.devices.rotation import Pose, rotate, unrotate
 from graphengine.format.diagnostics import Findings
 from graphengine.format.wording import listing, printable
-from graphengine.physics.sdf.sdf_frames import SdfFrame, place_of
-from graphengine.physics.sdf.sdf_values import SdfError, find, leaf, number_at, numbers_at, text_at, written
 
 SHAPES = ("box", "cylinder", "sphere", "capsule", "ellipsoid", "mesh", "plane")
 _REMEDIES = {

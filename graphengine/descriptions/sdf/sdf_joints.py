@@ -6,13 +6,9 @@ import math
 from collections.abc import Iterator, Mapping
 
 from graphengine.descriptions.files.xml import Element, numbers
-from graphengine.descriptions.urdf.urdf import WORLD
-from graphengine.devices.rotation import NOWHERE, Pose, relative, rotate, unrotate
-from graphengine.format.diagnostics import Findings
-from graphengine.format.wording import did_you_mean, listing, printable
-from graphengine.physics.sdf.sdf_frames import FIRST_WITH_FRAMES, SdfFrame, place_of
-from graphengine.physics.sdf.sdf_shapes import shape_of
-from graphengine.physics.sdf.sdf_values import (
+from graphengine.descriptions.sdf.sdf_frames import FIRST_WITH_FRAMES, SdfFrame, place_of
+from graphengine.descriptions.sdf.sdf_shapes import shape_of
+from graphengine.descriptions.sdf.sdf_values import (
     SdfError,
     find,
     flag_at,
@@ -24,6 +20,10 @@ from graphengine.physics.sdf.sdf_values import (
     text_at,
     written,
 )
+from graphengine.descriptions.urdf.urdf import WORLD
+from graphengine.devices.rotation import NOWHERE, Pose, relative, rotate, unrotate
+from graphengine.format.diagnostics import Findings
+from graphengine.format.wording import did_you_mean, listing, printable
 
 TYPES = ("revolute", "continuous", "prismatic", "fixed")
 TWO_AXES = ("universal", "revolute2")

@@ -16,10 +16,10 @@ from urllib.parse import unquote
 
 from graphengine.descriptions.files.packages import Packages, package_of
 from graphengine.descriptions.files.xml import MAX_ELEMENTS, Element, parse, read
+from graphengine.descriptions.sdf.sdf_frames import Kind, Scope, SdfFrame
+from graphengine.descriptions.sdf.sdf_values import SdfError, leaf, reported, text_at
 from graphengine.format.diagnostics import Findings, Span
 from graphengine.format.wording import allowing, listing, printable
-from graphengine.physics.sdf.sdf_frames import Kind, Scope, SdfFrame
-from graphengine.physics.sdf.sdf_values import SdfError, leaf, reported, text_at
 
 SUFFIXES = (".sdf", ".world")
 TAG = "sdf"

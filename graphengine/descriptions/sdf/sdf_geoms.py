@@ -11,13 +11,13 @@ from graphengine.descriptions.files.mesh_file import MeshFile
 from graphengine.descriptions.files.packages import Packages
 from graphengine.descriptions.files.references import Library
 from graphengine.descriptions.files.xml import Element
+from graphengine.descriptions.sdf.sdf_frames import SdfFrame, place_of
+from graphengine.descriptions.sdf.sdf_shapes import colour_of, friction_of, shape_of, urdf_mesh
+from graphengine.descriptions.sdf.sdf_shells import MAX_PLATES, hollow_triangles, plates
+from graphengine.descriptions.sdf.sdf_values import SdfError, number_at, numbers_at, placed, reported, written
 from graphengine.devices.rotation import Quaternion, Vector3, multiply, relative
 from graphengine.format.diagnostics import Findings
 from graphengine.format.wording import printable
-from graphengine.physics.sdf.sdf_frames import SdfFrame, place_of
-from graphengine.physics.sdf.sdf_shapes import colour_of, friction_of, shape_of, urdf_mesh
-from graphengine.physics.sdf.sdf_shells import MAX_PLATES, hollow_triangles, plates
-from graphengine.physics.sdf.sdf_values import SdfError, number_at, numbers_at, placed, reported, written
 
 _GREY = (0.7, 0.7, 0.7, 1.0)
 _UP: Vector3 = (0.0, 0.0, 1.0)

@@ -5,11 +5,11 @@ from __future__ import annotations
 import math
 
 from graphengine.descriptions.files.xml import Element, numbers
+from graphengine.descriptions.sdf.sdf_frames import SdfFrame, place_of
+from graphengine.descriptions.sdf.sdf_values import SdfError, flag_at, number_at, numbers_at, text_at, written
 from graphengine.devices.rotation import Vector3, rotate
 from graphengine.format.diagnostics import Span
 from graphengine.format.wording import printable
-from graphengine.physics.sdf.sdf_frames import SdfFrame, place_of
-from graphengine.physics.sdf.sdf_values import SdfError, flag_at, number_at, numbers_at, text_at, written
 
 
 def light_of(light: Element, frame: SdfFrame) -> Element:

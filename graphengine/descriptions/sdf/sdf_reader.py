@@ -7,15 +7,15 @@ from pathlib import Path
 
 from graphengine.descriptions.files.packages import Packages
 from graphengine.descriptions.files.xml import Element
+from graphengine.descriptions.sdf.sdf_files import SdfFiles
+from graphengine.descriptions.sdf.sdf_frames import Scope, SdfFrame
+from graphengine.descriptions.sdf.sdf_joints import fastened, is_moving, urdf_joint
+from graphengine.descriptions.sdf.sdf_links import LinkReader
+from graphengine.descriptions.sdf.sdf_values import SdfError, flag_at, leaf, reported
 from graphengine.descriptions.urdf.urdf import WORLD
 from graphengine.devices.rotation import Pose
 from graphengine.format.diagnostics import Findings
 from graphengine.format.wording import did_you_mean, listing, printable
-from graphengine.physics.sdf.sdf_files import SdfFiles
-from graphengine.physics.sdf.sdf_frames import Scope, SdfFrame
-from graphengine.physics.sdf.sdf_joints import fastened, is_moving, urdf_joint
-from graphengine.physics.sdf.sdf_links import LinkReader
-from graphengine.physics.sdf.sdf_values import SdfError, flag_at, leaf, reported
 
 _CONVERTED = ("link", "joint", "frame", "model", "include", "pose", "static", "self_collide")
 _NO_EFFECT = ("allow_auto_disable", "enable_wind")

@@ -9,11 +9,11 @@ import mujoco
 import numpy as np
 import pytest
 
+from graphengine.descriptions.sdf.sdf_shells import THICKNESS
 from graphengine.format.diagnostics import Findings
 from graphengine.physics.loaded_world import LoadedWorld
-from graphengine.physics.sdf.sdf_shells import THICKNESS
+from tests.descriptions.sdf.harness import BALL, INERTIA, document, joint, link, model, pose
 from tests.physics.harness import Project, load_with_findings, steps, try_load
-from tests.physics.sdf.harness import BALL, INERTIA, document, joint, link, model, pose
 
 FLOOR = "<include><uri>model://ground_plane</uri></include>"
 STATIC = "<static>true</static>"

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from graphengine.physics.sdf.sdf_files import model_folders
-from tests.physics.sdf.harness import document, errors, joint, link, model, place, pose, scope, urdf
+from graphengine.descriptions.sdf.sdf_files import model_folders
+from tests.descriptions.sdf.harness import document, errors, joint, link, model, place, pose, scope, urdf
 
 WHEEL = document(
     model(

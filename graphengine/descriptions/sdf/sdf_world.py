@@ -14,17 +14,17 @@ from pathlib import Path
 from graphengine.descriptions.files.packages import Packages
 from graphengine.descriptions.files.references import Library
 from graphengine.descriptions.files.xml import Element
+from graphengine.descriptions.sdf.sdf_files import SdfFiles
+from graphengine.descriptions.sdf.sdf_frames import Scope, SdfFrame
+from graphengine.descriptions.sdf.sdf_geoms import GeomWriter
+from graphengine.descriptions.sdf.sdf_inertia import mass_of, turned
+from graphengine.descriptions.sdf.sdf_joints import fastened, is_moving
+from graphengine.descriptions.sdf.sdf_lights import light_of, look_of, sky_of
+from graphengine.descriptions.sdf.sdf_shapes import textured
+from graphengine.descriptions.sdf.sdf_values import SdfError, numbers_at, placed, reported, to_rpy, written
 from graphengine.devices.rotation import Pose, relative
 from graphengine.format.diagnostics import Findings
 from graphengine.format.wording import listing, printable, quoted
-from graphengine.physics.sdf.sdf_files import SdfFiles
-from graphengine.physics.sdf.sdf_frames import Scope, SdfFrame
-from graphengine.physics.sdf.sdf_geoms import GeomWriter
-from graphengine.physics.sdf.sdf_inertia import mass_of, turned
-from graphengine.physics.sdf.sdf_joints import fastened, is_moving
-from graphengine.physics.sdf.sdf_lights import light_of, look_of, sky_of
-from graphengine.physics.sdf.sdf_shapes import textured
-from graphengine.physics.sdf.sdf_values import SdfError, numbers_at, placed, reported, to_rpy, written
 
 _GRAVITY = (0.0, 0.0, -9.8)
 """SDF's default gravity, m/s2."""

@@ -9,12 +9,22 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 
 from graphengine.descriptions.files.xml import Element
+from graphengine.descriptions.sdf.sdf_frames import SdfFrame, place_of
+from graphengine.descriptions.sdf.sdf_inertia import inertial, is_mere_frame
+from graphengine.descriptions.sdf.sdf_shapes import colour_of, shape_of, surface_for_gazebo, textured, urdf_shape
+from graphengine.descriptions.sdf.sdf_values import (
+    SdfError,
+    find,
+    flag_at,
+    leaf,
+    origin,
+    reported,
+    text_at,
+    to_rpy,
+    written,
+)
 from graphengine.devices.rotation import NOWHERE, Pose, relative
 from graphengine.format.diagnostics import Findings
-from graphengine.physics.sdf.sdf_frames import SdfFrame, place_of
-from graphengine.physics.sdf.sdf_inertia import inertial, is_mere_frame
-from graphengine.physics.sdf.sdf_shapes import colour_of, shape_of, surface_for_gazebo, textured, urdf_shape
-from graphengine.physics.sdf.sdf_values import SdfError, find, flag_at, leaf, origin, reported, text_at, to_rpy, written
 
 _CONVERTED = ("pose", "inertial", "collision", "visual", "sensor", "gravity", "self_collide")
 _NO_EFFECT = ("must_be_base_link", "enable_wind", "velocity_decay", "kinematic", "frame")

@@ -13,6 +13,9 @@ from graphengine.descriptions.robot_files.default_drives import add_wheel_drives
 from graphengine.descriptions.robot_files.draft import Draft
 from graphengine.descriptions.robot_files.robot_file import RobotFile
 from graphengine.descriptions.robot_files.writer import render
+from graphengine.descriptions.sdf.sdf_files import SUFFIXES as SDF_SUFFIXES
+from graphengine.descriptions.sdf.sdf_files import is_sdf
+from graphengine.descriptions.sdf.sdf_reader import read_sdf
 from graphengine.descriptions.urdf.urdf import Urdf
 from graphengine.descriptions.urdf.urdf_reader import read_urdf
 from graphengine.descriptions.xacro import xacro
@@ -22,9 +25,6 @@ from graphengine.format.files import Files
 from graphengine.format.robot_spec import RobotSpec
 from graphengine.format.spec_reader import Loaded, validate
 from graphengine.format.wording import allowing
-from graphengine.physics.sdf.sdf_files import SUFFIXES as SDF_SUFFIXES
-from graphengine.physics.sdf.sdf_files import is_sdf
-from graphengine.physics.sdf.sdf_reader import read_sdf
 
 MJCF_SUFFIX = ".xml"
 SUFFIXES = (".urdf", xacro.SUFFIX, MJCF_SUFFIX, *SDF_SUFFIXES)

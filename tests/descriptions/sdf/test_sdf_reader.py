@@ -9,7 +9,7 @@ import pytest
 
 from graphengine.descriptions.urdf.urdf import UrdfJoint, origin_of
 from graphengine.devices.rotation import compose, from_rpy, rotate
-from tests.physics.sdf.harness import BALL, converted, document, errors, joint, link, model, pose, urdf
+from tests.descriptions.sdf.harness import BALL, converted, document, errors, joint, link, model, pose, urdf
 
 QUARTER = math.pi / 2
 TWO = link("base") + link("arm", pose(0, 0, 1))

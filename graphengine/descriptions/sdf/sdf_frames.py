@@ -12,9 +12,9 @@ from dataclasses import dataclass, field
 from typing import Literal
 
 from graphengine.descriptions.files.xml import Element
+from graphengine.descriptions.sdf.sdf_values import SdfError, flag_at, pose_of, text_at
 from graphengine.devices.rotation import NOWHERE, Pose, compose, relative
 from graphengine.format.wording import did_you_mean, listing, printable
-from graphengine.physics.sdf.sdf_values import SdfError, flag_at, pose_of, text_at
 
 _MAX_ATTACHED = 1000
 """Maximum length of a chain of frames that are attached to each other."""

@@ -8,15 +8,15 @@ import pytest
 
 from graphengine.descriptions.files.packages import Packages
 from graphengine.descriptions.files.xml import Element, parse
+from graphengine.descriptions.sdf.sdf_files import SdfFiles
+from graphengine.descriptions.sdf.sdf_frames import Scope, SdfFrame
+from graphengine.descriptions.sdf.sdf_reader import read_sdf
+from graphengine.descriptions.sdf.sdf_values import to_rpy
 from graphengine.descriptions.urdf.urdf import Urdf
 from graphengine.descriptions.urdf.urdf_reader import read_urdf
 from graphengine.devices.rotation import Pose
 from graphengine.format.diagnostics import Findings
 from graphengine.format.files import Files
-from graphengine.physics.sdf.sdf_files import SdfFiles
-from graphengine.physics.sdf.sdf_frames import Scope, SdfFrame
-from graphengine.physics.sdf.sdf_reader import read_sdf
-from graphengine.physics.sdf.sdf_values import to_rpy
 
 BALL = "<geometry><sphere><radius>0.1</radius></sphere></geometry>"
 INERTIA = "<inertia><ixx>0.01</ixx><iyy>0.01</iyy><izz>0.01</izz></inertia>"
