@@ -23,6 +23,6 @@ if [ -z "${TESTS_ONLY:-}" ]; then
     lint-imports --no-cache
 fi
 # Compiled once, and kept: no test waits for it, or hears that it takes some seconds.
-python -c 'from graphengine.physics.sensors.fast import rays; rays.trouble()'
+python -c 'from graphengine.physics.ray_casting.fast import rays; rays.trouble()'
 # One process more than there are processors, as many tests wait for another process.
 python -m pytest -n "$((processors + 1))" --dist loadfile "$@"

@@ -50,7 +50,7 @@ def find_camera(world: Simulation, name: str) -> Prim | None:
     Raises:
         UsageError: neither a view nor a camera prim has the name, or several camera prims have it.
     """
-    from graphengine.physics.pictures import views
+    from graphengine.physics.views import views
 
     known, stage = views.names(world), world.stage
     if name in known:
@@ -86,8 +86,8 @@ def look(
         RenderError: OpenGL is missing or failed.
         UsageError: no view or camera has the name, or several camera prims have it.
     """
-    from graphengine.physics.pictures import views
     from graphengine.physics.sensors.camera import PinholeCamera
+    from graphengine.physics.views import views
 
     prim = find_camera(world, name)
     if prim is not None:

@@ -22,7 +22,7 @@ from graphengine.scene import build
 from graphengine.scene.loaded_scene import Options
 
 if TYPE_CHECKING:
-    from graphengine.physics.sensors.rays import RaysChoice
+    from graphengine.physics.ray_casting.rays import RaysChoice
     from graphengine.recording.packing import PackedScene
 
 RAYS = ("auto", "mujoco", "fast")

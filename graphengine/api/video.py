@@ -59,7 +59,7 @@ class Video:
         size: tuple[int, int] | None = None,
         fps: int = FPS,
     ) -> None:
-        from graphengine.physics.pictures.views import ViewCamera, ViewRenderer
+        from graphengine.physics.views.views import ViewCamera, ViewRenderer
 
         check_path(path)
         self.path, self.fps = path, fps

@@ -98,7 +98,7 @@ def _diagnose(check: Callable[[], Diagnosis]) -> Diagnosis:
 def _versions() -> Diagnosis:
     import numpy as np
 
-    from graphengine.physics.engine import mujoco
+    from graphengine.descriptions.engine import mujoco
 
     system = f"Python {platform.python_version()} on {platform.system()} {platform.machine()}"
     return Diagnosis("ok", f"{NAME} {__version__}, {system}, MuJoCo {mujoco.__version__}, numpy {np.__version__}")
@@ -131,9 +131,9 @@ def _numba() -> Diagnosis:
     try:
         import numba
 
-        from graphengine.physics.sensors.fast.compiled import kept_in
-        from graphengine.physics.sensors.fast.kernel import cast
-        from graphengine.physics.sensors.fast.rays import trouble
+        from graphengine.physics.kernels.compiled import kept_in
+        from graphengine.physics.ray_casting.fast.kernel import cast
+        from graphengine.physics.ray_casting.fast.rays import trouble
     except Exception as error:  # one of its libraries does not fit
         return Diagnosis("problem", f"{type(error).__name__}: {error}", meaning, (install_command("fast"),))
     if reason := trouble():

@@ -104,7 +104,7 @@ def _joints(sim: Session, robot: RobotInstance) -> list[str]:
     Joints with a velocity drive have no position to hold.
     """
     from graphengine.api.robots import find_robot
-    from graphengine.physics.model.drives import Drive
+    from graphengine.descriptions.actuators.drives import Drive
 
     held = sim._runner.session.services.world.articulation(find_robot(sim._runner, robot.name))
     targets = dict(zip(held.joint_names, held.set_points()[0].tolist(), strict=True))

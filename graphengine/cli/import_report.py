@@ -14,7 +14,7 @@ from graphengine.format.files import near
 from graphengine.format.wording import listing, quoted
 
 if TYPE_CHECKING:
-    from graphengine.physics.importing.draft import Remark
+    from graphengine.descriptions.robot_files.draft import Remark
     from graphengine.physics.importing.import_robot import Imported
 
 LONGEST = 12

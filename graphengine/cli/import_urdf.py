@@ -205,8 +205,8 @@ def find_origin(arguments: argparse.Namespace, target: Path, findings: Findings)
 
 
 def _from_network(arguments: argparse.Namespace, target: Path, findings: Findings) -> Origin | None:
-    from graphengine.physics.files.packages import Packages
-    from graphengine.physics.files.xml import parse
+    from graphengine.descriptions.files.packages import Packages
+    from graphengine.descriptions.files.xml import parse
     from graphengine.physics.importing.import_robot import Origin
 
     text, told = _remote(arguments)
@@ -231,12 +231,12 @@ def _with_controllers(origin: Origin | None, arguments: argparse.Namespace, find
 
 
 def _from_file(arguments: argparse.Namespace, target: Path, findings: Findings) -> Origin | None:
-    from graphengine.physics.description import xacro
-    from graphengine.physics.files.packages import Packages
-    from graphengine.physics.files.xml import read
+    from graphengine.descriptions.files.packages import Packages
+    from graphengine.descriptions.files.xml import read
+    from graphengine.descriptions.sdf.sdf_files import is_sdf
+    from graphengine.descriptions.xacro import xacro
     from graphengine.physics.importing.import_robot import Origin
     from graphengine.physics.importing.robot_source import Wishes, read_source
-    from graphengine.physics.sdf.sdf_files import is_sdf
 
     path = Path(near(arguments.file))
     require_file(path)
@@ -270,8 +270,8 @@ def _from_file(arguments: argparse.Namespace, target: Path, findings: Findings) 
 
 def _list_arguments(arguments: argparse.Namespace) -> int:
     """Print the arguments of a xacro file; return 0, or 1 if the file cannot be read."""
-    from graphengine.physics.files.packages import Packages
-    from graphengine.physics.files.xml import read
+    from graphengine.descriptions.files.packages import Packages
+    from graphengine.descriptions.files.xml import read
     from graphengine.physics.importing.robot_source import arguments_of
 
     if not arguments.file:
@@ -291,7 +291,7 @@ def _list_arguments(arguments: argparse.Namespace) -> int:
 
 def _files(given: Path, arguments: argparse.Namespace) -> Files:
     """Return the access policy for files: the package or model folders around the description, and folders given by options."""
-    from graphengine.physics.sdf.sdf_files import model_folders
+    from graphengine.descriptions.sdf.sdf_files import model_folders
 
     package = next((folder for folder in given.absolute().parents if (folder / "package.xml").is_file()), None)
     around = [package] if package is not None else model_folders(given)

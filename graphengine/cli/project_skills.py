@@ -13,7 +13,7 @@ from graphengine.cli.common import table
 from graphengine.format.yaml_text import flow
 
 if TYPE_CHECKING:
-    from graphengine.physics.description.urdf import UrdfJoint
+    from graphengine.descriptions.urdf.urdf import UrdfJoint
     from graphengine.physics.importing.import_robot import Imported
 
 _BASE, _STAND, _TRAJECTORY = "base", "stand", "arm/trajectory.yaml"

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from graphengine.api.run_options import Log, RunOptions
     from graphengine.api.runner import Runner
     from graphengine.compiler.registry import Registry
-    from graphengine.physics.sensors.rays import RaysChoice
+    from graphengine.physics.ray_casting.rays import RaysChoice
     from graphengine.recording.manifest import Manifest
     from graphengine.recording.reader import Recording
     from graphengine.scene.loaded_scene import Options

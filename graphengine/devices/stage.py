@@ -299,6 +299,13 @@ def prim_name(name: str) -> str:
     return f"_{plain}" if plain[:1].isdigit() else plain
 
 
+def housing_of(prim: Prim) -> str:
+    """Return the name of the visible body of a sensor with an appearance: the robot's name and the path below the robot."""
+    robot = next((above for above in prim.ancestors() if above.kind == "robot"), None)
+    above, name = (robot.path, robot.entity_name) if robot is not None else ("/", "")
+    return name + prim.path.removeprefix(above)
+
+
 def normalize(path: str) -> str:
     """Return an absolute path without doubled or trailing slashes.
 

@@ -2,14 +2,13 @@
 
 Each entry of this list imports only from the entries above it:
 
-- `engine`: imports MuJoCo with the settings that the whole package uses.
-- `files`: reads untrusted files within limits.
-- `description`: reads robot descriptions.
+- `implementations`: the registry of sensors, which are the modules of `sensors`. `kernels`: compiles inner loops with numba.
 - `model`: builds the world and its robots, as MuJoCo models and as prims.
-- `dynamics`: acts on a model while it runs.
-- `pictures`: renders camera images.
-- `sensors`: simulates the robots' sensors.
-- `core`: steps and resets the model; handles and sensors use it. `simulation`: implements `devices.backend.World` completely.
+- `dynamics`: the laws that act on a model while it runs. `ray_casting`: casts the rays of sensors.
+- `core`: steps and resets the model, and keeps the handles. `handles`: joints, poses, conveyors and entities.
+- `pictures`: renders camera images. `sensors`: simulates the robots' sensors.
+- `simulation`: implements `devices.backend.World` completely.
 - `loading`: builds a `loaded_world` from a scene file; robots can be added to that world and removed from it.
-  `occupancy`: computes the occupancy map of a scene.
+- `views`: shows a scene to users. `occupancy`: computes the occupancy map of a scene.
+  `importing`: imports a robot description as a robot file.
 """

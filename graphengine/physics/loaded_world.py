@@ -10,11 +10,11 @@ import re
 from collections.abc import Collection
 from dataclasses import dataclass, replace
 
+from graphengine.descriptions.engine import body_names, model_bytes, mujoco
 from graphengine.devices.stage import Stage
 from graphengine.format.diagnostics import Findings
 from graphengine.format.files import Files
 from graphengine.format.spec import RobotUse
-from graphengine.physics.engine import body_names, model_bytes, mujoco
 from graphengine.physics.model.fleet_expansion import RobotPlacement, place
 from graphengine.physics.model.robot import RobotInstance
 from graphengine.physics.model.robot_prims import add_robot

@@ -7,6 +7,9 @@ from collections.abc import Iterator, Mapping
 from fractions import Fraction
 from pathlib import Path
 
+from graphengine.descriptions.engine import body_names
+from graphengine.descriptions.files.references import Library
+from graphengine.descriptions.robot_files.robot_file import read_robot
 from graphengine.devices.entity import MOST_TOLD, Overlap
 from graphengine.devices.stage import PHYSICS_SCENE, Stage
 from graphengine.format.diagnostics import Findings
@@ -14,11 +17,8 @@ from graphengine.format.errors import PhysicsError
 from graphengine.format.files import Files
 from graphengine.format.spec import RobotUse, SceneSpec
 from graphengine.format.spec_reader import Loaded
-from graphengine.physics.description.robot_file import read_robot
 from graphengine.physics.dynamics.force_limits import tell_limits
 from graphengine.physics.dynamics.settling import SETTLED_SPEED
-from graphengine.physics.engine import body_names
-from graphengine.physics.files.references import Library
 from graphengine.physics.loaded_world import LoadedWorld
 from graphengine.physics.model.fleet_expansion import place, placements
 from graphengine.physics.model.mesh_units import check_mesh_units
@@ -27,7 +27,7 @@ from graphengine.physics.model.robot_prims import add_robot
 from graphengine.physics.model.scenery import Scenery
 from graphengine.physics.model.world_model import world_spec
 from graphengine.physics.model.world_prims import add_world
-from graphengine.physics.sensors.rays import RaysChoice
+from graphengine.physics.ray_casting.rays import RaysChoice
 from graphengine.physics.simulation import Simulation
 
 _FREE_PATH = "choose a path with no prim at or below it, and with only scopes above it"

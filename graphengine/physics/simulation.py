@@ -8,6 +8,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 
+from graphengine.descriptions.engine import Floats, wake
 from graphengine.devices.backend import Friction, Light
 from graphengine.devices.contact_points import Contacts
 from graphengine.devices.device import device_of
@@ -15,55 +16,29 @@ from graphengine.devices.rotation import Vector3, vector
 from graphengine.devices.stage import Prim
 from graphengine.devices.visible import Bodies
 from graphengine.format.errors import ContextError
-from graphengine.physics.core import SimulationCore
+from graphengine.physics.core.held_bodies import PlacedBody, find_mover
 from graphengine.physics.dynamics.contact_forces import contact_points
-from graphengine.physics.dynamics.conveyors import Conveyor
-from graphengine.physics.dynamics.held_bodies import PlacedBody, find_mover
-from graphengine.physics.dynamics.motion_handles import CarriedPrim, Joints
-from graphengine.physics.dynamics.mujoco_entities import MujocoEntities
-from graphengine.physics.engine import Floats, wake
-from graphengine.physics.pictures.render_thread import RenderThread
+from graphengine.physics.handles.conveyors import Conveyor
+from graphengine.physics.handles.motion_handles import CarriedPrim, Joints
+from graphengine.physics.handles.mujoco_entities import MujocoEntities
+from graphengine.physics.implementations import IMPLEMENTATIONS
+from graphengine.physics.pictures.pictured_simulation import PicturedSimulation
 from graphengine.physics.pictures.visible_bodies import visible_bodies
-from graphengine.physics.sensors.implementations import IMPLEMENTATIONS
-from graphengine.physics.sensors.rays import compile_kernels
+from graphengine.physics.ray_casting.rays import compile_kernels
 
 D = TypeVar("D")
 
 
-class Simulation(SimulationCore):
+class Simulation(PicturedSimulation):
     """The physics and sensors of a scene: gives handles to prims, and reads and writes their settings.
 
     The methods do not check a prim's kind; callers must do so. Arguments and errors are those of `SimulationCore`.
     """
 
     @cached_property
-    def studio(self) -> RenderThread:
-        """The thread that renders the images of all cameras; it is started at first use."""
-        return RenderThread(self)
-
-    def picture_driver(self) -> str:
-        """Return the name and version of the OpenGL driver, or `not there` if OpenGL cannot be used."""
-        return self.studio.driver()
-
-    @cached_property
     def entities(self) -> MujocoEntities:
         """The robots and objects of the world."""
         return MujocoEntities(self)
-
-    def save(self) -> Any:
-        """Return a copy of the current state; wait for images that are being rendered."""
-        return super().save(), self.studio.save()
-
-    def restore(self, saved: Any) -> None:
-        """Restore a state that `save` returned for the same robots."""
-        state, studio = saved
-        super().restore(state)
-        self.studio.restore(studio)
-
-    def close(self) -> None:
-        """Release the handles and the renderer."""
-        super().close()
-        self.studio.close()
 
     def bodies(self) -> Bodies:
         """Return all bodies with their visible shapes. The bodies change when a robot is added or removed."""
@@ -79,7 +54,7 @@ class Simulation(SimulationCore):
 
     def body(self, prim: Prim) -> CarriedPrim:
         """Return a handle to the pose and velocity of a prim: those of its rigid body, or of the body that carries the prim."""
-        return self._handles.find(CarriedPrim, prim)
+        return self.handles.find(CarriedPrim, prim)
 
     frame = body
 
@@ -118,7 +93,7 @@ class Simulation(SimulationCore):
         if prim.body not in self.surfaces.velocities and self.model.body(prim.body).jntnum[0]:
             advice = "a conveyor must be fixed to the world or to another body; for a robot, write fixed_base: true"
             raise ContextError(f"{prim.path} cannot be a conveyor: a joint moves it", prim.path, advice)
-        return self._handles.find(Conveyor, prim)
+        return self.handles.find(Conveyor, prim)
 
     def light(self, prim: Prim) -> Light:
         """Return intensity and colour of a light prim."""
@@ -135,11 +110,11 @@ class Simulation(SimulationCore):
 
     def placement(self, prim: Prim) -> PlacedBody | None:
         """Return a handle that places the prim's body and holds it there; None if the body cannot be moved alone."""
-        return self._handles.find(PlacedBody, prim) if find_mover(self.model, self.stage, prim) is not None else None
+        return self.handles.find(PlacedBody, prim) if find_mover(self.model, self.stage, prim) is not None else None
 
     def articulation(self, robot: Prim) -> Joints:
         """Return a handle to the joints of a robot prim."""
-        return self._handles.find(Joints, robot)
+        return self.handles.find(Joints, robot)
 
     def compile_kernels(self) -> None:
         """Compile the kernels that the sensors of the stage need, so that the set-up of a node does not wait for the compiler."""
@@ -149,5 +124,5 @@ class Simulation(SimulationCore):
 
     def device(self, interface: Callable[..., D], prim: Prim, **options: Any) -> D:
         """Return the device (such as a sensor) at a prim; calls with equal options return the same object."""
-        found: D = self._handles.find(IMPLEMENTATIONS.all[device_of(interface).kind].handle, prim, **options)
+        found: D = self.handles.find(IMPLEMENTATIONS.all[device_of(interface).kind].handle, prim, **options)
         return found

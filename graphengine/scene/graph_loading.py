@@ -21,7 +21,7 @@ from graphengine.format.files import Files
 from graphengine.format.spec import GraphUse
 
 if TYPE_CHECKING:
-    from graphengine.physics.description.robot_file import RobotFile
+    from graphengine.descriptions.robot_files.robot_file import RobotFile
     from graphengine.physics.model.robot import RobotInstance
     from graphengine.scene.loaded_scene import Options
 

@@ -20,7 +20,7 @@ from graphengine.messages.endpoints import EndpointClaim
 if TYPE_CHECKING:
     from graphengine.format.spec import SceneSpec
     from graphengine.physics.loaded_world import LoadedWorld
-    from graphengine.physics.sensors.rays import RaysChoice
+    from graphengine.physics.ray_casting.rays import RaysChoice
 
 
 @dataclass(frozen=True, slots=True)

@@ -16,7 +16,7 @@ from pathlib import Path
 from graphengine.format.distribution import install_command
 from graphengine.messages import messages
 from graphengine.messages.endpoints import QoS
-from graphengine.physics.sensors.rays import RaysChoice
+from graphengine.physics.ray_casting.rays import RaysChoice
 from graphengine.ros.network import LiveNetwork
 from graphengine.ros.transports.memory.memory import MemoryTransport
 from graphengine.scene import build

@@ -25,13 +25,13 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
 from graphengine.cli import import_urdf, make_parser
+from graphengine.descriptions.files.xml import Element, parse, write
+from graphengine.descriptions.mjcf import mjcf, mjcf_trial
 from graphengine.format.diagnostics import Findings
 from graphengine.format.errors import GraphError
 from graphengine.format.files import Files, shipped
 from graphengine.format.spec import SceneSpec
 from graphengine.format.spec_reader import read
-from graphengine.physics.description import mjcf, mjcf_trial
-from graphengine.physics.files.xml import Element, parse, write
 from graphengine.physics.importing.import_robot import import_robot
 from graphengine.physics.loading import load_world
 

@@ -27,7 +27,7 @@ from graphengine.api.run_options import RunOptions
 from graphengine.api.runner import Runner
 from graphengine.api.scene import loaded_of
 from graphengine.api.session import Session
-from graphengine.physics.engine import mujoco
+from graphengine.descriptions.engine import mujoco
 from tests.bench.public_descriptions import NEVER_TUNED_TO, ROBOTS, Robot
 from tests.bench.public_robots import graphrun
 from tests.physics.bases import Base, Wheel

@@ -9,7 +9,7 @@ import pytest
 
 from graphengine.format.files import shipped
 from graphengine.sandbox.borders import missing
-from tests.physics.files.test_meshes import collada, instance
+from tests.descriptions.files.test_meshes import collada, instance
 from tests.physics.harness import Project
 from tests.sandbox import kernels
 

@@ -113,7 +113,7 @@ def test_numba_that_is_not_installed_is_a_note(monkeypatch: pytest.MonkeyPatch) 
 
 
 def test_numba_that_cannot_be_imported_is_a_problem(monkeypatch: pytest.MonkeyPatch) -> None:
-    for name in [name for name in sys.modules if name.startswith("graphengine.physics.sensors.fast")]:
+    for name in [name for name in sys.modules if name.startswith("graphengine.physics.ray_casting.fast")]:
         monkeypatch.delitem(sys.modules, name)
     monkeypatch.setattr(importlib.util, "find_spec", lambda name: object())
     monkeypatch.setitem(sys.modules, "numba", None)

@@ -10,7 +10,7 @@ from graphengine.devices.dry_world import DryWorld
 from graphengine.devices.stage import Stage
 from graphengine.format.kinds import DEVICES, Kinds
 from graphengine.format.stateful import Shared
-from graphengine.physics.sensors.implementations import IMPLEMENTATIONS
+from graphengine.physics.implementations import IMPLEMENTATIONS
 
 
 def test_every_kind_has_an_implementation_and_a_stub_that_checkpoints_do_not_copy() -> None:

@@ -292,7 +292,7 @@ def test_a_place_that_physics_cannot_count_is_refused_and_the_others_go_on(job: 
 def test_a_robot_that_the_rays_asked_for_cannot_meet_is_refused_and_the_others_go_on(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    fast = pytest.importorskip("graphengine.physics.sensors.fast.rays", reason="numba is not installed")
+    fast = pytest.importorskip("graphengine.physics.ray_casting.fast.rays", reason="numba is not installed")
     with Job(scene(tmp_path, FIRST), rays="fast") as job:
         job.run(0.1)
         with monkeypatch.context() as patch:

@@ -10,8 +10,8 @@ TESTED = {
     "format.bounded_json.MAX_CONTAINERS": "tests/format/test_bounded_json.py::test_the_limits_are_exact",
     "format.bounded_json.MAX_DEPTH": "tests/format/test_bounded_json.py::test_the_limits_are_exact",
     "format.bounded_json.MAX_PARTS": "tests/format/test_bounded_json.py::test_the_limits_are_exact",
-    "physics.files.references.MAX_FILES_BYTES": (
-        "tests/physics/files/test_bounds.py::test_all_files_of_a_scene_together_have_a_limit"
+    "descriptions.files.references.MAX_FILES_BYTES": (
+        "tests/descriptions/files/test_bounds.py::test_all_files_of_a_scene_together_have_a_limit"
     ),
     "ros.foxglove.publish_gate.MAX_CLIENTS": "tests/ros/test_foxglove.py::test_no_more_clients_than_allowed_are_connected",
     "view.page_server.MAX_REQUEST": "tests/view/test_page_server.py::test_a_request_that_is_too_long_is_refused_with_an_answer",
@@ -39,21 +39,21 @@ TESTED = {
     "isaac.stage.stage_reader.MAX_SECONDS": (
         "tests/sandbox/test_confinement.py::test_a_process_that_takes_too_long_is_ended"
     ),
-    "physics.description.mjcf_trial.MAX_MEMORY_BYTES": (
+    "descriptions.mjcf.mjcf_trial.MAX_MEMORY_BYTES": (
         "tests/sandbox/test_confinement.py::test_the_environment_is_empty_and_memory_ends"
     ),
-    "physics.description.mjcf_trial.MAX_SECONDS": (
-        "tests/physics/description/test_mjcf.py::test_a_model_that_keeps_the_compiler_busy_without_end_is_refused"
+    "descriptions.mjcf.mjcf_trial.MAX_SECONDS": (
+        "tests/descriptions/mjcf/test_mjcf.py::test_a_model_that_keeps_the_compiler_busy_without_end_is_refused"
     ),
-    "physics.description.xacro.MAX_SECONDS": (
-        "tests/physics/description/test_xacro.py::test_xacro_that_takes_too_long_is_ended"
+    "descriptions.xacro.xacro.MAX_SECONDS": (
+        "tests/descriptions/xacro/test_xacro.py::test_xacro_that_takes_too_long_is_ended"
     ),
     "physics.dynamics.settling.SETTLE_LIMIT": (
         "tests/physics/dynamics/test_settling.py::"
         "test_what_swings_faster_than_the_bound_is_not_at_rest_though_it_often_turns_around"
     ),
-    "physics.files.conversion.MAX_SECONDS": (
-        "tests/physics/files/test_conversion.py::test_a_file_that_takes_too_long_is_ended"
+    "descriptions.files.conversion.MAX_SECONDS": (
+        "tests/descriptions/files/test_conversion.py::test_a_file_that_takes_too_long_is_ended"
     ),
     "recording.recorder.CHUNK_SECONDS": (
         "tests/recording/test_recorder.py::test_a_chunk_of_many_bytes_is_written_before_its_second_is_over"
@@ -134,8 +134,8 @@ BOUNDS_NO_INPUT = {
     ),
     "what a picture or the page shows": (
         "api.recording_view.LONGEST_SEEK",
-        "physics.pictures.views.FARTHEST",
-        "physics.pictures.views.LARGEST",
+        "physics.views.views.FARTHEST",
+        "physics.views.views.LARGEST",
         "view.scene.body_dragging.FARTHEST",
         "view.scene.contact_arrows.LONGEST",
         "view.scene.frame_axes.MOST_NAMES",
@@ -144,9 +144,9 @@ BOUNDS_NO_INPUT = {
         "view.scene.viewer_controls.FARTHEST",
     ),
     "a value above or below which a warning suggests another unit; it is used as it is": (
-        "physics.description.joint_units._MOST_DEGREES",
-        "physics.description.joint_units._MOST_TURNS",
-        "physics.files.flat_meshes._FARTHEST",
+        "descriptions.urdf.joint_units._MOST_DEGREES",
+        "descriptions.urdf.joint_units._MOST_TURNS",
+        "descriptions.files.flat_meshes._FARTHEST",
         "physics.model.mesh_units.LARGEST",
         "physics.model.mesh_units.SMALLEST",
     ),

@@ -10,15 +10,15 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
+from graphengine.descriptions.engine import mujoco
 from graphengine.devices.entity import Move, Overlap, warning
 from graphengine.format.errors import ContextError, PhysicsError, UsageError
 from graphengine.node.context import device_access
 from graphengine.physics.dynamics import command_limits
-from graphengine.physics.engine import mujoco
 from graphengine.physics.occupancy import occupancy_map
 from graphengine.physics.occupancy.grid import Grid
 from graphengine.physics.occupancy.occupancy_map import OCCUPIED, MapRequest
-from graphengine.physics.sensors.fast import rays
+from graphengine.physics.ray_casting.fast import rays
 from graphengine.physics.sensors.lidar import BeamsSpec
 from graphengine.physics.sensors.raycast import RaycastProfile
 from tests.limits.table import accepts, limit
@@ -52,14 +52,14 @@ def _(speed: float) -> bool:
     return slowest <= -speed and speed <= fastest
 
 
-@limit("physics.dynamics.conveyors.FASTEST")
+@limit("physics.handles.conveyors.FASTEST")
 def _(speed: float, folder: Path) -> bool:
     simulation = Project(folder).world('<body name="belt"><geom size="1 1 1" type="box"/></body>').load().simulation
     belt = simulation.conveyor(simulation.stage.find("/World/belt"))
     return accepts(lambda: belt.move((speed, 0.0, 0.0), (0.0, -speed, 0.0)), PhysicsError)
 
 
-@limit("physics.dynamics.mujoco_entities.MOST")
+@limit("physics.handles.mujoco_entities.MOST")
 def _(metres: float, folder: Path) -> bool:
     entities = Project(folder).load().simulation.entities
     return accepts(lambda: entities.place("bot", Move(position=(metres, 0.0, 0.0))), UsageError)
@@ -107,7 +107,7 @@ def _(places: int) -> bool:
     return accepts(lambda: judged(room(1.0 + 0.5 * (places - 1), 1.0)), UsageError)
 
 
-@limit("physics.sensors.fast.rays.MAX_TRIANGLES", at=10)
+@limit("physics.ray_casting.fast.rays.MAX_TRIANGLES", at=10)
 def _(triangles: int) -> bool:
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(rays, "count_triangles", lambda model, visible: triangles)

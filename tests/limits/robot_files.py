@@ -11,36 +11,39 @@ from typing import Any
 import numpy as np
 import pytest
 
+from graphengine.descriptions.files import bounds, conversion, meshes, references, xml
+from graphengine.descriptions.files.meshes import MeshError
+from graphengine.descriptions.files.packages import Packages
+from graphengine.descriptions.files.references import Library
+from graphengine.descriptions.mjcf import mjcf_trial
+from graphengine.descriptions.robot_files import default_drives
+from graphengine.descriptions.robot_files.robot_file import read_robot
+from graphengine.descriptions.sdf import sdf_files, sdf_values
+from graphengine.descriptions.sdf.sdf_geoms import GeomWriter
+from graphengine.descriptions.sdf.sdf_values import SdfError
+from graphengine.descriptions.urdf import urdf_reader
+from graphengine.descriptions.xacro import absent_packages, dom, xacro
+from graphengine.descriptions.xacro.xacro_macros import robot_macros
 from graphengine.format.diagnostics import Findings, Source, Span
 from graphengine.format.document import Value
 from graphengine.format.files import Files
-from graphengine.physics.description import absent_packages, dom, mjcf_trial, urdf_reader, xacro
-from graphengine.physics.description.robot_file import read_robot
-from graphengine.physics.description.xacro_macros import robot_macros
-from graphengine.physics.files import bounds, conversion, meshes, references, xml
-from graphengine.physics.files.meshes import MeshError
-from graphengine.physics.files.packages import Packages
-from graphengine.physics.files.references import Library
-from graphengine.physics.importing import arm_gains, controllers_file, joint_drives
-from graphengine.physics.sdf import sdf_files, sdf_values
-from graphengine.physics.sdf.sdf_geoms import GeomWriter
-from graphengine.physics.sdf.sdf_values import SdfError
+from graphengine.physics.importing import arm_gains, controllers_file
 from graphengine.sandbox.confinement import ProcessError
 from graphengine.sandbox.untrusted import encoded
+from tests.descriptions.files.test_meshes import collada, instance
+from tests.descriptions.sdf.harness import document, frame, link, model, packages, scope
 from tests.limits.table import accepts, limit
 from tests.physics.bases import Base, Wheel
-from tests.physics.files.test_meshes import collada, instance
 from tests.physics.importing.descriptions import sensor
 from tests.physics.importing.imported_bases import description, imported
 from tests.physics.importing.test_gazebo_sensors import remarks
-from tests.physics.sdf.harness import document, frame, link, model, packages, scope
 
 SPAN = Span(Source("a", ()), 1, 1)
 
 # Descriptions of robots
 
 
-@limit("physics.description.robot_file.MAX_CHAIN")
+@limit("descriptions.robot_files.robot_file.MAX_CHAIN")
 def _(robot_files: int, folder: Path) -> bool:
     for number in range(robot_files):
         extends = f"extends: {number + 1}.yaml\n" if number + 1 < robot_files else "urdf: a.urdf\n"
@@ -53,14 +56,14 @@ def parsed(text: str) -> tuple[Any, Findings]:
     return xml.parse(text.encode(), "a.xml", findings, "S103"), findings
 
 
-@limit("physics.description.urdf_reader.MAX_LINKS", at=3)
+@limit("descriptions.urdf.urdf_reader.MAX_LINKS", at=3)
 def _(links: int) -> bool:
     elements = "".join(f'<link name="l{number}"/>' for number in range(links))
     root, findings = parsed(f"<robot>{elements}</robot>")
     return len(list(urdf_reader._named(root, "link", findings))) == links and not findings.items
 
 
-@limit("physics.description.absent_packages.MAX_NAMED", at=3)
+@limit("descriptions.xacro.absent_packages.MAX_NAMED", at=3)
 def _(number: int) -> bool:
     findings = Findings()
     absent = [absent_packages.AbsentPackage(f"p{item}", SPAN, []) for item in range(number)]
@@ -68,7 +71,7 @@ def _(number: int) -> bool:
     return len(findings.items) == number
 
 
-@limit("physics.description.xacro_macros.MAX_PARAMETERS", at=50)
+@limit("descriptions.xacro.xacro_macros.MAX_PARAMETERS", at=50)
 def _(characters: int) -> bool:
     parameters = "a:=1".rjust(characters)
     root, _ = parsed(
@@ -78,7 +81,7 @@ def _(characters: int) -> bool:
     return robot_macros(root)[0].parameters == {"a": "1"}
 
 
-@limit("physics.files.xml.MAX_DEPTH", at=20)
+@limit("descriptions.files.xml.MAX_DEPTH", at=20)
 def _(levels: int) -> bool:
     """Levels after expansion by xacro."""
     from xml.dom import minidom
@@ -88,7 +91,7 @@ def _(levels: int) -> bool:
     return accepts(lambda: list(dom.elements(root, SPAN)), dom.UnwritableError)
 
 
-@limit("physics.description.xacro.MAX_ANSWER", at=1000)
+@limit("descriptions.xacro.xacro.MAX_ANSWER", at=1000)
 def _(size: int, folder: Path) -> bool:
     answer = encoded(xacro.Expanded([], {}, [], None, [], [], [])).encode().ljust(size)
     with pytest.MonkeyPatch.context() as patch:
@@ -99,47 +102,47 @@ def _(size: int, folder: Path) -> bool:
 # Files
 
 
-@limit("physics.files.xml.MAX_BYTES", at=50)
+@limit("descriptions.files.xml.MAX_BYTES", at=50)
 def _(size: int, folder: Path) -> bool:
     (folder / "a.xml").write_text("<a/>".ljust(size), encoding="utf-8")
     return xml.read(folder / "a.xml", Findings(), "S103") is not None
 
 
-@limit("physics.files.xml.MAX_DEPTH", at=20)
+@limit("descriptions.files.xml.MAX_DEPTH", at=20)
 def _(levels: int) -> bool:
     return parsed("<a>" * levels + "</a>" * levels)[0] is not None
 
 
-@limit("physics.files.xml.MAX_ELEMENTS", at=20)
+@limit("descriptions.files.xml.MAX_ELEMENTS", at=20)
 def _(elements: int) -> bool:
     return parsed(f"<a>{'<b/>' * (elements - 1)}</a>")[0] is not None
 
 
-@limit("physics.files.bounds.MAX_MEMORY", at=20_000)
+@limit("descriptions.files.bounds.MAX_MEMORY", at=20_000)
 def _(size: int) -> bool:
     root, _ = parsed("<mujoco/>")
     return bounds.weigh(root, 0.0, {}, size - bounds.ELEMENT)[1] is None
 
 
-@limit("physics.description.mjcf_trial.MAX_PLAIN_MEMORY", at=20_000)
+@limit("descriptions.mjcf.mjcf_trial.MAX_PLAIN_MEMORY", at=20_000)
 def _(size: int) -> bool:
     return mjcf_trial.is_plain(parsed("<mujoco/>")[0], size)
 
 
-@limit("physics.files.conversion.MAX_REASON", at=20)
+@limit("descriptions.files.conversion.MAX_REASON", at=20)
 def _(letters: int) -> bool:
     head = json.dumps({"failure": "x" * letters, "files": []}).encode()
     (answer,) = conversion._answers(len(head).to_bytes(8, "little") + head)
     return isinstance(answer, MeshError) and str(answer) == "x" * letters
 
 
-@limit("physics.files.conversion.MAX_HEAD_BYTES", at=100)
+@limit("descriptions.files.conversion.MAX_HEAD_BYTES", at=100)
 def _(size: int) -> bool:
     head = json.dumps({"failure": "", "files": []}).encode().ljust(size)
     return list(conversion._answers(len(head).to_bytes(8, "little") + head)) == [[]]
 
 
-@limit("physics.files.meshes.MAX_STL_TRIANGLES", at=3)
+@limit("descriptions.files.meshes.MAX_STL_TRIANGLES", at=3)
 def _(triangles: int) -> bool:
     return not meshes.needs_conversion(bytes(80) + triangles.to_bytes(4, "little") + bytes(50 * triangles), ".stl")
 
@@ -147,12 +150,12 @@ def _(triangles: int) -> bool:
 TETRAHEDRON = "v 0 0 0\nv 1 0 0\nv 0 2 0\nv 0 0 3\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n"
 
 
-@limit("physics.files.meshes.MAX_CONVERTED_BYTES", at=100)
+@limit("descriptions.files.meshes.MAX_CONVERTED_BYTES", at=100)
 def _(size: int) -> bool:
     return accepts(lambda: meshes.convert(TETRAHEDRON.ljust(size, "\n").encode(), ".obj"), MeshError)
 
 
-@limit("physics.files.meshes.MAX_TRIANGLES", at=6)
+@limit("descriptions.files.meshes.MAX_TRIANGLES", at=6)
 def _(triangles: int) -> bool:
     """Each use of the geometry has two triangles, as one set of one triangle each."""
     more = "<node>" + instance() + "</node>"
@@ -165,14 +168,14 @@ def _(triangles: int) -> bool:
     return accepts(lambda: meshes.convert(data, ".dae"), MeshError)
 
 
-@limit("physics.files.meshes.MAX_NODES", at=6)
+@limit("descriptions.files.meshes.MAX_NODES", at=6)
 def _(nodes: int) -> bool:
     """A geometry counts as a node, in the node that has it."""
     data = collada(f"<node>{instance()}</node>" + "<node></node>" * (nodes - 2))
     return accepts(lambda: meshes.convert(data, ".dae"), MeshError)
 
 
-@limit("physics.files.packages.MAX_DEPTH")
+@limit("descriptions.files.packages.MAX_DEPTH")
 def _(levels: int, folder: Path) -> bool:
     place = folder.joinpath("paths", *map(str, range(levels)))
     place.mkdir(parents=True)
@@ -180,7 +183,7 @@ def _(levels: int, folder: Path) -> bool:
     return Packages(folder, (folder / "paths",), Files((folder,))).find("deep") is not None
 
 
-@limit("physics.files.references.MAX_FILE_BYTES", at=10)
+@limit("descriptions.files.references.MAX_FILE_BYTES", at=10)
 def _(size: int, folder: Path) -> bool:
     (folder / "a").write_bytes(bytes(size))
     return accepts(lambda: Library(Files((folder,)), Findings())._content(folder / "a"), references._UnreadableError)
@@ -195,7 +198,7 @@ def is_in_scope(folder: Path, content: str) -> bool:
     return False
 
 
-@limit("physics.sdf.sdf_files.MAX_DEPTH")
+@limit("descriptions.sdf.sdf_files.MAX_DEPTH")
 def _(levels: int, folder: Path) -> bool:
     content = link("l")
     for number in range(levels):
@@ -203,12 +206,12 @@ def _(levels: int, folder: Path) -> bool:
     return is_in_scope(folder, model(content))
 
 
-@limit("physics.sdf.sdf_files.MAX_MODELS", at=4)
+@limit("descriptions.sdf.sdf_files.MAX_MODELS", at=4)
 def _(models: int, folder: Path) -> bool:
     return is_in_scope(folder, model("".join(model(link("l"), f"m{number}") for number in range(models - 1))))
 
 
-@limit("physics.sdf.sdf_files.MAX_URI", at=20)
+@limit("descriptions.sdf.sdf_files.MAX_URI", at=20)
 def _(letters: int, folder: Path) -> bool:
     text = document(model(link("l"), "other"))
     name = f"{'a' * (letters - 4)}.sdf"
@@ -216,7 +219,7 @@ def _(letters: int, folder: Path) -> bool:
     return is_in_scope(folder, model(f"{link('l')}<include><uri>{name}</uri></include>"))
 
 
-@limit("physics.sdf.sdf_files._MAX_MISSING", at=3)
+@limit("descriptions.sdf.sdf_files._MAX_MISSING", at=3)
 def _(missing: int, folder: Path) -> bool:
     """A model that exists is not found after too many that do not."""
     (folder / "a.sdf").write_text(document(model(link("l"), "other")), encoding="utf-8")
@@ -225,7 +228,7 @@ def _(missing: int, folder: Path) -> bool:
     return "other" in made.models
 
 
-@limit("physics.sdf.sdf_files._MAX_NEIGHBOURS", at=3)
+@limit("descriptions.sdf.sdf_files._MAX_NEIGHBOURS", at=3)
 def _(models: int, folder: Path) -> bool:
     for number in range(models):
         (folder / str(number)).mkdir()
@@ -233,21 +236,21 @@ def _(models: int, folder: Path) -> bool:
     return len(sdf_files.model_folders(folder / "0" / "model.sdf")) == models
 
 
-@limit("physics.sdf.sdf_frames._MAX_ATTACHED", at=4)
+@limit("descriptions.sdf.sdf_frames._MAX_ATTACHED", at=4)
 def _(frames: int, folder: Path) -> bool:
     chain = "".join(f'<frame name="f{number}" attached_to="f{number + 1}"/>' for number in range(frames - 1))
     made, _ = scope(folder, document(model(link("l") + f'{chain}<frame name="f{frames - 1}" attached_to="l"/>')))
     return accepts(lambda: frame(made, "f0").link(), SdfError)
 
 
-@limit("physics.sdf.sdf_frames._LONGEST", at=20)
+@limit("descriptions.sdf.sdf_frames._LONGEST", at=20)
 def _(letters: int, folder: Path) -> bool:
     inner = "l" * (letters - 7)
     made, _ = scope(folder, document(model(model(link(inner), "inner"))))
     return made.find(f"inner::{inner}") is not None
 
 
-@limit("physics.sdf.sdf_frames._MAX_COMPARED", at=3)
+@limit("descriptions.sdf.sdf_frames._MAX_COMPARED", at=3)
 def _(names: int, folder: Path) -> bool:
     made, _ = scope(folder, document(model("".join(link(f"l{number}") for number in range(names - 1)) + link("wheel"))))
     with contextlib.suppress(SdfError):
@@ -259,7 +262,7 @@ def _(names: int, folder: Path) -> bool:
     return False
 
 
-@limit("physics.sdf.sdf_values._FARTHEST")
+@limit("descriptions.sdf.sdf_values._FARTHEST")
 def _(metres: float) -> bool:
     root, _ = parsed(f"<pose>{metres!r} 0 0 0 0 0</pose>")
     return accepts(lambda: sdf_values.pose_of(root), SdfError)
@@ -293,9 +296,9 @@ def _(joints: int, folder: Path) -> bool:
     return "not simulated on a floor" not in str(draft.noticed)
 
 
-@limit("physics.importing.joint_drives._MOST", step=1e8)
+@limit("descriptions.robot_files.default_drives._MOST", step=1e8)
 def _(gain: float) -> bool:
-    return joint_drives._gain(gain) == gain
+    return default_drives.gain(gain) == gain
 
 
 @limit("physics.importing.arm_gains._MOST", step=1e8)
@@ -304,7 +307,7 @@ def _(stiffness: float) -> bool:
     return arm_gains._gains(joint, arm_gains.Load(1.0, 1.0))[0] == stiffness  # type: ignore[arg-type]
 
 
-@limit("physics.sdf.sdf_shells.MAX_PLATES", at=8)
+@limit("descriptions.sdf.sdf_shells.MAX_PLATES", at=8)
 def _(triangles: int) -> bool:
     """Two tetrahedra, which together are not convex, and triangles beside them."""
     corners = np.array([(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)], float)

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from graphengine.devices.rotation import unrotate
-from graphengine.physics.dynamics.motion_handles import Joints
+from graphengine.physics.handles.motion_handles import Joints
 from graphengine.physics.simulation import Simulation
 from tests.physics.harness import Project
 

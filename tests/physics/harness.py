@@ -11,8 +11,8 @@ from graphengine.format.diagnostics import Findings
 from graphengine.format.files import Files
 from graphengine.format.spec import SceneSpec
 from graphengine.format.spec_reader import read
-from graphengine.physics.core import SimulationCore
-from graphengine.physics.dynamics.motion_handles import Joints
+from graphengine.physics.core.simulation_core import SimulationCore
+from graphengine.physics.handles.motion_handles import Joints
 from graphengine.physics.loaded_world import LoadedWorld
 from graphengine.physics.loading import load_world
 from graphengine.physics.simulation import Simulation

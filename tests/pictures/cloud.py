@@ -18,10 +18,10 @@ from numpy.typing import NDArray
 import graphengine as ge
 from graphengine.api.pictures import simulated, write_png
 from graphengine.devices.rotation import Pose, rotate
-from graphengine.physics.pictures import framing, views
 from graphengine.physics.pictures.frame_capture import Lens
 from graphengine.physics.pictures.rendering import Image
 from graphengine.physics.simulation import Simulation
+from graphengine.physics.views import framing, views
 
 FILES = {
     "robot.yaml": """format: 1

@@ -155,7 +155,7 @@ def test_a_closed_session_is_not_kept_alive(flat: LoadedScene) -> None:
 def test_kernels_are_compiled_before_the_first_endpoint_appears(
     flat: LoadedScene, begin: Sessions, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    fast = pytest.importorskip("graphengine.physics.sensors.fast.rays")
+    fast = pytest.importorskip("graphengine.physics.ray_casting.fast.rays")
     order: list[str] = []
 
     def noted(word: str, call: Callable[..., Any]) -> Callable[..., Any]:

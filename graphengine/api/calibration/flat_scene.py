@@ -9,9 +9,9 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+from graphengine.descriptions.description_reader import is_text
 from graphengine.format.atomic_write import write_together
 from graphengine.format.yaml_text import flow
-from graphengine.physics.description.description_reader import is_text
 from graphengine.physics.model.robot import RobotInstance
 from graphengine.scene import build
 from graphengine.scene.loaded_scene import LoadedScene, Options

@@ -12,8 +12,8 @@ from graphengine.api.calibration.drive_recorder import Trace
 from graphengine.api.calibration.figures import DrivenWheel, Floats, Motion
 from graphengine.api.calibration.measuring import increments, mean
 from graphengine.api.calibration.omni_geometry import base_motion, is_oblique, rolling_directions, rolling_radii
-from graphengine.physics.description.urdf import TURNING, track
-from graphengine.physics.importing.rollers import rollers_of
+from graphengine.descriptions.urdf.rollers import rollers_of
+from graphengine.descriptions.urdf.urdf import TURNING, track
 from graphengine.physics.model.robot import RobotInstance, wheel_shapes
 
 SLOWEST = 0.05

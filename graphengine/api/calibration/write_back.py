@@ -13,12 +13,12 @@ import numpy as np
 from graphengine.api.calibration.figures import Calibration, Covariances
 from graphengine.api.calibration.robot_interface import inputs_named
 from graphengine.compiler.graph import Graph, Instance
+from graphengine.descriptions.robot_files.robot_file import RobotFile
 from graphengine.format.atomic_write import write_together
 from graphengine.format.document import Document, Location
 from graphengine.format.errors import UsageError
 from graphengine.format.files import near
 from graphengine.format.yaml_patch import PatchError, set_value
-from graphengine.physics.description.robot_file import RobotFile
 from graphengine.scene.loaded_scene import LoadedScene
 
 SLIPPING = 0.2

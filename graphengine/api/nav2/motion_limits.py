@@ -13,7 +13,7 @@ from graphengine.api.calibration.figures import Calibration, Kind
 from graphengine.api.calibration.robot_interface import inputs_named
 from graphengine.api.nav2.sourced import NAV2, Sourced
 from graphengine.compiler.graph import Graph, Instance
-from graphengine.physics.engine import body_names
+from graphengine.descriptions.engine import body_names
 from graphengine.physics.model.robot import RobotInstance
 from graphengine.scene.loaded_scene import LoadedScene
 

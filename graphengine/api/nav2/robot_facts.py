@@ -16,13 +16,13 @@ from graphengine.api.calibration.robot_interface import (
 )
 from graphengine.api.nav2.motion_limits import MotionLimits, motion_limits
 from graphengine.api.nav2.scan_source import ScanSource, scan_sources
+from graphengine.descriptions.engine import Floats
 from graphengine.devices.rotation import rotate
 from graphengine.devices.stage import Prim, Stage, at_or_below
 from graphengine.format.errors import UsageError
 from graphengine.format.wording import listing
 from graphengine.messages.endpoints import EndpointClaim
 from graphengine.messages.names import join_namespaces
-from graphengine.physics.engine import Floats
 from graphengine.physics.model.footprint import Point, circle_radius, collider_points, convex_hull, radii, simplified
 from graphengine.physics.model.robot import RobotInstance
 from graphengine.scene.loaded_scene import LoadedScene

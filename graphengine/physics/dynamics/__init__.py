@@ -1,1 +1,1 @@
-"""Acts on a running model: joint commands, poses, pushes and settings, and the handles by which nodes read and write them."""
+"""Laws that act on a running model: joint commands, directed friction, moving surfaces, pushes, welds and settings."""

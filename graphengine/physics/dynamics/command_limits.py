@@ -13,9 +13,9 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 
+from graphengine.descriptions.actuators.drives import KINDS, Drive, Kind
+from graphengine.descriptions.engine import mujoco
 from graphengine.devices.stage import Prim
-from graphengine.physics.engine import mujoco
-from graphengine.physics.model.drives import KINDS, Drive, Kind
 
 GRAVITY, ARM = 9.81, 1.0
 ACCELERATION = 1e5

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from graphengine.descriptions.engine import mujoco
 from graphengine.devices.contact_points import Contacts
-from graphengine.physics.engine import mujoco
 
 
 def contact_points(model: mujoco.MjModel, data: mujoco.MjData) -> Contacts:

@@ -20,10 +20,10 @@ from typing import Any
 
 import numpy as np
 
+from graphengine.descriptions.engine import collides, mujoco
 from graphengine.devices.rotation import Vector3, rotate
 from graphengine.devices.stage import Stage
-from graphengine.physics.dynamics.optional_kernels import load_kernel
-from graphengine.physics.engine import collides, mujoco
+from graphengine.physics.kernels.optional_kernels import load_kernel
 
 _LEAST_FRICTION = 1e-5
 """The smallest friction coefficient that MuJoCo uses."""
@@ -229,7 +229,7 @@ def _compiled() -> tuple[Callable[..., bool], Callable[..., None]]:
 
 
 def _load() -> tuple[Callable[..., bool], Callable[..., None]]:
-    from graphengine.physics.sensors.fast.compiled import kernel
+    from graphengine.physics.kernels.compiled import kernel
 
     turn, keep = kernel(turn_contacts), kernel(keep_loads)
     rows = np.full(1, -1)

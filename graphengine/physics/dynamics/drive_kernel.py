@@ -8,8 +8,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from graphengine.physics.engine import Bools, Floats
-from graphengine.physics.sensors.fast.compiled import kernel, part
+from graphengine.descriptions.engine import Bools, Floats
+from graphengine.physics.kernels.compiled import kernel, part
 
 
 @kernel

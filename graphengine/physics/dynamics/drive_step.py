@@ -7,11 +7,11 @@ from collections.abc import Callable
 
 import numpy as np
 
+from graphengine.descriptions.engine import mujoco
 from graphengine.physics.dynamics.force_limits import ForceLimits
 from graphengine.physics.dynamics.gravity_compensation import GravityCompensation
-from graphengine.physics.dynamics.optional_kernels import load_kernel
 from graphengine.physics.dynamics.set_points import SetPoints
-from graphengine.physics.engine import mujoco
+from graphengine.physics.kernels.optional_kernels import load_kernel
 
 
 class DriveStep:
@@ -80,7 +80,7 @@ def _load() -> Callable[..., bool] | None:
     import numba
 
     from graphengine.physics.dynamics.drive_kernel import prepare_drives
-    from graphengine.physics.sensors.fast.compiled import announced
+    from graphengine.physics.kernels.compiled import announced
 
     if numba.config.DISABLE_JIT:  # numpy is faster than Python
         return None

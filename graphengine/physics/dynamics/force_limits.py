@@ -25,11 +25,11 @@ from collections.abc import Iterable, Mapping
 
 import numpy as np
 
+from graphengine.descriptions.actuators.drives import Drive, servo_ids
+from graphengine.descriptions.engine import Floats, mujoco
 from graphengine.format.diagnostics import Findings
 from graphengine.format.stateful import Stateful
-from graphengine.physics.dynamics.optional_kernels import record
-from graphengine.physics.engine import Floats, mujoco
-from graphengine.physics.model.drives import Drive, servo_ids
+from graphengine.physics.kernels.optional_kernels import record
 from graphengine.physics.model.robot import RobotInstance
 
 _NOTHING = 1e-9

@@ -5,7 +5,7 @@ After a step, the forces and accelerations in MuJoCo's data still belong to the 
 
 from __future__ import annotations
 
-from graphengine.physics.engine import mujoco
+from graphengine.descriptions.engine import mujoco
 
 
 class Forces:

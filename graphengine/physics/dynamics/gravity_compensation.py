@@ -11,9 +11,9 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from graphengine.physics.dynamics.optional_kernels import record
-from graphengine.physics.engine import Floats, Indices, mujoco
-from graphengine.physics.model.drives import Drive
+from graphengine.descriptions.actuators.drives import Drive
+from graphengine.descriptions.engine import Floats, Indices, mujoco
+from graphengine.physics.kernels.optional_kernels import record
 
 CARRYING = record("joint dof body bodies slides", "carried")
 """A drive that compensates for gravity, for `drive_kernel`: ids of its joint and degree of freedom, the first body beyond the

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
+from graphengine.descriptions.actuators.drives import Servo
+from graphengine.descriptions.actuators.mjcf_model import Keyframe
+from graphengine.descriptions.engine import mujoco
 from graphengine.devices.rotation import Pose, compose
-from graphengine.physics.description.mjcf_model import Keyframe
-from graphengine.physics.engine import mujoco
-from graphengine.physics.model.drives import Servo
 
 _INTEGRATOR = mujoco.mjtDyn.mjDYN_INTEGRATOR
 

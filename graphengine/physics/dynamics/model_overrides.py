@@ -14,11 +14,11 @@ from typing import Generic, TypeVar
 
 import numpy as np
 
+from graphengine.descriptions.engine import collides, mujoco
 from graphengine.devices.backend import Friction, Light
 from graphengine.devices.stage import Prim, Stage
 from graphengine.format.robot_spec import MaterialSpec
 from graphengine.format.stateful import Stateful
-from graphengine.physics.engine import collides, mujoco
 from graphengine.physics.model.materials import against_floor
 from graphengine.physics.model.world_prims import world_lights
 

@@ -11,9 +11,9 @@ from typing import Self
 
 import numpy as np
 
+from graphengine.descriptions.engine import Floats, mujoco
 from graphengine.devices.rotation import Pose
 from graphengine.format.stateful import Stateful
-from graphengine.physics.engine import Floats, mujoco
 
 
 class Mounts(Stateful):

@@ -7,8 +7,8 @@ from collections.abc import Collection, Iterator, Mapping
 
 import numpy as np
 
-from graphengine.physics.engine import mujoco
-from graphengine.physics.model.geoms import extents
+from graphengine.descriptions.engine import mujoco
+from graphengine.descriptions.geoms import extents
 
 LEAST = 0.005
 """Smallest depth that counts as an overlap, m; a body at rest sinks less deep into its support."""

@@ -9,9 +9,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from graphengine.descriptions.engine import Floats, mujoco
 from graphengine.devices.rotation import Vector3
 from graphengine.format.stateful import Stateful
-from graphengine.physics.engine import Floats, mujoco
 
 
 @dataclass(slots=True)

@@ -6,9 +6,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from graphengine.descriptions.actuators.drives import Drive, servo_ids
+from graphengine.descriptions.engine import mujoco
 from graphengine.format.stateful import Stateful
-from graphengine.physics.engine import mujoco
-from graphengine.physics.model.drives import Drive, servo_ids
 
 
 class SetPoints(Stateful):

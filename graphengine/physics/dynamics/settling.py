@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from graphengine.physics.engine import mujoco
+from graphengine.descriptions.engine import mujoco
 
 SETTLED_SPEED = 1e-4
 """Speed below which a body counts as at rest, m/s and rad/s."""

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from graphengine.descriptions.engine import mujoco
 from graphengine.format.errors import PhysicsError
 from graphengine.physics.dynamics.directed_friction import DirectedFriction
-from graphengine.physics.engine import mujoco
 
 
 def gave_up(data: mujoco.MjData, error: Exception) -> PhysicsError:

@@ -6,8 +6,8 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
+from graphengine.descriptions.engine import Indices, mujoco
 from graphengine.physics.dynamics.set_points import SetPoints
-from graphengine.physics.engine import Indices, mujoco
 
 _SIZES = {mujoco.mjtJoint.mjJNT_FREE: (7, 6), mujoco.mjtJoint.mjJNT_BALL: (4, 3)}
 """Numbers of coordinates and of degrees of freedom, for joint types with more than one."""

@@ -13,14 +13,11 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
+from graphengine.descriptions.engine import Floats, mujoco
 from graphengine.devices.rotation import Vector3
 from graphengine.format.stateful import Stateful
-from graphengine.physics.engine import Floats, mujoco
+from graphengine.physics.model.robot_model import TIGHT_SOLIMP, TIGHT_SOLREF
 
-TIGHT_SOLREF = (0.005, 1.0)
-"""MuJoCo's `solref` of a weld or of a mimic joint: time constant (s) and damping ratio."""
-TIGHT_SOLIMP = (0.999, 0.9999)
-"""First values of MuJoCo's `solimp` (impedance); 10 N on a weld, or 30 N on a mimic joint, displace it by micrometres."""
 _WIDE_AWAKE = -1 - mujoco.mjMINAWAKE
 """MuJoCo's `tree_asleep` of a tree of bodies that is fully awake: it may fall asleep only after some steps at rest."""
 _EQUALITY = mujoco.mjtConstraint.mjCNSTR_EQUALITY.value

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
+from graphengine.descriptions.engine import mujoco
+from graphengine.descriptions.geoms import extents
+from graphengine.descriptions.robot_files.draft import Draft, Remark
+from graphengine.descriptions.urdf.urdf import WORLD, Urdf
 from graphengine.format.wording import printable
-from graphengine.physics.description.urdf import WORLD, Urdf
-from graphengine.physics.engine import mujoco
-from graphengine.physics.importing.draft import Draft, Remark
 from graphengine.physics.importing.trial import trial_model, trial_spec
-from graphengine.physics.model.geoms import extents
 
 CHAIN = 3
 """Minimum number of moving joints in a chain for the robot to count as an arm."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import defaultdict
 from collections.abc import Collection, Mapping, Sequence
 
-from graphengine.physics.description.urdf import Urdf, UrdfJoint
+from graphengine.descriptions.urdf.urdf import Urdf, UrdfJoint
 
 _FINGER = 4
 """Maximum number of joints of a finger; a longer branch is an arm."""

@@ -15,9 +15,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from graphengine.physics.description.urdf import UrdfJoint
-from graphengine.physics.engine import mujoco
-from graphengine.physics.importing.draft import Draft, Remark, rounded
+from graphengine.descriptions.engine import mujoco
+from graphengine.descriptions.robot_files.draft import Draft, Remark, rounded
+from graphengine.descriptions.urdf.urdf import UrdfJoint
 from graphengine.physics.importing.trial import trial_model, trial_spec
 
 DEVIATION = 0.01

@@ -6,11 +6,11 @@ from collections.abc import Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
+from graphengine.descriptions.robot_files.draft import Draft, Remark, no_joint, says
 from graphengine.format.diagnostics import Span
 from graphengine.format.wording import printable
 from graphengine.physics.importing.arm_chains import arm_chains
 from graphengine.physics.importing.controllers_file import Controller
-from graphengine.physics.importing.draft import Draft, Remark, no_joint, says
 
 CONTROLLER = "joint_trajectory_controller"
 """Default name of the controller in the graph of an arm."""

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from graphengine.physics.description.urdf import Urdf, UrdfJoint
+from graphengine.descriptions.urdf.urdf import Urdf, UrdfJoint
 from graphengine.physics.model.robot import RobotInstance
 
 _TURN, _SLIDE = 0.3, 0.05

@@ -10,12 +10,12 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any, Literal
 
+from graphengine.descriptions.robot_files.draft import Draft, no_joint
+from graphengine.descriptions.urdf.urdf import UrdfJoint
 from graphengine.devices.rotation import Vector3
 from graphengine.format.diagnostics import Span
 from graphengine.format.wording import printable
-from graphengine.physics.description.urdf import UrdfJoint
 from graphengine.physics.importing.base_wheels import BaseWheel
-from graphengine.physics.importing.draft import Draft, no_joint
 
 Kinematics = Literal["differential", "mecanum", "omni", "ackermann"]
 

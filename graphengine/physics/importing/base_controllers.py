@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from dataclasses import replace
 
+from graphengine.descriptions.robot_files.draft import Draft, Remark
 from graphengine.physics.importing.base import Base, flaw, given
 from graphengine.physics.importing.controllers_file import Controller
-from graphengine.physics.importing.draft import Draft, Remark
 
 _WHEELS = ("front_left", "front_right", "rear_left", "rear_right")
 

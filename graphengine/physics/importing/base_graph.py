@@ -6,6 +6,7 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
+from graphengine.descriptions.robot_files.draft import Draft, Entry, Remark, in_path, rounded, says
 from graphengine.devices.rotation import Vector3
 from graphengine.format.diagnostics import Findings
 from graphengine.format.document import load
@@ -13,7 +14,6 @@ from graphengine.format.files import shipped
 from graphengine.physics.dynamics.command_limits import FASTEST_WHEEL
 from graphengine.physics.importing.base import Drivetrain
 from graphengine.physics.importing.base_wheels import BaseWheel
-from graphengine.physics.importing.draft import Draft, Entry, Remark, in_path, rounded, says
 from graphengine.physics.importing.skid_steering import NAME, guess_limits
 
 GRAPH = "base"

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Sequence
 
+from graphengine.descriptions.files.xml import Element, numbers
+from graphengine.descriptions.robot_files.draft import Draft, Remark
+from graphengine.descriptions.urdf.urdf import Urdf
 from graphengine.devices.rotation import Vector3, rotate
-from graphengine.physics.description.urdf import Urdf
-from graphengine.physics.files.xml import Element, numbers
 from graphengine.physics.importing.base import Base
 from graphengine.physics.importing.base_wheels import ALIGNED, BaseWheel
-from graphengine.physics.importing.draft import Draft, Remark
 from graphengine.physics.importing.skid_steering import SMALL
 
 _HOLONOMIC = ("mecanum", "omni_wheel", "omniwheel", "omni-wheel")

@@ -7,12 +7,12 @@ from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from typing import Any
 
+from graphengine.descriptions.robot_files.draft import Draft, Remark, rounded
+from graphengine.descriptions.urdf.urdf import UrdfJoint
 from graphengine.devices.rotation import Vector3, rotate
-from graphengine.physics.description.urdf import UrdfJoint
 from graphengine.physics.importing.base import Base, Drivetrain
 from graphengine.physics.importing.base_guess import friction_direction
 from graphengine.physics.importing.base_wheels import BaseWheel
-from graphengine.physics.importing.draft import Draft, Remark, rounded
 from graphengine.physics.importing.skid_steering import casters, choose_grip, controller_track, effective_track
 
 _SAME = 0.005

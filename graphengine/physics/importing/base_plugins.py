@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 
+from graphengine.descriptions.files.xml import Element, number
+from graphengine.descriptions.robot_files.draft import Draft, Remark
 from graphengine.format.wording import printable
-from graphengine.physics.files.xml import Element, number
 from graphengine.physics.importing.base import Base, flaw, given
-from graphengine.physics.importing.draft import Draft, Remark
 from graphengine.physics.importing.gazebo_topics import legal
 
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass
 
+from graphengine.descriptions.robot_files.draft import Draft, WheelShape
+from graphengine.descriptions.urdf.rollers import NO_ROLLERS, Rollers
+from graphengine.descriptions.urdf.urdf import TURNING, Urdf, UrdfJoint
 from graphengine.devices.rotation import Vector3
-from graphengine.physics.description.urdf import TURNING, Urdf, UrdfJoint
-from graphengine.physics.importing.draft import Draft, WheelShape
-from graphengine.physics.importing.rollers import NO_ROLLERS, Rollers
 
 ALIGNED = 0.99
 """Minimum cosine of the angle between two axes that count as parallel."""

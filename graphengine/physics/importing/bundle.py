@@ -7,14 +7,14 @@ import re
 from collections.abc import Iterator
 from pathlib import Path
 
+from graphengine.descriptions.files.packages import Packages, package_of
+from graphengine.descriptions.files.references import Library
+from graphengine.descriptions.files.xml import Element
+from graphengine.descriptions.robot_files.draft import Draft
+from graphengine.descriptions.urdf.urdf import Urdf
 from graphengine.format.diagnostics import Findings
 from graphengine.format.document import load
 from graphengine.format.files import shipped
-from graphengine.physics.description.urdf import Urdf
-from graphengine.physics.files.packages import Packages, package_of
-from graphengine.physics.files.references import Library
-from graphengine.physics.files.xml import Element
-from graphengine.physics.importing.draft import Draft
 
 MESHES = "meshes"
 """Folder beside the description for copies of meshes to which it refers by path."""

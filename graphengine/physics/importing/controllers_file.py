@@ -9,10 +9,10 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 
+from graphengine.descriptions.robot_files.draft import Draft, Remark
 from graphengine.format.diagnostics import Findings, Span
 from graphengine.format.document import Document, Value, load
 from graphengine.format.wording import printable
-from graphengine.physics.importing.draft import Draft, Remark
 
 _PARAMETERS = "ros__parameters"
 _CONTROL_PLUGINS = ("ros2_control", "ROS2Control")

@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Collection, Iterator, Sequence
 from dataclasses import replace
 
+from graphengine.descriptions.robot_files.draft import Draft, Remark
+from graphengine.descriptions.urdf.urdf import WORLD
 from graphengine.format.wording import printable
-from graphengine.physics.description.urdf import WORLD
 from graphengine.physics.importing import base_graph, joint_drives, joint_graphs
 from graphengine.physics.importing.base import Base, Drivetrain
 from graphengine.physics.importing.base_controllers import base_of_controllers
@@ -15,7 +16,6 @@ from graphengine.physics.importing.base_measures import measured
 from graphengine.physics.importing.base_plugins import base_of_plugins, topics_of_plugins
 from graphengine.physics.importing.base_wheels import BaseWheel, wheels_on_floor
 from graphengine.physics.importing.controllers_file import Controller, controllers
-from graphengine.physics.importing.draft import Draft, Remark
 from graphengine.physics.importing.joint_commands import joint_commands
 
 _ACROSS = 0.7

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from graphengine.physics.description.urdf import UrdfJoint
-from graphengine.physics.importing.draft import Draft, Remark
+from graphengine.descriptions.robot_files.draft import Draft, Remark
+from graphengine.descriptions.urdf.urdf import UrdfJoint
 
 _FAST = 1.0
 """Speed of a base (m/s) that its wheels should reach within their effort limits."""

@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any
 
+from graphengine.descriptions.files.xml import Element, numbers
+from graphengine.descriptions.robot_files.draft import Claim, Draft, Remark, RobotData, says
+from graphengine.descriptions.urdf.urdf import Urdf
 from graphengine.devices.rotation import rotate
 from graphengine.devices.stage import prim_name
 from graphengine.format.wording import printable
-from graphengine.physics.description.urdf import Urdf
-from graphengine.physics.files.xml import Element, numbers
-from graphengine.physics.importing.draft import Claim, Draft, Remark, RobotData, says
 from graphengine.physics.importing.gazebo_values import Notes, Subject, UnusableError, Values
 
 COLOURS = {

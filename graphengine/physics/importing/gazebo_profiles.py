@@ -7,7 +7,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
-from graphengine.physics.files.xml import numbers
+from graphengine.descriptions.files.xml import numbers
 from graphengine.physics.importing.gazebo_cameras import camera, depth_camera, rgbd_camera
 from graphengine.physics.importing.gazebo_figures import Figures, noise, rate
 from graphengine.physics.importing.gazebo_values import Subject, UnusableError, Values

@@ -9,19 +9,19 @@ from typing import Any
 
 from pydantic import ValidationError
 
+from graphengine.descriptions.files.xml import Element, numbers
+from graphengine.descriptions.robot_files.draft import Claim, Draft, Remark, RobotData, says
+from graphengine.descriptions.urdf.urdf import Urdf
 from graphengine.devices.camera import LOOKING_FORWARD
 from graphengine.devices.device import Device
 from graphengine.devices.rotation import IDENTITY, NOWHERE, Pose, compose, from_rpy, multiply, relative
 from graphengine.devices.stage import prim_name
 from graphengine.format.kinds import DEVICES
 from graphengine.format.wording import printable
-from graphengine.physics.description.urdf import Urdf
-from graphengine.physics.files.xml import Element, numbers
+from graphengine.physics.implementations import IMPLEMENTATIONS
 from graphengine.physics.importing import gazebo_profiles, gazebo_topics
-from graphengine.physics.importing.draft import Claim, Draft, Remark, RobotData, says
 from graphengine.physics.importing.gazebo_figures import Figures
 from graphengine.physics.importing.gazebo_values import Notes, Subject, UnusableError, Values
-from graphengine.physics.sensors.implementations import IMPLEMENTATIONS
 
 MAX_SENSORS = 200
 """Maximum number of sensors that are imported from one description."""

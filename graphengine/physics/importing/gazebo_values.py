@@ -5,10 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass, field, replace
 from typing import Literal
 
+from graphengine.descriptions.files.xml import Element, number
+from graphengine.descriptions.robot_files.draft import Claim, Draft, Remark
 from graphengine.format.diagnostics import Span
 from graphengine.format.wording import printable
-from graphengine.physics.files.xml import Element, number
-from graphengine.physics.importing.draft import Claim, Draft, Remark
 
 TRUE = ("true", "1", "yes", "on")
 

@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable, Iterator
 from typing import Any
 
+from graphengine.descriptions.robot_files.draft import Draft, Remark, says
 from graphengine.format.wording import printable
 from graphengine.physics.importing.arm_chains import gripper_joints
 from graphengine.physics.importing.arm_gains import DEVIATION
 from graphengine.physics.importing.arm_graph import Limb, usable
 from graphengine.physics.importing.controllers_file import Controller
-from graphengine.physics.importing.draft import Draft, Remark, says
 
 _CONTROLLER = "gripper_controller"
 """Default name of the controller in the graph of a gripper."""

@@ -10,24 +10,28 @@ from pathlib import Path
 
 import numpy as np
 
+from graphengine.descriptions.description_reader import robot_file
+from graphengine.descriptions.engine import REFUSALS, body_names, collides, compiled, mujoco
+from graphengine.descriptions.files.packages import Packages, package_of
+from graphengine.descriptions.files.references import Library
+from graphengine.descriptions.files.xml import Element, mujoco_says, write
+from graphengine.descriptions.geoms import extents
+from graphengine.descriptions.mjcf.mjcf import read_mjcf
+from graphengine.descriptions.robot_files import mjcf_parts
+from graphengine.descriptions.robot_files.draft import Draft
+from graphengine.descriptions.robot_files.writer import render
+from graphengine.descriptions.urdf.element_marks import called, marked
+from graphengine.descriptions.urdf.urdf import Urdf
+from graphengine.descriptions.urdf.urdf_reader import read_urdf
+from graphengine.descriptions.xacro.xacro import is_xacro
+from graphengine.descriptions.xacro.xacro_macros import literal
 from graphengine.devices.rotation import NOWHERE
 from graphengine.devices.stage import Stage
 from graphengine.format.diagnostics import Findings
 from graphengine.format.document import Document
 from graphengine.format.files import shipped
 from graphengine.format.spec import RobotUse
-from graphengine.physics.description.description_reader import robot_file
-from graphengine.physics.description.element_marks import called, marked
-from graphengine.physics.description.mjcf import read_mjcf
-from graphengine.physics.description.urdf import Urdf
-from graphengine.physics.description.urdf_reader import read_urdf
-from graphengine.physics.description.xacro import is_xacro
-from graphengine.physics.description.xacro_macros import literal
 from graphengine.physics.dynamics.keyframes import begin_in
-from graphengine.physics.engine import REFUSALS, body_names, collides, compiled, mujoco
-from graphengine.physics.files.packages import Packages, package_of
-from graphengine.physics.files.references import Library
-from graphengine.physics.files.xml import Element, mujoco_says, write
 from graphengine.physics.importing import (
     arm_base,
     arm_gains,
@@ -37,20 +41,16 @@ from graphengine.physics.importing import (
     gazebo_sensors,
     joint_dynamics,
     left_behind,
-    mjcf_parts,
     resting,
     self_view,
     wheel_material,
     wheels,
 )
 from graphengine.physics.importing.bundle import bundle_graphs, bundle_meshes, bundle_model
-from graphengine.physics.importing.draft import Draft
 from graphengine.physics.importing.joint_commands import add_mimics
 from graphengine.physics.importing.robot_source import WRAPPER
 from graphengine.physics.importing.trial import FLOOR_FRICTION
-from graphengine.physics.importing.writer import render
 from graphengine.physics.model.fleet_expansion import place
-from graphengine.physics.model.geoms import extents
 from graphengine.physics.model.mesh_units import check_mesh_units
 from graphengine.physics.model.robot import RobotInstance, load_robot
 from graphengine.physics.model.robot_model import robot_spec

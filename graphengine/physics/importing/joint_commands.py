@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 
+from graphengine.descriptions.files.xml import Element, number
+from graphengine.descriptions.robot_files.draft import Draft, Remark, no_joint
 from graphengine.format.diagnostics import Findings, Span
 from graphengine.format.wording import printable
-from graphengine.physics.files.xml import Element, number
 from graphengine.physics.importing.controllers_file import Controller
-from graphengine.physics.importing.draft import Draft, Remark, no_joint
 
 KINDS = ("position", "velocity", "effort")
 _SERVOS = ("TrajectoryController", "GripperActionController")

@@ -11,16 +11,14 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
+from graphengine.descriptions.robot_files.default_drives import WHEEL_DAMPING, gain, servo
+from graphengine.descriptions.robot_files.draft import Claim, Draft, Remark, RobotData, says
+from graphengine.descriptions.urdf.urdf import UrdfJoint
 from graphengine.format.wording import printable
-from graphengine.format.yaml_text import flow
-from graphengine.physics.description.urdf import UrdfJoint
 from graphengine.physics.importing.base import Drivetrain
 from graphengine.physics.importing.base_wheels import BaseWheel
-from graphengine.physics.importing.draft import Claim, Draft, Remark, RobotData, rounded, says
 from graphengine.physics.importing.joint_commands import KINDS, JointCommands
 
-WHEEL_DAMPING = 50.0
-"""Minimum damping of the velocity drive of a wheel, N m s/rad; with it, a small robot is within 0.02 % of its target speed."""
 _SPEED_ERROR = 0.01
 """Maximum deviation of a wheel's speed, rad/s, caused by the friction of its share of the robot's weight."""
 _ANGLE_ERROR = 0.01
@@ -34,28 +32,6 @@ _LIGHTEST = 0.005
 
 The parts of a caster in a description are often so light that the contact with the floor makes them jump.
 """
-_MOST = 1e9
-"""Maximum stiffness or damping of a drive, in SI units."""
-
-
-def plain(draft: Draft) -> None:
-    """Add a velocity drive for every wheel except casters; for descriptions that are used without a robot file."""
-    moving = draft.urdf.moving()
-    rolling = {wheel.joint: wheel.radius for wheel in draft.wheels.values() if not wheel.swivels}
-    if not draft.wheels:
-        rolling = {wheel.joint: wheel.radius for wheel in draft.urdf.wheels(moving)}
-    for joint in moving:
-        entry = draft.entry("joints", joint.name)
-        if joint.name in rolling:
-            radius = rolling[joint.name]
-            entry.comments.append(
-                f"a wheel of radius {radius:g} m; its velocity drive follows what a controller commands"
-            )
-            entry.value["drive"] = {"damping": WHEEL_DAMPING}
-        elif joint.name in draft.wheels:
-            entry.comments.append("a caster's wheel, which turns freely")
-        elif joint.mimic is None:
-            entry.hint = f"to hold it, e.g. {{drive: {flow(servo(joint))}}}"
 
 
 def fill(
@@ -92,7 +68,7 @@ def fill(
         if decision.kind == "position" and (drivetrain is None or joint not in drivetrain.steering):
             draft.servos.append(joint.name)
         if decision.why == _CASTERS:
-            entry.value["armature"] = _gain(_LIGHTEST * draft.urdf.mass * carrying[joint.name] ** 2)
+            entry.value["armature"] = gain(_LIGHTEST * draft.urdf.mass * carrying[joint.name] ** 2)
         if decision.kind not in ("velocity", "position"):
             entry.hint = _TOLD[decision.kind]
         if joint.name in commands:
@@ -219,17 +195,17 @@ def _drive(
         radius = max(each.radius for each in carrying)
         scrub = draft.urdf.mass * _GRAVITY * radius / len(carrying)
     if kind == "velocity":
-        drive: dict[str, Any] = {"damping": _gain(max(WHEEL_DAMPING, scrub / _SPEED_ERROR))}
+        drive: dict[str, Any] = {"damping": gain(max(WHEEL_DAMPING, scrub / _SPEED_ERROR))}
         if wheel is not None and drivetrain is not None and wheel in driven:
             acceleration = drivetrain.base.parameters.get("acceleration")
             if drivetrain.base.kinematics in ("mecanum", "omni"):  # whose controller has no ramps
-                drive["max_acceleration"] = _gain(float(acceleration or _ACCELERATION) / wheel.radius)
+                drive["max_acceleration"] = gain(float(acceleration or _ACCELERATION) / wheel.radius)
         return {"drive": drive}
     if kind == "position":
         gains = servo(joint)
         if drivetrain is not None and joint in drivetrain.steering:
             stiffness = max(scrub / _ANGLE_ERROR, gains["stiffness"] if joint.effort is not None else 0.0)
-            gains = {"stiffness": _gain(stiffness), "damping": _gain(stiffness / 10)}
+            gains = {"stiffness": gain(stiffness), "damping": gain(stiffness / 10)}
         return {"drive": gains}
     return {}
 
@@ -252,16 +228,3 @@ def _bounds(joint: UrdfJoint, drive: dict[str, Any] | None, commands: JointComma
         if low < high and (low, high) != joint.limits:
             keys["limits"] = [low, high]
     return keys
-
-
-def servo(joint: UrdfJoint) -> dict[str, float]:
-    """Return the gains of a position drive that exerts its full effort at a deviation of 0.1 rad or 10 mm.
-
-    Without an effort limit, an effort of 10 N m or 10 N is assumed. The damping is a tenth of the stiffness.
-    """
-    stiffness = (joint.effort or 10.0) / (0.01 if joint.type == "prismatic" else 0.1)
-    return {"stiffness": _gain(stiffness), "damping": _gain(stiffness / 10)}
-
-
-def _gain(number: float) -> float:
-    return rounded(min(number, _MOST), 3)

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from graphengine.descriptions.files.xml import Element, number
+from graphengine.descriptions.robot_files.draft import Draft, Remark, says
+from graphengine.descriptions.urdf.urdf import UrdfJoint
 from graphengine.format.wording import printable
-from graphengine.physics.description.urdf import UrdfJoint
-from graphengine.physics.files.xml import Element, number
-from graphengine.physics.importing.draft import Draft, Remark, says
 
 
 def fill(draft: Draft) -> None:

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Collection, Sequence
 
+from graphengine.descriptions.robot_files.draft import Draft
 from graphengine.physics.importing import arm_graph, gripper_graph, legs_graph
 from graphengine.physics.importing.base import Drivetrain
 from graphengine.physics.importing.controllers_file import Controller
-from graphengine.physics.importing.draft import Draft
 
 
 def fill(draft: Draft, controllers: Sequence[Controller], drivetrain: Drivetrain | None) -> None:

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from graphengine.physics.importing.draft import Draft, Entry, Remark, in_path, rounded
+from graphengine.descriptions.robot_files.draft import Draft, Entry, Remark, in_path, rounded
+from graphengine.descriptions.robot_files.mjcf_parts import KEYFRAME
 
 GRAPH = "stand"
 """Name of the legs' graph in the robot file."""
-KEYFRAME = "home"
-"""Name of the keyframe in which robots start, as in the models of MuJoCo Menagerie."""
 _ANGLE = 0.4
 """Deviation of a joint at which the graph commands the joint's full torque, rad."""
 _DAMPING = 0.05

@@ -11,15 +11,15 @@ from collections.abc import Collection
 
 import numpy as np
 
+from graphengine.descriptions.engine import Floats, body_names, collides, mujoco
+from graphengine.descriptions.geoms import extents
+from graphengine.descriptions.robot_files.draft import Draft, Entry, Remark, WheelShape
+from graphengine.descriptions.urdf.urdf import WORLD
 from graphengine.format.wording import printable
-from graphengine.physics.description.urdf import WORLD
 from graphengine.physics.dynamics.contact_forces import contact_points
-from graphengine.physics.engine import Floats, body_names, collides, mujoco
 from graphengine.physics.importing.base_graph import GRAPH
-from graphengine.physics.importing.draft import Draft, Entry, Remark, WheelShape
 from graphengine.physics.importing.skid_steering import GRAVITY, OFF_CENTRE
 from graphengine.physics.importing.trial import FLOOR_FRICTION, trial_model, trial_spec
-from graphengine.physics.model.geoms import extents
 from graphengine.physics.model.robot import RobotInstance
 
 NAME = "CasterMaterial"

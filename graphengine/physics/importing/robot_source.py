@@ -6,15 +6,15 @@ from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from graphengine.descriptions.files.packages import Packages
+from graphengine.descriptions.files.xml import Element
+from graphengine.descriptions.sdf.sdf_files import is_sdf
+from graphengine.descriptions.sdf.sdf_reader import read_sdf
+from graphengine.descriptions.xacro import xacro
+from graphengine.descriptions.xacro.absent_packages import drop_meshes, report_mesh_packages
+from graphengine.descriptions.xacro.xacro_macros import choose_macro, robot_macros, wrapper
 from graphengine.format.diagnostics import Findings
 from graphengine.format.wording import quoted
-from graphengine.physics.description import xacro
-from graphengine.physics.description.absent_packages import drop_meshes, report_mesh_packages
-from graphengine.physics.description.xacro_macros import choose_macro, robot_macros, wrapper
-from graphengine.physics.files.packages import Packages
-from graphengine.physics.files.xml import Element
-from graphengine.physics.sdf.sdf_files import is_sdf
-from graphengine.physics.sdf.sdf_reader import read_sdf
 
 WRAPPER = ".urdf.xacro"
 """Suffix of the generated xacro file that calls a macro as the robot."""

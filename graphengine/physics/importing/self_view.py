@@ -10,15 +10,15 @@ from fractions import Fraction
 
 import numpy as np
 
+from graphengine.descriptions.engine import body_names, mujoco
+from graphengine.descriptions.robot_files.draft import Draft, Entry, Remark
 from graphengine.devices.stage import Stage
 from graphengine.format.diagnostics import Findings
 from graphengine.format.errors import PhysicsError
 from graphengine.format.wording import listing
-from graphengine.physics.engine import body_names, mujoco
-from graphengine.physics.importing.draft import Draft, Entry, Remark
+from graphengine.physics.implementations import IMPLEMENTATIONS
 from graphengine.physics.importing.trial import trial_model, trial_spec
 from graphengine.physics.model.robot_prims import add_robot
-from graphengine.physics.sensors.implementations import IMPLEMENTATIONS
 from graphengine.physics.sensors.lidar import RaySensor
 from graphengine.physics.simulation import Simulation
 

@@ -12,11 +12,11 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from graphengine.descriptions.robot_files.draft import Draft, Remark
+from graphengine.descriptions.urdf.urdf import Urdf
 from graphengine.devices.rotation import rotate
-from graphengine.physics.description.urdf import Urdf
 from graphengine.physics.importing.base import Base, Grip
 from graphengine.physics.importing.base_wheels import BaseWheel
-from graphengine.physics.importing.draft import Draft, Remark
 
 NAME = "wheels"
 """Name of the material of skid-steered wheels in the robot file."""

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from graphengine.descriptions.description_reader import robot_file
+from graphengine.descriptions.engine import REFUSALS, compiled, mujoco
+from graphengine.descriptions.robot_files.draft import Draft
+from graphengine.descriptions.robot_files.writer import render
 from graphengine.format.diagnostics import Findings
 from graphengine.format.spec import RobotUse
-from graphengine.physics.description.description_reader import robot_file
-from graphengine.physics.engine import REFUSALS, compiled, mujoco
-from graphengine.physics.importing.draft import Draft
-from graphengine.physics.importing.writer import render
 from graphengine.physics.model.fleet_expansion import place
 from graphengine.physics.model.robot import RobotInstance, load_robot
 from graphengine.physics.model.robot_model import robot_spec

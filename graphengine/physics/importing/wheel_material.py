@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+from graphengine.descriptions.robot_files.draft import Draft, Remark
 from graphengine.format.wording import printable
-from graphengine.physics.importing.draft import Draft, Remark
 
 NAME = "WheelMaterial"
 _FULL = 1.0

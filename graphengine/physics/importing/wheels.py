@@ -9,13 +9,13 @@ from dataclasses import replace
 
 import numpy as np
 
+from graphengine.descriptions.engine import Floats, body_names, collides, mujoco
+from graphengine.descriptions.geoms import extents, mesh_vertices
+from graphengine.descriptions.robot_files.draft import Draft, Remark, WheelShape, rounded
+from graphengine.descriptions.urdf.rollers import NO_ROLLERS, rollers_of
+from graphengine.descriptions.urdf.urdf import TURNING, UrdfJoint, origin_of, shape_of
 from graphengine.devices.rotation import Vector3, rotate
-from graphengine.physics.description.urdf import TURNING, UrdfJoint, origin_of, shape_of
-from graphengine.physics.engine import Floats, body_names, collides, mujoco
-from graphengine.physics.importing.draft import Draft, Remark, WheelShape, rounded
-from graphengine.physics.importing.rollers import NO_ROLLERS, rollers_of
 from graphengine.physics.importing.trial import trial_model, trial_spec
-from graphengine.physics.model.geoms import extents, mesh_vertices
 
 WIDE = 8 * math.pi
 """A revolute joint with a larger range (rad) counts as continuous; the value is four turns."""

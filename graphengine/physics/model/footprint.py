@@ -7,8 +7,8 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from graphengine.physics.engine import Floats, body_names, collides, mujoco
-from graphengine.physics.model.geoms import mesh_vertices
+from graphengine.descriptions.engine import Floats, body_names, collides, mujoco
+from graphengine.descriptions.geoms import mesh_vertices
 
 DIRECTIONS = 32
 """Number of horizontal directions in which round shapes are sampled."""

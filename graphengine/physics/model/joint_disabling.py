@@ -11,10 +11,10 @@ from __future__ import annotations
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 
+from graphengine.descriptions.robot_files.robot_file import RobotFile
+from graphengine.descriptions.urdf.urdf import Urdf, UrdfJoint, UrdfLink
 from graphengine.format.diagnostics import Findings, Span
 from graphengine.format.wording import listing
-from graphengine.physics.description.robot_file import RobotFile
-from graphengine.physics.description.urdf import Urdf, UrdfJoint, UrdfLink
 
 NEGLIGIBLE = 0.01
 """A disabled joint becomes fixed if the links on one side of it have at most this fraction of the robot's mass."""

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping
 from typing import TYPE_CHECKING
 
+from graphengine.descriptions.urdf.urdf import Urdf
 from graphengine.format.diagnostics import Findings, Span
 from graphengine.format.wording import did_you_mean, listing
-from graphengine.physics.description.urdf import Urdf
 
 if TYPE_CHECKING:
     from graphengine.physics.model.robot import RobotInstance

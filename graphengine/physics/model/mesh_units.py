@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 
+from graphengine.descriptions.engine import mujoco
+from graphengine.descriptions.files.xml import Element, numbers
+from graphengine.descriptions.urdf.urdf import shape_of
 from graphengine.format.diagnostics import Findings
-from graphengine.physics.description.urdf import shape_of
-from graphengine.physics.engine import mujoco
-from graphengine.physics.files.xml import Element, numbers
 from graphengine.physics.model.robot import RobotInstance
 
 LARGEST = 20.0

@@ -10,6 +10,7 @@ from typing import Annotated, Any, Literal, TypeVar
 
 from pydantic import Field, create_model, model_validator
 
+from graphengine.descriptions.robot_files.robot_file import RobotFile
 from graphengine.devices.device import Device
 from graphengine.format.diagnostics import Findings
 from graphengine.format.document import Document, Value
@@ -19,8 +20,7 @@ from graphengine.format.legal_names import Name
 from graphengine.format.robot_spec import Share
 from graphengine.format.spec import UPRIGHT, Format, Orientation, Spec, Vector
 from graphengine.format.spec_reader import Loaded, read, validate
-from graphengine.physics.description.robot_file import RobotFile
-from graphengine.physics.sensors.implementations import IMPLEMENTATIONS, Offsets, Profile
+from graphengine.physics.implementations import IMPLEMENTATIONS, Offsets, Profile
 
 S = TypeVar("S", bound="DeviceSections")
 

@@ -6,18 +6,18 @@ import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 
+from graphengine.descriptions.actuators.drives import Drive, drive_of, in_si
+from graphengine.descriptions.actuators.mjcf_actuators import drives_by_joint
+from graphengine.descriptions.actuators.mjcf_model import Keyframe
+from graphengine.descriptions.description_reader import read_description
+from graphengine.descriptions.files.references import Library
+from graphengine.descriptions.files.xml import write
+from graphengine.descriptions.robot_files.robot_file import RobotFile
+from graphengine.descriptions.urdf.urdf import TURNING, Urdf, UrdfJoint, shape_of, track
 from graphengine.devices.rotation import Quaternion, Vector3, rotate
 from graphengine.format.diagnostics import Findings, Span
 from graphengine.format.robot_spec import RobotSpec, WheelColliderSpec
 from graphengine.format.wording import did_you_mean, listing
-from graphengine.physics.description.description_reader import read_description
-from graphengine.physics.description.mjcf_actuators import drives_by_joint
-from graphengine.physics.description.mjcf_model import Keyframe
-from graphengine.physics.description.robot_file import RobotFile
-from graphengine.physics.description.urdf import TURNING, Urdf, UrdfJoint, shape_of, track
-from graphengine.physics.files.references import Library
-from graphengine.physics.files.xml import write
-from graphengine.physics.model.drives import Drive, drive_of, in_si
 from graphengine.physics.model.fleet_expansion import RobotPlacement
 from graphengine.physics.model.joint_disabling import Disabled, disable_joints
 from graphengine.physics.model.joint_starts import check_keyframe, check_starts, joint_starts

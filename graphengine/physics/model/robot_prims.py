@@ -15,10 +15,10 @@ from graphengine.format.diagnostics import Findings, Span
 from graphengine.format.errors import AmbiguousPrimError, PrimError
 from graphengine.format.robot_spec import MaterialSpec, SensorSpec
 from graphengine.format.wording import did_you_mean, listing
+from graphengine.physics.implementations import Profile
 from graphengine.physics.model.holonomic_wheels import holonomic_wheels
 from graphengine.physics.model.profiles import RigProfile
 from graphengine.physics.model.robot import RobotInstance
-from graphengine.physics.sensors.implementations import Profile
 
 
 def within(stage: Stage, robot: str, reference: str) -> Prim:

@@ -8,25 +8,25 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+from graphengine.descriptions.description_reader import SUFFIXES, is_text, read_bare
+from graphengine.descriptions.engine import REFUSALS, all_bodies, compiled, mujoco
+from graphengine.descriptions.files.bounds import ELEMENT, HOW_MEMORY_COUNTS, MAX_MEMORY, PAIR, TOO_LARGE
+from graphengine.descriptions.files.references import Library
+from graphengine.descriptions.files.xml import Element, mujoco_says, place_of
+from graphengine.descriptions.robot_files.robot_file import read_robot
+from graphengine.descriptions.urdf.element_marks import called, marked
 from graphengine.format.diagnostics import Findings, Span
 from graphengine.format.files import Files
 from graphengine.format.spec import SceneSpec
 from graphengine.format.spec_reader import Loaded
 from graphengine.format.wording import listing
-from graphengine.physics.description.description_reader import SUFFIXES, is_text, read_bare
-from graphengine.physics.description.element_marks import called, marked
-from graphengine.physics.description.robot_file import read_robot
-from graphengine.physics.dynamics.moving_surfaces import add_surface_joints
-from graphengine.physics.engine import REFUSALS, all_bodies, compiled, mujoco
-from graphengine.physics.files.bounds import ELEMENT, HOW_MEMORY_COUNTS, MAX_MEMORY, PAIR, TOO_LARGE
-from graphengine.physics.files.references import Library
-from graphengine.physics.files.xml import Element, mujoco_says, place_of
 from graphengine.physics.model.fleet_expansion import RobotPlacement
 from graphengine.physics.model.joint_starts import check_keyframe, check_starts
 from graphengine.physics.model.materials import NO_FLOOR_FRICTION
 from graphengine.physics.model.robot import RobotInstance, load_robot
 from graphengine.physics.model.robot_model import robot_spec
 from graphengine.physics.model.sensor_bodies import add_sensors
+from graphengine.physics.model.surface_joints import add_surface_joints
 from graphengine.physics.model.world_model import tell_overridden
 
 _DEGREE_OF_FREEDOM = re.compile(r"\bDOF (\d+)")

@@ -5,14 +5,13 @@ The bodies are visible to cameras and to rays of other robots; they have neither
 
 from __future__ import annotations
 
-from graphengine.devices.stage import Stage
+from graphengine.descriptions.engine import RAYS_AND_PICTURES, mujoco
+from graphengine.devices.stage import Stage, housing_of
 from graphengine.format.diagnostics import Findings
-from graphengine.physics.engine import RAYS_AND_PICTURES, mujoco
+from graphengine.physics.implementations import IMPLEMENTATIONS
 from graphengine.physics.model.profiles import ShapeSpec
 from graphengine.physics.model.robot import RobotInstance
 from graphengine.physics.model.robot_prims import add_robot
-from graphengine.physics.sensors.implementations import IMPLEMENTATIONS
-from graphengine.physics.sensors.own_colliders import housing_of
 
 
 def add_sensors(model: mujoco.MjSpec, robot: RobotInstance) -> None:

@@ -5,17 +5,17 @@ from __future__ import annotations
 from fractions import Fraction
 from pathlib import Path
 
+from graphengine.descriptions.engine import mujoco
+from graphengine.descriptions.files.references import Library
+from graphengine.descriptions.files.xml import Element, number, read
+from graphengine.descriptions.mjcf.mjcf import is_safe, parse
+from graphengine.descriptions.mjcf.mjcf_trial import is_plain
+from graphengine.descriptions.sdf.sdf_files import SUFFIXES, is_sdf
+from graphengine.descriptions.sdf.sdf_world import read_world
 from graphengine.format.diagnostics import Findings, Span
 from graphengine.format.spec import PhysicsSpec, SceneSpec
 from graphengine.format.spec_reader import Loaded
 from graphengine.format.wording import listing
-from graphengine.physics.description.mjcf import is_safe, parse
-from graphengine.physics.description.mjcf_trial import is_plain
-from graphengine.physics.engine import mujoco
-from graphengine.physics.files.references import Library
-from graphengine.physics.files.xml import Element, number, read
-from graphengine.physics.sdf.sdf_files import SUFFIXES, is_sdf
-from graphengine.physics.sdf.sdf_world import read_world
 
 _DRIVEN_BY = {
     "spring": mujoco.mjtDisableBit.mjDSBL_SPRING,

@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 
+from graphengine.descriptions.engine import mujoco
 from graphengine.devices.rotation import pose_of
 from graphengine.devices.stage import Stage, prim_name
-from graphengine.physics.engine import mujoco
 
 
 def add_world(stage: Stage, model: mujoco.MjModel, robots: Collection[str]) -> None:

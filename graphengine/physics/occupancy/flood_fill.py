@@ -10,7 +10,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from graphengine.physics.engine import Bools
+from graphengine.descriptions.engine import Bools
 
 
 def reached(free: Bools, seeds: Sequence[tuple[int, int]]) -> Bools:

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from graphengine.physics.engine import Bools, Floats, Indices
+from graphengine.descriptions.engine import Bools, Floats, Indices
 
 Window = tuple[float, float]
 """Lowest and highest z of the height range in which a body counts as an obstacle, m."""

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from graphengine.physics.engine import Bools, Floats, Indices
+from graphengine.descriptions.engine import Bools, Floats, Indices
 from graphengine.physics.occupancy.occupancy_map import OCCUPIED, OccupancyMap
 
 Singles = NDArray[np.float32]

@@ -28,8 +28,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from graphengine.descriptions.engine import Floats
 from graphengine.format.errors import UsageError
-from graphengine.physics.engine import Floats
 from graphengine.physics.occupancy.likelihood_field import MAX_DISTANCE, LikelihoodField, likelihood_field
 from graphengine.physics.occupancy.occupancy_map import FREE, OccupancyMap
 from graphengine.physics.occupancy.scan_casting import PlanarLidar, cast

@@ -11,8 +11,8 @@ from pathlib import Path
 import numpy as np
 from PIL import Image, ImageDraw
 
+from graphengine.descriptions.engine import Bools
 from graphengine.format.atomic_write import write_together
-from graphengine.physics.engine import Bools
 from graphengine.physics.occupancy.flood_fill import reached
 from graphengine.physics.occupancy.localizability import Localizability
 from graphengine.physics.occupancy.occupancy_map import FREE, OCCUPIED, OccupancyMap

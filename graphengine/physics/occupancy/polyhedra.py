@@ -14,7 +14,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from graphengine.physics.engine import Floats, Indices
+from graphengine.descriptions.engine import Floats, Indices
 from graphengine.physics.occupancy.grid import MARGIN, Canvas, Grid, Window, expand
 
 _BLOCK = 1 << 20

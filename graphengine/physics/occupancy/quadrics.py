@@ -19,7 +19,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from graphengine.physics.engine import Bools, Floats, Indices
+from graphengine.descriptions.engine import Bools, Floats, Indices
 from graphengine.physics.occupancy.grid import MARGIN, Canvas, Window, expand
 
 Ellipses = tuple[Floats, Floats]

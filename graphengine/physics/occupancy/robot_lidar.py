@@ -6,10 +6,10 @@ import math
 
 import numpy as np
 
+from graphengine.descriptions.engine import Floats, body_names, collides, mujoco
 from graphengine.devices.stage import Prim
 from graphengine.format.errors import UsageError
 from graphengine.format.wording import listing
-from graphengine.physics.engine import Floats, body_names, collides, mujoco
 from graphengine.physics.loaded_world import LoadedWorld
 from graphengine.physics.occupancy.scan_casting import PlanarLidar
 

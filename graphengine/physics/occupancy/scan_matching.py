@@ -13,7 +13,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from graphengine.physics.engine import Bools, Floats, Indices
+from graphengine.descriptions.engine import Bools, Floats, Indices
 from graphengine.physics.occupancy.likelihood_field import LikelihoodField, Singles
 
 Spectra = NDArray[np.complex64]

@@ -15,8 +15,8 @@ from typing import Protocol
 
 import numpy as np
 
-from graphengine.physics.engine import Floats, Indices, collides, mujoco
-from graphengine.physics.model.geoms import height_field_points, mesh_faces, mesh_vertices
+from graphengine.descriptions.engine import Floats, Indices, collides, mujoco
+from graphengine.descriptions.geoms import height_field_points, mesh_faces, mesh_vertices
 from graphengine.physics.occupancy.grid import MARGIN, Canvas, Window
 from graphengine.physics.occupancy.polyhedra import Triangles
 from graphengine.physics.occupancy.quadrics import Cylinders, Ellipsoids

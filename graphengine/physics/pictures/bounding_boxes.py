@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from graphengine.descriptions.engine import Floats, mujoco
+from graphengine.descriptions.geoms import extents
 from graphengine.devices.camera import BOX_3D
 from graphengine.devices.rotation import Pose, multiply, rotate
-from graphengine.physics.engine import Floats, mujoco
-from graphengine.physics.model.geoms import extents
 from graphengine.physics.pictures.frame_capture import SEEN
 
 _OPTICAL = (1.0, 0.0, 0.0, 0.0)

@@ -12,8 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from graphengine.descriptions.engine import NEITHER, PICTURES, RAYS_AND_PICTURES, Bools, Floats, mujoco
 from graphengine.devices.rotation import Pose, rotate
-from graphengine.physics.engine import NEITHER, PICTURES, RAYS_AND_PICTURES, Bools, Floats, mujoco
 
 SKY = 0.7
 """Distance at which MuJoCo draws the sky, as a fraction of the far plane's distance; the sky hides objects behind it."""

@@ -19,19 +19,19 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from graphengine.descriptions.engine import body_names, mujoco
 from graphengine.devices.camera import Picture
 from graphengine.devices.rotation import Pose
+from graphengine.devices.stage import housing_of
 from graphengine.format.errors import RenderError
 from graphengine.format.stateful import Stateful
-from graphengine.physics.engine import body_names, mujoco
 from graphengine.physics.pictures import opengl
 from graphengine.physics.pictures.bounding_boxes import BoundingBoxes
 from graphengine.physics.pictures.frame_capture import FrameCapture, Lens, Shot
 from graphengine.physics.pictures.rendering import Image, Renderer
-from graphengine.physics.sensors.own_colliders import housing_of
 
 if TYPE_CHECKING:
-    from graphengine.physics.core import SimulationCore
+    from graphengine.physics.core.simulation_core import SimulationCore
 
 NICENESS = 10
 """Niceness of the render thread, so that the thread that steps the simulation has priority."""

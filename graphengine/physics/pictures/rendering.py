@@ -14,8 +14,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from graphengine.descriptions.engine import mujoco
 from graphengine.format.errors import RenderError
-from graphengine.physics.engine import mujoco
 from graphengine.physics.pictures.frame_capture import Lens, Shot
 
 _SHADOW, _REFLECTION = mujoco.mjtRndFlag.mjRND_SHADOW.value, mujoco.mjtRndFlag.mjRND_REFLECTION.value

@@ -7,13 +7,12 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
+from graphengine.descriptions.engine import mujoco
+from graphengine.descriptions.geoms import geom_colours, height_field_triangles, mesh_faces, mesh_vertices
 from graphengine.devices.rotation import vector
 from graphengine.devices.visible import Bodies, ShapeKind, Surface, VisibleShape
-from graphengine.physics.engine import mujoco
-from graphengine.physics.model.geoms import height_field_triangles, mesh_faces, mesh_vertices
 from graphengine.physics.pictures import textures
 from graphengine.physics.pictures.frame_capture import SEEN
-from graphengine.physics.sensors.rays import geom_colours
 
 _GEOM = mujoco.mjtGeom
 _KINDS: Mapping[int, ShapeKind] = {

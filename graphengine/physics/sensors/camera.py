@@ -26,13 +26,13 @@ from pydantic import Field, field_validator
 from graphengine.devices.camera import LARGEST_PICTURE, Camera, Picture, pinhole
 from graphengine.devices.stage import Prim
 from graphengine.format.spec import NotNegative, Pair
+from graphengine.physics.implementations import Deviation, Profile, Rate, implements
 from graphengine.physics.pictures.frame_capture import Lens
 from graphengine.physics.pictures.rendering import Image
-from graphengine.physics.sensors.implementations import Deviation, Profile, Rate, implements
 from graphengine.physics.sensors.sampling import Sampled
 
 if TYPE_CHECKING:
-    from graphengine.physics.simulation import Simulation
+    from graphengine.physics.pictures.pictured_simulation import PicturedSimulation
 
 NEAREST = 0.05
 """Greatest distance of the renderer's near plane, m; nearer objects are not drawn. A smaller value makes depths less precise."""
@@ -100,7 +100,7 @@ class PinholeCamera(Sampled):
 
     kept = ("_delivery", "_pending", "_segmented", "_skipped")
 
-    def __init__(self, simulation: Simulation, prim: Prim, size: tuple[int, int] | None = None) -> None:
+    def __init__(self, simulation: PicturedSimulation, prim: Prim, size: tuple[int, int] | None = None) -> None:
         facts = prim.facts
         self.size: tuple[int, int] = size or facts["size"]
         self.clip: tuple[float, float] = facts["clip"]

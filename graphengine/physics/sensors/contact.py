@@ -11,15 +11,15 @@ from typing import TYPE_CHECKING
 import numpy as np
 from pydantic import Field, model_validator
 
+from graphengine.descriptions.engine import Floats, mujoco
 from graphengine.devices.contact import ContactReading, ContactSensor
 from graphengine.devices.stage import Prim
 from graphengine.format.spec import NotNegative, Positive
-from graphengine.physics.dynamics.motion_handles import CarriedPrim
-from graphengine.physics.engine import Floats, mujoco
-from graphengine.physics.sensors.implementations import Profile, check_less, implements
+from graphengine.physics.handles.motion_handles import CarriedPrim
+from graphengine.physics.implementations import Profile, check_less, implements
 
 if TYPE_CHECKING:
-    from graphengine.physics.core import SimulationCore
+    from graphengine.physics.core.simulation_core import SimulationCore
 
 
 class ContactProfile(Profile):

@@ -18,8 +18,8 @@ from pydantic import Field
 from graphengine.devices.imu import Imu, ImuSample
 from graphengine.devices.rotation import Quaternion, Vector3, unrotate
 from graphengine.devices.stage import Prim
-from graphengine.physics.dynamics.motion_handles import CarriedPrim
-from graphengine.physics.sensors.implementations import Deviation, Offsets, Profile, Rate, implements
+from graphengine.physics.handles.motion_handles import CarriedPrim
+from graphengine.physics.implementations import Deviation, Offsets, Profile, Rate, implements
 from graphengine.physics.sensors.inertial_errors import (
     AccelerometerErrors,
     Drift,
@@ -30,7 +30,7 @@ from graphengine.physics.sensors.inertial_errors import (
 from graphengine.physics.sensors.sampling import Sampling
 
 if TYPE_CHECKING:
-    from graphengine.physics.core import SimulationCore
+    from graphengine.physics.core.simulation_core import SimulationCore
 
 
 class ImuProfile(Profile):

@@ -12,10 +12,10 @@ from typing import Annotated, NamedTuple
 import numpy as np
 from pydantic import Field
 
+from graphengine.descriptions.engine import Floats
 from graphengine.devices.random_streams import key_of
 from graphengine.format.spec import Spec
-from graphengine.physics.engine import Floats
-from graphengine.physics.sensors.implementations import Offset
+from graphengine.physics.implementations import Offset
 
 Amount = Annotated[float, Field(ge=0.0, le=1e9)]
 Seconds = Annotated[float, Field(ge=1e-3, le=1e9)]

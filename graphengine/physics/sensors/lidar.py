@@ -17,17 +17,18 @@ from typing import TYPE_CHECKING, Annotated, Any
 import numpy as np
 from pydantic import Field, model_validator
 
+from graphengine.descriptions.engine import Floats
+from graphengine.descriptions.geoms import geom_colours
 from graphengine.devices.lidar import Lidar, Scan, beam_directions
 from graphengine.devices.stage import Prim
 from graphengine.format.spec import NotNegative, Positive, Spec
-from graphengine.physics.engine import Floats
-from graphengine.physics.sensors.implementations import Deviation, Profile, Rate, check_less, implements
-from graphengine.physics.sensors.own_colliders import own_colliders
-from graphengine.physics.sensors.rays import Integers, geom_colours
+from graphengine.physics.implementations import Deviation, Profile, Rate, check_less, implements
+from graphengine.physics.ray_casting.own_colliders import own_colliders
+from graphengine.physics.ray_casting.rays import Integers
 from graphengine.physics.sensors.sampling import S, TickSampled
 
 if TYPE_CHECKING:
-    from graphengine.physics.core import SimulationCore
+    from graphengine.physics.core.simulation_core import SimulationCore
 
 _LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
 MAX_BEAMS = 500_000

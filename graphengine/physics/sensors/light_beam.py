@@ -14,11 +14,11 @@ from pydantic import Field, model_validator
 from graphengine.devices.light_beam import BeamReading, LightBeam
 from graphengine.devices.stage import Prim
 from graphengine.format.spec import NotNegative, Positive, Vector
-from graphengine.physics.sensors.implementations import Profile, check_less, implements
+from graphengine.physics.implementations import Profile, check_less, implements
 from graphengine.physics.sensors.ray_bundle import RayBundle
 
 if TYPE_CHECKING:
-    from graphengine.physics.core import SimulationCore
+    from graphengine.physics.core.simulation_core import SimulationCore
 
 
 class LightBeamProfile(Profile):

@@ -17,17 +17,17 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
 
+from graphengine.descriptions.engine import Floats
 from graphengine.devices.lidar import beam_directions
 from graphengine.devices.radar import Detections, Radar
 from graphengine.devices.stage import Prim
 from graphengine.format.spec import NotNegative
-from graphengine.physics.engine import Floats
-from graphengine.physics.sensors.implementations import Deviation, implements
+from graphengine.physics.implementations import Deviation, implements
+from graphengine.physics.ray_casting.rays import Integers
 from graphengine.physics.sensors.lidar import LidarProfile, RaySensor, rounded
-from graphengine.physics.sensors.rays import Integers
 
 if TYPE_CHECKING:
-    from graphengine.physics.core import SimulationCore
+    from graphengine.physics.core.simulation_core import SimulationCore
 
 _NEAREST = 1e-3
 """Distance below which the received power no longer grows, m."""

@@ -13,15 +13,15 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 from pydantic import Field, model_validator
 
+from graphengine.descriptions.engine import Floats
 from graphengine.devices.range import RangeReading, RangeSensor
 from graphengine.devices.stage import Prim
 from graphengine.format.spec import NotNegative, Positive
-from graphengine.physics.engine import Floats
-from graphengine.physics.sensors.implementations import Deviation, Profile, Rate, implements
+from graphengine.physics.implementations import Deviation, Profile, Rate, implements
 from graphengine.physics.sensors.lidar import RaySensor, check_distances
 
 if TYPE_CHECKING:
-    from graphengine.physics.core import SimulationCore
+    from graphengine.physics.core.simulation_core import SimulationCore
 
 
 class RangeProfile(Profile):

@@ -10,14 +10,14 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from graphengine.descriptions.engine import Bools, Floats, Indices, mujoco
 from graphengine.devices.stage import Prim
-from graphengine.physics.dynamics.motion_handles import CarriedPrim
-from graphengine.physics.engine import Bools, Floats, Indices, mujoco
-from graphengine.physics.sensors.own_colliders import own_colliders
-from graphengine.physics.sensors.rays import Caster
+from graphengine.physics.handles.motion_handles import CarriedPrim
+from graphengine.physics.ray_casting.own_colliders import own_colliders
+from graphengine.physics.ray_casting.rays import Caster
 
 if TYPE_CHECKING:
-    from graphengine.physics.core import SimulationCore
+    from graphengine.physics.core.simulation_core import SimulationCore
 
 _KINDS = mujoco.mjtGeom
 _SOLIDS = [_KINDS.mjGEOM_PLANE, _KINDS.mjGEOM_SPHERE, _KINDS.mjGEOM_CAPSULE]

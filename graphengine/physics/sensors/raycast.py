@@ -11,15 +11,15 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import numpy as np
 from pydantic import Field, model_validator
 
+from graphengine.descriptions.engine import body_names
 from graphengine.devices.raycast import RaycastReading, RaycastSensor
 from graphengine.devices.stage import Prim
 from graphengine.format.spec import NotNegative, Positive
-from graphengine.physics.engine import body_names
-from graphengine.physics.sensors.implementations import Offsets, Profile, check_less, implements
+from graphengine.physics.implementations import Offsets, Profile, check_less, implements
 from graphengine.physics.sensors.ray_bundle import RayBundle
 
 if TYPE_CHECKING:
-    from graphengine.physics.core import SimulationCore
+    from graphengine.physics.core.simulation_core import SimulationCore
 
 MAX_RAYS = 10_000
 """Maximum number of rays of a raycast sensor."""

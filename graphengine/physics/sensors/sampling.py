@@ -14,10 +14,10 @@ import numpy as np
 
 from graphengine.devices.random_streams import key_of
 from graphengine.devices.stage import Prim
-from graphengine.physics.dynamics.motion_handles import CarriedPrim
+from graphengine.physics.handles.motion_handles import CarriedPrim
 
 if TYPE_CHECKING:
-    from graphengine.physics.core import SimulationCore
+    from graphengine.physics.core.simulation_core import SimulationCore
 
 S = TypeVar("S")
 

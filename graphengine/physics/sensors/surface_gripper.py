@@ -12,18 +12,18 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import numpy as np
 from pydantic import Field, model_validator
 
+from graphengine.descriptions.engine import mujoco, wake
 from graphengine.devices.rotation import vector
 from graphengine.devices.stage import Prim
 from graphengine.devices.surface_gripper import GripperStatus, SurfaceGripperDevice
 from graphengine.format.spec import NotNegative, Positive
-from graphengine.physics.dynamics.motion_handles import CarriedPrim
 from graphengine.physics.dynamics.welds import add_weld
-from graphengine.physics.engine import mujoco, wake
-from graphengine.physics.sensors.implementations import Offsets, Profile, check_less, implements
-from graphengine.physics.sensors.own_colliders import OwnColliders
+from graphengine.physics.handles.motion_handles import CarriedPrim
+from graphengine.physics.implementations import Offsets, Profile, check_less, implements
+from graphengine.physics.ray_casting.own_colliders import OwnColliders
 
 if TYPE_CHECKING:
-    from graphengine.physics.core import SimulationCore
+    from graphengine.physics.core.simulation_core import SimulationCore
 
 _SETTLING = 10
 """Number of physics steps for which the force of a new weld is ignored; also the pause of a point after its weld breaks."""

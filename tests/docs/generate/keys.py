@@ -18,8 +18,8 @@ from graphengine.format.key_docs import key_docs
 from graphengine.format.kinds import DEVICES
 from graphengine.format.robot_spec import _TypeOfSensor
 from graphengine.format.spec_reader import KINDS
+from graphengine.physics.implementations import IMPLEMENTATIONS
 from graphengine.physics.model.profiles import SensorProfile
-from graphengine.physics.sensors.implementations import IMPLEMENTATIONS
 from tests.cli.harness import ROOT
 
 _FILES: dict[str, tuple[str, str, type[BaseModel], str]] = {

@@ -22,7 +22,8 @@ message names the limit. If the limit is a time, graphengine stops waiting after
 input at the limit and an input beyond it. The last column names the constant in the code, without the prefix `graphengine.`."""
 
 ROOMS = {
-    "format": "Files", "messages": "Messages", "sandbox": "Sandbox", "devices": "Devices", "node": "Nodes", "compiler": "Graphs",
+    "format": "Files", "messages": "Messages", "sandbox": "Sandbox", "devices": "Devices",
+    "descriptions": "Descriptions of robots and worlds", "node": "Nodes", "compiler": "Graphs",
     "runtime": "Runs", "physics": "Worlds, robots and sensors", "ros": "ROS 2 network", "nodes": "Node types", "scene": "Scenes",
     "recording": "Recordings", "control": "Control of runs", "drawing": "Drawings", "isaac": "Import from Isaac Sim",
     "view": "The page", "api": "Python", "cli": "Commands", "testing": "Tests",

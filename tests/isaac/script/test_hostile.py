@@ -17,8 +17,8 @@ from graphengine.isaac.script.script_answer import ScriptAnswer
 from graphengine.isaac.script.script_reader import read_script
 from graphengine.sandbox.borders import missing
 from graphengine.sandbox.untrusted import encoded
+from tests.descriptions.files.forging import forged
 from tests.isaac.harness import kept_answers
-from tests.physics.files.forging import forged
 
 GRAPH = 'import omni.graph.core as og\nog.Controller.edit("/g", {"create_nodes": ("T", "omni.graph.action.OnTick")})\n'
 SECONDS = 0.5

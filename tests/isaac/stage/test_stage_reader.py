@@ -21,9 +21,9 @@ from graphengine.isaac.stage.stage_contents import StageAttribute, StageContents
 from graphengine.isaac.stage.stage_reader import ImportedStage, read_stage
 from graphengine.sandbox.untrusted import encoded
 from graphengine.scene import build
+from tests.descriptions.files.forging import forged
 from tests.isaac.harness import kept_answers
 from tests.isaac.stage.harness import GRAPH, node
-from tests.physics.files.forging import forged
 
 TUTORIAL = Path(__file__).parent / "tutorial.usda"
 

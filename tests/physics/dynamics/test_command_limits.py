@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from graphengine.physics.dynamics.motion_handles import ROUNDING, Joints
+from graphengine.physics.handles.motion_handles import ROUNDING, Joints
 from graphengine.physics.simulation import Simulation
 from tests.physics.harness import CART, ROBOT, Project, steps, ticks
 

@@ -13,10 +13,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
+from graphengine.descriptions.engine import mujoco
 from graphengine.format.robot_spec import MaterialSpec
 from graphengine.format.spec import RobotUse
 from graphengine.physics.dynamics.directed_friction import _compiled, turn_contacts
-from graphengine.physics.engine import mujoco
 from graphengine.physics.model.materials import sentences
 from graphengine.physics.simulation import Simulation
 from tests.other_process import in_another_process

@@ -11,13 +11,13 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
+from graphengine.descriptions.actuators.drives import Drive, servos
+from graphengine.descriptions.engine import mujoco
 from graphengine.physics.dynamics import drive_step
 from graphengine.physics.dynamics.drive_step import DriveStep
 from graphengine.physics.dynamics.force_limits import ForceLimits
 from graphengine.physics.dynamics.gravity_compensation import GravityCompensation
 from graphengine.physics.dynamics.set_points import SetPoints
-from graphengine.physics.engine import mujoco
-from graphengine.physics.model.drives import Drive, servos
 from graphengine.physics.simulation import Simulation
 from tests.physics.harness import Project
 

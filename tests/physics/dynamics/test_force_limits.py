@@ -9,11 +9,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from graphengine.descriptions.actuators.drives import Drive, servos
+from graphengine.descriptions.engine import mujoco
 from graphengine.format.spec import RobotUse
 from graphengine.physics.dynamics.force_limits import ForceLimits
-from graphengine.physics.engine import mujoco
 from graphengine.physics.loaded_world import LoadedWorld
-from graphengine.physics.model.drives import Drive, servos
 from tests.physics.harness import Project
 
 STEP = 1 / 240

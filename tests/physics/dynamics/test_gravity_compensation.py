@@ -9,9 +9,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from graphengine.descriptions.actuators.drives import Drive
+from graphengine.descriptions.engine import mujoco
 from graphengine.physics.dynamics.gravity_compensation import GravityCompensation
-from graphengine.physics.engine import mujoco
-from graphengine.physics.model.drives import Drive
 from tests.physics.harness import Project
 
 LEVER, START = 0.3, 0.5  # m and rad

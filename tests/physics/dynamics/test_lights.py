@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from graphengine.descriptions.engine import mujoco
 from graphengine.devices.rotation import Vector3, rotate
 from graphengine.devices.stage import Prim, Stage
 from graphengine.format.spec import RobotUse
 from graphengine.node.prims.stage_prims import Prims
-from graphengine.physics.engine import mujoco
 from graphengine.physics.model.world_prims import add_world
 from graphengine.physics.simulation import Simulation
 from tests.physics.harness import Project

@@ -7,11 +7,11 @@ import math
 import numpy as np
 import pytest
 
+from graphengine.descriptions.engine import body_names
 from graphengine.devices.backend import World
 from graphengine.devices.entity import Move
 from graphengine.devices.rotation import Vector3
 from graphengine.format.errors import ContextError, PhysicsError
-from graphengine.physics.engine import body_names
 from graphengine.physics.simulation import Simulation
 from tests.physics.dynamics.things import add, run, world
 from tests.physics.harness import SCENE, Project

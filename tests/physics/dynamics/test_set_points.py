@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from graphengine.physics.dynamics.motion_handles import Joints
+from graphengine.physics.handles.motion_handles import Joints
 from graphengine.physics.simulation import Simulation
 from tests.physics.harness import Project
 

@@ -8,8 +8,8 @@ import mujoco
 import pytest
 
 from graphengine.format.spec import RobotUse
-from graphengine.physics.dynamics.motion_handles import Joints
 from graphengine.physics.dynamics.settling import SETTLE_LIMIT, SETTLED_FOR, SETTLED_SPEED, settle
+from graphengine.physics.handles.motion_handles import Joints
 from graphengine.physics.simulation import Simulation
 from tests.physics.harness import Project, steps
 

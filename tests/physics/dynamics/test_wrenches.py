@@ -7,9 +7,9 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
+from graphengine.descriptions.engine import mujoco
 from graphengine.devices.stage import Stage
-from graphengine.physics.dynamics.motion_handles import Joints
-from graphengine.physics.engine import mujoco
+from graphengine.physics.handles.motion_handles import Joints
 from graphengine.physics.simulation import Simulation
 from tests.physics.harness import steps
 

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from graphengine.descriptions.files.packages import Packages
+from graphengine.descriptions.files.xml import parse
 from graphengine.format.diagnostics import Findings
 from graphengine.format.files import Files
-from graphengine.physics.files.packages import Packages
-from graphengine.physics.files.xml import parse
 from graphengine.physics.importing.import_robot import Imported, Origin, import_robot
 
 INERTIA = '<inertia ixx=".01" iyy=".01" izz=".01" ixy="0" ixz="0" iyz="0"/>'

@@ -7,10 +7,10 @@ from pathlib import Path
 
 import yaml
 
+from graphengine.descriptions.files.packages import Packages
+from graphengine.descriptions.files.xml import parse
 from graphengine.format.diagnostics import Findings
 from graphengine.format.files import Files
-from graphengine.physics.files.packages import Packages
-from graphengine.physics.files.xml import parse
 from graphengine.physics.importing.import_robot import Imported, Origin, import_robot
 
 INERTIA = '<inertia ixx=".02" iyy=".02" izz=".02" ixy="0" ixz="0" iyz="0"/>'

@@ -7,11 +7,11 @@ from typing import Any
 
 import yaml
 
+from graphengine.descriptions.files.packages import Packages
+from graphengine.descriptions.files.xml import parse
 from graphengine.format.diagnostics import Findings
 from graphengine.format.document import load
 from graphengine.format.files import Files
-from graphengine.physics.files.packages import Packages
-from graphengine.physics.files.xml import parse
 from graphengine.physics.importing.import_robot import Imported, Origin, import_robot
 from graphengine.physics.importing.robot_source import Wishes, read_source
 from tests.physics.bases import MECANUM, SKID, Base, Wheel

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from graphengine.physics.dynamics.motion_handles import Joints
-from graphengine.physics.engine import Floats
+from graphengine.descriptions.engine import Floats
+from graphengine.physics.handles.motion_handles import Joints
 from graphengine.physics.importing.import_robot import Imported
 from graphengine.physics.simulation import Simulation
 from tests.physics.harness import FLOOR, load

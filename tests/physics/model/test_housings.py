@@ -9,15 +9,15 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from graphengine.devices.stage import housing_of
 from graphengine.format.spec import RobotUse
 from graphengine.physics.loaded_world import LoadedWorld
+from graphengine.physics.ray_casting.rays import RaysChoice
 from graphengine.physics.sensors.contact import BodyContactSensor
 from graphengine.physics.sensors.lidar import RayLidar
-from graphengine.physics.sensors.own_colliders import housing_of
-from graphengine.physics.sensors.rays import RaysChoice
 from graphengine.physics.simulation import Simulation
 from tests.physics.harness import FLOOR, ROBOT, SCENE, Project, steps
-from tests.physics.sensors.casters import either_rays
+from tests.physics.ray_casting.casters import either_rays
 
 LIDAR = """sensor: mine
 lidar: {rate: 10.0, beams: {first_deg: -180.0, last_deg: 179.0, count: 360}, near: 0.01, far: 12.0}

@@ -8,8 +8,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from graphengine.descriptions.engine import mujoco
 from graphengine.format.robot_spec import MaterialSpec
-from graphengine.physics.engine import mujoco
 from graphengine.physics.model.materials import against_floor, combine, sentences, stronger
 from graphengine.physics.simulation import Simulation
 from tests.physics.harness import FLOOR, Project

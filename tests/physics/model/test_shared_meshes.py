@@ -10,8 +10,8 @@ import pytest
 import trimesh
 from PIL import Image
 
+from graphengine.descriptions.engine import mujoco
 from graphengine.format.spec import RobotUse
-from graphengine.physics.engine import mujoco
 from graphengine.physics.loaded_world import LoadedWorld
 from graphengine.physics.sensors.camera import PinholeCamera
 from graphengine.physics.sensors.lidar import RayLidar

@@ -5,7 +5,7 @@ from __future__ import annotations
 import mujoco
 import pytest
 
-from graphengine.physics.engine import RAYS, RAYS_AND_PICTURES
+from graphengine.descriptions.engine import RAYS, RAYS_AND_PICTURES
 from tests.physics.harness import CART, Project
 
 WHEEL = """<link name="wheel">

@@ -12,7 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from graphengine.physics.engine import sort_geoms
+from graphengine.descriptions.engine import sort_geoms
 from graphengine.physics.occupancy.grid import Canvas, Grid, Window
 from graphengine.physics.occupancy.shapes import shapes
 

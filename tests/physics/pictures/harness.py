@@ -10,11 +10,11 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from graphengine.descriptions.engine import mujoco
 from graphengine.devices.camera import Picture
 from graphengine.devices.rotation import Pose, rotate
 from graphengine.devices.stage import Stage
 from graphengine.format.errors import RenderError
-from graphengine.physics.engine import mujoco
 from graphengine.physics.pictures import opengl
 from graphengine.physics.sensors.camera import PinholeCamera
 from graphengine.physics.simulation import Simulation

@@ -8,8 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
+from graphengine.descriptions.engine import mujoco
 from graphengine.devices.rotation import from_rpy, multiply, rotate
-from graphengine.physics.engine import mujoco
 from graphengine.physics.pictures.frame_capture import Lens
 from graphengine.physics.pictures.rendering import distances
 from graphengine.physics.sensors.camera import PinholeCamera

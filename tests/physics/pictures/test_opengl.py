@@ -11,8 +11,8 @@ from contextlib import AbstractContextManager, suppress
 
 import pytest
 
+from graphengine.descriptions.engine import mujoco
 from graphengine.format.errors import RenderError
-from graphengine.physics.engine import mujoco
 from graphengine.physics.pictures import opengl
 from graphengine.physics.simulation import Simulation
 from tests.physics.pictures.harness import ROOM, camera_of, filming, needs_opengl, simulation_of, take_opengl_away

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from graphengine.physics.engine import mujoco
+from graphengine.descriptions.engine import mujoco
 from graphengine.physics.pictures import opengl
 from graphengine.physics.pictures.rendering import Renderer
 from graphengine.physics.sensors.camera import PinholeCamera

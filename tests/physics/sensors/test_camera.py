@@ -13,8 +13,8 @@ from typing import Any
 import numpy as np
 import pytest
 
+from graphengine.descriptions.engine import mujoco
 from graphengine.devices.camera import Picture
-from graphengine.physics.engine import mujoco
 from graphengine.physics.pictures.frame_capture import Shot
 from graphengine.physics.pictures.rendering import Image
 from graphengine.physics.sensors.camera import PinholeCamera

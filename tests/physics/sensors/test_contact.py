@@ -9,9 +9,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from graphengine.descriptions.engine import mujoco
 from graphengine.devices.rotation import ORIGIN, Vector3
 from graphengine.devices.stage import Stage
-from graphengine.physics.engine import mujoco
 from graphengine.physics.sensors.contact import BodyContactSensor
 from graphengine.physics.simulation import Simulation
 from tests.physics.harness import Project, ticks

@@ -12,10 +12,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from graphengine.descriptions.engine import mujoco
 from graphengine.devices.imu import ImuSample
 from graphengine.devices.rotation import IDENTITY, ORIGIN, Quaternion, Vector3, from_rpy, rotate, unrotate
 from graphengine.devices.stage import Stage
-from graphengine.physics.engine import mujoco
 from graphengine.physics.sensors.imu import InertialUnit
 from graphengine.physics.simulation import Simulation
 from tests.physics.conftest import Ship

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 import pytest
 
+from graphengine.descriptions.engine import Floats
 from graphengine.devices.imu import ImuSample
-from graphengine.physics.engine import Floats
 from graphengine.physics.sensors.imu import ImuProfile, InertialUnit
 from graphengine.physics.sensors.inertial_errors import InertialErrors, TriadErrors
 from tests.physics.sensors.test_imu import FREE, TURNTABLE, carried, moving, tick

@@ -10,17 +10,17 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from graphengine.descriptions.engine import mujoco
 from graphengine.devices.lidar import Scan
 from graphengine.devices.rotation import compose, from_rpy, relative, rotate
 from graphengine.devices.stage import Stage
-from graphengine.physics.engine import mujoco
 from graphengine.physics.loaded_world import LoadedWorld
+from graphengine.physics.ray_casting.rays import RaysChoice
 from graphengine.physics.sensors.lidar import RayLidar
-from graphengine.physics.sensors.rays import RaysChoice
 from graphengine.physics.simulation import Simulation
 from tests.physics.conftest import Ship
 from tests.physics.harness import SCENE, Project
-from tests.physics.sensors.casters import either_rays
+from tests.physics.ray_casting.casters import either_rays
 
 ROOM = """<mujoco><worldbody>
   <geom type="box" size=".1 8 3" pos="7.1 0 0"/><geom type="box" size=".1 8 3" pos="-5.1 0 0"/>

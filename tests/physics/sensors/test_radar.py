@@ -10,14 +10,14 @@ from typing import Any
 import numpy as np
 import pytest
 
+from graphengine.descriptions.engine import mujoco
 from graphengine.devices.radar import Detections
 from graphengine.devices.stage import Stage
-from graphengine.physics.engine import mujoco
+from graphengine.physics.ray_casting.rays import RaysChoice
 from graphengine.physics.sensors.radar import RayRadar
-from graphengine.physics.sensors.rays import RaysChoice
 from graphengine.physics.simulation import Simulation
 from tests.physics.harness import Project
-from tests.physics.sensors.casters import either_rays
+from tests.physics.ray_casting.casters import either_rays
 
 EXACT = {"noise_std": 0.0, "resolution": 0.0, "velocity_std": 0.0, "velocity_resolution": 0.0, "angle_std": 0.0}
 FACTS = {"rate": 20.0, "angles": (-0.2, 0.2, 0.1), "elevations": (-0.1, 0.0, 0.1), "ranges": (0.5, 50.0), **EXACT}

@@ -8,13 +8,13 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
+from graphengine.descriptions.engine import mujoco
 from graphengine.devices.stage import Stage
-from graphengine.physics.engine import mujoco
+from graphengine.physics.ray_casting.rays import RaysChoice
 from graphengine.physics.sensors.range import RayCone
-from graphengine.physics.sensors.rays import RaysChoice
 from graphengine.physics.simulation import Simulation
 from tests.physics.harness import Project
-from tests.physics.sensors.casters import either_rays
+from tests.physics.ray_casting.casters import either_rays
 
 HALF = math.radians(15.0)
 FACTS = {"radiation_type": "ultrasound", "rate": 20.0, "field_of_view": 2 * HALF, "rings": 4, "ranges": (0.1, 4.0)}

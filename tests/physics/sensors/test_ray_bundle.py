@@ -9,17 +9,17 @@ from typing import Any
 import numpy as np
 import pytest
 
+from graphengine.descriptions.engine import mujoco
 from graphengine.devices.light_beam import BeamReading
 from graphengine.devices.raycast import RaycastReading
 from graphengine.devices.rotation import Quaternion, Vector3
 from graphengine.devices.stage import Stage
-from graphengine.physics.engine import mujoco
+from graphengine.physics.ray_casting.rays import RaysChoice
 from graphengine.physics.sensors.light_beam import LightBeamProfile, LightCurtain
 from graphengine.physics.sensors.raycast import RaycastProfile, RaySet
-from graphengine.physics.sensors.rays import RaysChoice
 from graphengine.physics.simulation import Simulation
 from tests.physics.harness import Project
-from tests.physics.sensors.casters import either_rays
+from tests.physics.ray_casting.casters import either_rays
 
 BOX = '<geom type="box" size=".5 .5 .5" pos="{}"/>'
 SHAPES = {

@@ -1,0 +1,156 @@
+"""Reads robot descriptions (URDF, xacro, SDF, MJCF), with the robot file that names them or with a generated one."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from graphengine.descriptions.files.packages import Packages
+from graphengine.descriptions.files.references import Library
+from graphengine.descriptions.files.xml import Element, parse, read
+from graphengine.descriptions.mjcf.mjcf import read_mjcf
+from graphengine.descriptions.robot_files import mjcf_parts
+from graphengine.descriptions.robot_files.default_drives import add_wheel_drives
+from graphengine.descriptions.robot_files.draft import Draft
+from graphengine.descriptions.robot_files.robot_file import RobotFile
+from graphengine.descriptions.robot_files.writer import render
+from graphengine.descriptions.sdf.sdf_files import SUFFIXES as SDF_SUFFIXES
+from graphengine.descriptions.sdf.sdf_files import is_sdf
+from graphengine.descriptions.sdf.sdf_reader import read_sdf
+from graphengine.descriptions.urdf.urdf import Urdf
+from graphengine.descriptions.urdf.urdf_reader import read_urdf
+from graphengine.descriptions.xacro import xacro
+from graphengine.format import document
+from graphengine.format.diagnostics import Findings
+from graphengine.format.files import Files
+from graphengine.format.robot_spec import RobotSpec
+from graphengine.format.spec_reader import Loaded, validate
+from graphengine.format.wording import allowing
+
+MJCF_SUFFIX = ".xml"
+SUFFIXES = (".urdf", xacro.SUFFIX, MJCF_SUFFIX, *SDF_SUFFIXES)
+
+
+def read_description(file: RobotFile, library: Library) -> Urdf | None:
+    """Read the description that a robot file names by `urdf` or `mjcf`, and return its links and joints.
+
+    Return None after an error; errors are added to the findings of the library.
+    """
+    files, findings = library.files, library.findings
+    if file.spec.mjcf:
+        return _read_model(file, library)
+    if not file.spec.urdf:
+        span = file.chain[0].document.span().part(0, 1)
+        findings.add(
+            "G107", "missing key 'urdf'", span, "name a robot description by `urdf`, or a MuJoCo model by `mjcf`"
+        )
+        return None
+    path = files.look_up(file.spec.urdf, file.folder("urdf"), findings, file.span("urdf"))
+    packages = _packages(path, file, files, findings) if path is not None else None
+    if path is None or packages is None:
+        return None
+    root = read(path, findings, "S103")
+    if root is None:
+        return None
+    if xacro.is_xacro(path, root):
+        arguments = {name: _as_text(value) for name, value in file.spec.xacro_arguments.items()}
+        places = {name: file.key_span("xacro_arguments", name) for name in arguments}
+        root = xacro.expand(path, arguments, packages, findings, places)
+    elif file.spec.xacro_arguments:
+        span = file.key_span("xacro_arguments")
+        findings.add("G109", f"xacro_arguments: {file.spec.urdf!r} does not use xacro", span)
+        return None
+    return _converted(path, root, packages, findings)
+
+
+def _converted(path: Path, root: Element | None, packages: Packages, findings: Findings) -> Urdf | None:
+    """Return the links and joints of a parsed URDF or SDF file; None after an error."""
+    if root is not None and is_sdf(root):
+        root = read_sdf(path, root, packages, findings)
+    return read_urdf(root, packages, findings) if root is not None else None
+
+
+def _read_model(file: RobotFile, library: Library) -> Urdf | None:
+    """Return the MuJoCo model that a robot file names by `mjcf`; None after an error."""
+    for key in ("urdf", "xacro_arguments", "package_paths"):
+        if getattr(file.spec, key):
+            library.findings.add(
+                "G109", f"{key}: not allowed beside `mjcf`, which names a MuJoCo model", file.key_span(key)
+            )
+            return None
+    path = library.files.look_up(file.spec.mjcf, file.folder("mjcf"), library.findings, file.span("mjcf"))
+    return read_mjcf(path, library) if path is not None else None
+
+
+def _packages(path: Path, file: RobotFile, files: Files, findings: Findings) -> Packages | None:
+    before = len(findings.errors)
+    paths = [file.folder("package_paths") / reference for reference in file.spec.package_paths]
+    for index, (reference, folder) in enumerate(zip(file.spec.package_paths, paths, strict=True)):
+        span = file.span("package_paths", index)
+        if not files.may_read(folder):
+            what = f"{reference!r} lies outside the folder of the file you gave"
+            findings.add("S103", what, span, allowing(folder.resolve()))
+        elif not folder.is_dir():
+            findings.add("S101", f"no folder {reference!r}", span, f"searched in {folder.parent}")
+    return Packages(path.parent, paths, files) if len(findings.errors) == before else None
+
+
+def _as_text(value: str | float | bool) -> str:
+    """Return the value of a xacro argument as text; booleans become `true` and `false`."""
+    return str(value).lower() if isinstance(value, bool) else str(value)
+
+
+def is_text(use: str) -> bool:
+    """Return whether the `use` of a scene contains the text of a description (XML) instead of a file name."""
+    return use.lstrip()[:1] == "<"
+
+
+def is_mjcf(use: str) -> bool:
+    """Return whether the `use` of a scene names an MJCF file, or contains the text of a MuJoCo model."""
+    if is_text(use):
+        robot, model = (use.find(f"<{tag}") for tag in ("robot", "mujoco"))
+        return model >= 0 and not 0 <= robot < model
+    return Path(use).suffix == MJCF_SUFFIX
+
+
+def read_bare(use: str, path: Path, library: Library) -> tuple[RobotFile, Urdf] | None:
+    """Read a description without a robot file; return it with a generated one, or None after an error.
+
+    Args:
+        use: text of the description, or name of its file.
+        path: path of the file. For a text, its name appears in messages, and relative references start from its folder.
+        library: reads referenced files; its findings receive the errors.
+    """
+    files, findings = library.files, library.findings
+    if is_mjcf(use):
+        urdf = read_mjcf(path, library, use if is_text(use) else None)
+        return with_robot_file(urdf, path, findings)
+    packages = Packages(path.parent, (), files)
+    root = parse(use.encode(), path.name, findings, "S103") if is_text(use) else read(path, findings, "S103")
+    if root is not None and not is_text(use) and xacro.is_xacro(path, root):
+        root = xacro.expand(path, {}, packages, findings)
+    return with_robot_file(_converted(path, root, packages, findings), path, findings)
+
+
+def with_robot_file(urdf: Urdf | None, path: Path, findings: Findings) -> tuple[RobotFile, Urdf] | None:
+    """Return a description together with a minimal generated robot file; None if there is no description.
+
+    The robot file adds velocity drives for wheels to a URDF or SDF description. A MuJoCo model defines its drives itself; its
+    cameras and IMUs become sensors of the robot file.
+    """
+    if urdf is None:
+        return None
+    draft = Draft(urdf, "bare", path.name, path.name)
+    if urdf.mjcf is not None:
+        mjcf_parts.fill(draft)
+    else:
+        draft.fixed_base = any(each.first("static") is not None for each in urdf.element.all("gazebo"))
+        add_wheel_drives(draft)
+    file = robot_file(render(draft), path, findings)
+    return (file, urdf) if file is not None else None
+
+
+def robot_file(text: str, path: Path, findings: Findings) -> RobotFile | None:
+    """Parse the text of a robot file that extends no other; return None after an error."""
+    parsed = document.parse(text, str(path), findings)
+    spec = validate(RobotSpec, parsed, parsed.data, findings) if parsed is not None else None
+    return RobotFile(spec, (Loaded(spec, parsed),)) if parsed is not None and spec is not None else None

@@ -1,0 +1,246 @@
+"""Data model of a robot file that will be written, with remarks on values that were carried over, guessed and lost."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Callable, Collection, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+from graphengine.descriptions.files.references import Library
+from graphengine.descriptions.files.xml import Element
+from graphengine.descriptions.urdf.rollers import NO_ROLLERS, Rollers
+from graphengine.descriptions.urdf.urdf import Urdf
+from graphengine.devices.rotation import Vector3
+from graphengine.devices.stage import prim_name
+from graphengine.format.diagnostics import Span
+from graphengine.format.document import Document
+from graphengine.format.wording import did_you_mean, printable
+
+
+def rounded(number: float, digits: int = 7) -> float:
+    """Return a number rounded to the given number of significant digits; -0.0 becomes 0.0."""
+    return float(f"{number:.{digits}g}") + 0.0
+
+
+@dataclass(slots=True)
+class Entry:
+    """The value of a key in the robot file, with comments.
+
+    Attributes:
+        value: plain data; a mapping is written with one line per key, other data on one line.
+        comments: lines of the comment above the key.
+        hint: comment after the value, on the same line.
+    """
+
+    value: Any = field(default_factory=dict)
+    comments: list[str] = field(default_factory=list)
+    hint: str = ""
+
+
+RobotData = Mapping[str, Any]
+"""The values of a robot file: settings by key, and entries by section and key."""
+Claim = Callable[[RobotData], bool]
+"""Returns whether a robot file contains what a remark says."""
+
+
+def says(*path: str, value: Any) -> Claim:
+    """Return the claim that a robot file has the given value at a path of keys; the value None stands for a missing key."""
+
+    def holds(data: RobotData) -> bool:
+        found: Any = data
+        for key in path:
+            found = found.get(key) if isinstance(found, Mapping) else None
+        return bool(found == value)
+
+    return holds
+
+
+def in_path(link: str) -> str:
+    """Return the name of a link as part of a prim path; only a name with slashes differs from it."""
+    return prim_name(link) if "/" in link else link
+
+
+def no_joint(urdf: Urdf, name: str) -> str:
+    """Return a text that a description has no joint with a name, and which names are similar."""
+    near = did_you_mean(name, urdf.joints)
+    return f"the description has no joint {printable(name)!r}" + (f"; {near}" if near else "")
+
+
+@dataclass(frozen=True, slots=True)
+class Remark:
+    """A remark of an import, for its report.
+
+    Attributes:
+        text: the remark, one line.
+        span: source location to which the remark refers; None if it refers to no single place.
+        claim: what the robot file must contain, or else `Draft.settle` drops the remark; None if the text does not describe it.
+        subject: noun and name of the part that the text describes. `Draft.settle` puts them before the text, and combines
+            remarks with the same noun and text. Empty if the text is complete.
+    """
+
+    text: str
+    span: Span | None = None
+    claim: Claim | None = None
+    subject: tuple[str, str] | tuple[()] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class WheelShape:
+    """A wheel found in a description, with all joints at zero.
+
+    Attributes:
+        joint: name of the joint that turns the wheel.
+        link: name of the link with the wheel's collider.
+        radius: radius of the collider, m; with rollers, the radius with which they roll.
+        width: width of the collider, m.
+        offset: distance of the collider's centre from the joint along the joint's axis, m.
+        axis: axis of the joint in the frame of the root link.
+        centre: centre of the collider in the frame of the root link, m.
+        collider: tag of the collider's shape in the description, such as `cylinder`.
+        on_floor: whether the wheel reaches down to the lowest collider of the robot.
+        swivels: whether the wheel's fork turns on a vertical joint without limits, as in a caster.
+        rollers: rollers of an omni or mecanum wheel; empty if the description does not model them.
+        drags: whether the wheel has no drive and rolls across the direction in which the base drives, so it slides.
+    """
+
+    joint: str
+    link: str
+    radius: float
+    width: float
+    offset: float
+    axis: Vector3
+    centre: Vector3
+    collider: str
+    on_floor: bool
+    swivels: bool = False
+    rollers: Rollers = NO_ROLLERS
+    drags: bool = False
+
+
+@dataclass(slots=True, eq=False)
+class Draft:
+    """A robot file that will be written.
+
+    Attributes:
+        urdf: the parsed description.
+        name: name of the robot.
+        source: where the description comes from, as text for comments and messages.
+        path: path of the description, as written in the robot file.
+        package_paths: folders of the description's packages, as written in the robot file.
+        fixed_base: whether the root link is fixed to the world.
+        controllers: ros2_control parameter file that the user names; None without one.
+        position_drives: whether joints that take efforts get position drives.
+        library: reads the meshes; None if the draft is only for a description without a robot file.
+        wheels: wheels by joint, in order of the joints.
+        standing: height (m) in the root link's frame of the lowest point of each link that reaches down to the floor.
+        servos: joints with position drives whose gains are not in the description.
+        settings: top-level keys with plain values, such as `self_collision`.
+        sections: entries by section (`joints`, `materials`, `sensors`, `graphs`, …) and key, in order of the robot file.
+        carried: remarks on values that were taken from the description.
+        guessed: remarks on values that the description lacks and that the import chose.
+        lost: remarks on parts of the description that a robot file cannot express, with the reason.
+        pushed: whether a plugin of Gazebo pushes the base without turning its wheels.
+        second_frictions: Gazebo's friction `mu2` of links for which it has no direction, by link.
+        controller_track: whether the track of a skid-steered base is that of its controller; None for other bases.
+        guessed_turn: whether the limit of the turn rate of a skid-steered base is guessed.
+        noticed: remarks on the robot itself, e.g. that part of its weight rests on the chassis.
+        commanded: names of joints that a topic commands, except those of a mobile base.
+        mujoco_warnings: MuJoCo's warnings about models compiled from the draft, as keys; the values are None.
+    """
+
+    urdf: Urdf
+    name: str
+    source: str
+    path: str
+    package_paths: Sequence[str] = ()
+    fixed_base: bool = False
+    controllers: Document | None = None
+    library: Library | None = None
+    position_drives: bool = False
+    wheels: dict[str, WheelShape] = field(default_factory=dict)
+    standing: dict[str, float] = field(default_factory=dict)
+    servos: list[str] = field(default_factory=list)
+    settings: dict[str, Any] = field(default_factory=dict)
+    sections: defaultdict[str, dict[str, Entry]] = field(default_factory=lambda: defaultdict(dict))
+    carried: list[Remark] = field(default_factory=list)
+    guessed: list[Remark] = field(default_factory=list)
+    lost: list[Remark] = field(default_factory=list)
+    noticed: list[Remark] = field(default_factory=list)
+    commanded: list[str] = field(default_factory=list)
+    controller_track: bool | None = None
+    guessed_turn: bool = False
+    pushed: bool = False
+    second_frictions: dict[str, float] = field(default_factory=dict)
+    mujoco_warnings: dict[str, None] = field(default_factory=dict)
+    _used: dict[int, Element] = field(default_factory=dict)
+
+    def bound(self) -> set[str]:
+        """Return the names of links to which the draft binds a material."""
+        return {link for entry in self.sections["materials"].values() for link in entry.value.get("bind", ())}
+
+    def unbind(self, material: str, links: Collection[str]) -> None:
+        """Unbind links from a material, and remove the material if no link is left."""
+        value = self.sections["materials"][material].value
+        value["bind"] = [link for link in value["bind"] if link not in links]
+        if not value["bind"]:
+            del self.sections["materials"][material]
+
+    def data(self) -> dict[str, Any]:
+        """Return the values of the robot file."""
+        fixed = {"fixed_base": True} if self.fixed_base and self.urdf.moves_freely else {}
+        sections = {name: {key: each.value for key, each in part.items()} for name, part in self.sections.items()}
+        return self.settings | fixed | sections
+
+    def settle(self) -> None:
+        """Drop the remarks whose claims do not hold, because later parts of the import changed the entry, and combine the others.
+
+        Remarks on several parts with the same noun and text become one remark with the names of all these parts.
+        """
+        data = self.data()
+        for remarks in (self.carried, self.guessed, self.lost, self.noticed):
+            alike: dict[Any, list[Remark]] = {}
+            for number, remark in enumerate(remarks):
+                if remark.claim is None or remark.claim(data):
+                    alike.setdefault((remark.subject[0], remark.text) if remark.subject else number, []).append(remark)
+            remarks[:] = map(_combined, alike.values())
+
+    def entry(self, section: str, key: str) -> Entry:
+        """Return the entry with this key in a section; create it if the section does not have it."""
+        return self.sections[section].setdefault(key, Entry())
+
+    def add_graph(self, name: str, use: str, parameters: dict[str, Any], *comments: str) -> None:
+        """Add a graph that the robot file uses.
+
+        If the root link is not called `base_link`, the default of the graphs, its name is passed as the parameter `base`.
+
+        Args:
+            name: name of the graph in the robot file.
+            use: reference to the included graph.
+            parameters: parameters of the graph.
+            comments: comment lines above the entry.
+        """
+        if self.urdf.root != "base_link":  # the default of the graphs
+            parameters = {"base": in_path(self.urdf.root)} | parameters
+        value: dict[str, Any] = {"use": use} | ({"parameters": parameters} if parameters else {})
+        self.sections["graphs"][name] = Entry(value, list(comments))
+
+    def use(self, element: Element) -> None:
+        """Mark an element of the description and all elements below it as used, so that they are not reported as lost."""
+        self._used.update((id(part), part) for part in element.walk())
+
+    def used(self, element: Element) -> bool:
+        """Return whether an element of the description is marked as used."""
+        return id(element) in self._used
+
+
+def _combined(remarks: Sequence[Remark]) -> Remark:
+    """Return one remark for remarks of the same text on several parts; its claim is that all of theirs hold."""
+    first = remarks[0]
+    if not first.subject:
+        return first
+    names = ", ".join(dict.fromkeys(remark.subject[1] for remark in remarks if remark.subject))
+    claims = [remark.claim for remark in remarks if remark.claim is not None]
+    together = (lambda data: all(claim(data) for claim in claims)) if claims else None
+    text = f"{first.subject[0]}{'s' if len(remarks) > 1 else ''} {names}: {first.text}"
+    return Remark(text, first.span, together)

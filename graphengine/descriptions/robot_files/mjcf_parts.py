@@ -1,0 +1,152 @@
+"""Adds entries for actuators, cameras and IMUs of a MuJoCo model to a robot file.
+
+The model itself defines the actuators; the robot file only lists them in comments. Sensors are mounted on the frames of the
+model's cameras and sites.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from graphengine.descriptions.actuators.drives import Drive
+from graphengine.descriptions.actuators.mjcf_model import MjcfModel
+from graphengine.descriptions.engine import mujoco
+from graphengine.descriptions.robot_files.draft import Claim, Draft, Remark, rounded, says
+from graphengine.devices.stage import prim_name
+from graphengine.format.wording import printable
+
+KEYFRAME = "home"
+"""Name of the keyframe in which robots start, as in the models of MuJoCo Menagerie."""
+_SENSOR = mujoco.mjtSensor
+_STATES = {
+    _SENSOR.mjSENS_JOINTPOS,
+    _SENSOR.mjSENS_JOINTVEL,
+    _SENSOR.mjSENS_JOINTACTFRC,
+    _SENSOR.mjSENS_ACTUATORFRC,
+    _SENSOR.mjSENS_ACTUATORPOS,
+    _SENSOR.mjSENS_ACTUATORVEL,
+}
+"""Types of sensors whose values JointState messages contain."""
+_POSES = {
+    _SENSOR.mjSENS_FRAMEPOS,
+    _SENSOR.mjSENS_FRAMEQUAT,
+    _SENSOR.mjSENS_FRAMELINVEL,
+    _SENSOR.mjSENS_FRAMEANGVEL,
+    _SENSOR.mjSENS_VELOCIMETER,
+}
+"""Types of sensors whose values TF and odometry messages contain."""
+_INERTIAL = (_SENSOR.mjSENS_ACCELEROMETER, _SENSOR.mjSENS_GYRO)
+_KINDS = {"position": "position servo", "velocity": "velocity servo", "effort": "motor"}
+_UNITS = {"position": ("rad", "m"), "velocity": ("rad/s", "m/s"), "effort": ("N m", "N")}
+_PIXELS = (640, 480)
+"""Image size (width, height) of a camera for which the model gives no resolution; MuJoCo's own default is one pixel."""
+
+
+def fill(draft: Draft) -> None:
+    """List the actuators of each joint, and add a sensor for each camera and IMU of the model."""
+    model = draft.urdf.mjcf
+    assert model is not None
+    _joints(draft, model)
+    others = [actuator for actuator in model.actuators if not actuator.joint]
+    for actuator in others:
+        kind = _KINDS[actuator.kind]
+        draft.carried.append(
+            Remark(f"{kind} {printable(actuator.name)}: commands use its name, as it does not move exactly one joint")
+        )
+    if KEYFRAME in model.keyframes and draft.library is not None:
+        draft.settings["start"] = KEYFRAME
+    if model.keyframes:
+        names = ", ".join(map(printable, model.keyframes))
+        draft.carried.append(Remark(f"keyframes, which `start:` can select: {names}"))
+    _cameras(draft, model.spec)
+    _sensors(draft, model.spec)
+
+
+def _joints(draft: Draft, model: MjcfModel) -> None:
+    names = {joint.name: joint.type == "prismatic" for joint in draft.urdf.moving()}
+    driven: dict[str, list[str]] = {}
+    for actuator in model.actuators:
+        driven.setdefault(actuator.joint, []).append(
+            _about(actuator.name, actuator.drive, names.get(actuator.joint, False))
+        )
+    for joint in draft.urdf.moving():
+        entry = draft.entry("joints", joint.name)
+        entry.hint = "; ".join(driven.get(joint.name, [])) or (
+            "" if joint.mimic is not None else "no actuator: takes efforts"
+        )
+    for kind in _KINDS:
+        if found := [actuator.joint for actuator in model.actuators if actuator.joint and actuator.kind == kind]:
+            draft.carried.append(Remark(f"{_KINDS[kind]}s of the model: {', '.join(map(printable, found))}"))
+    if model.floating:
+        floating = ", ".join(map(printable, model.floating))
+        draft.noticed.append(Remark(f"ball and free joints, which graphs cannot read or command: {floating}"))
+
+
+def _about(name: str, drive: Drive, slides: bool) -> str:
+    (servo,) = drive.servos or ()
+    text = f"{_KINDS[servo.kind]} {printable(name)}"
+    if math.isfinite(servo.lowest) and math.isfinite(servo.highest):
+        text += f", {servo.lowest:.6g} to {servo.highest:.6g} {_UNITS[servo.kind][slides]}"
+    return text
+
+
+def _cameras(draft: Draft, spec: mujoco.MjSpec) -> None:
+    """Add a camera sensor on the frame of each named camera of the model."""
+    for camera in spec.cameras:
+        link = _link(draft, camera.name, "camera")
+        if not link:
+            continue
+        width, height = (int(size) for size in camera.resolution)
+        if width * height <= 1:
+            width, height = _PIXELS
+        tall = float(camera.fovy)
+        wide = math.degrees(2 * math.atan(math.tan(math.radians(tall) / 2) * width / height)) if tall < 180 else 180.0
+        if not (0.1 <= tall <= 179.0 and 0.1 <= wide <= 179.0 and width <= 4096 and height <= 4096):
+            draft.lost.append(
+                Remark(
+                    f"camera {printable(camera.name)} of {wide:g} x {tall:g} degrees: not supported; legal are 0.1 to 179 "
+                    "degrees and up to 4096 pixels per side"
+                )
+            )
+            continue
+        profile = {"size": [width, height], "fov_deg": [rounded(wide), rounded(tall)], "rate": 30.0}
+        claim = _mount(draft, f"{link}_sensor", {"type": "camera", "parent": link, "profile": profile})
+        text = f"camera {printable(camera.name)}: {width} x {height} pixels, 30 images per second"
+        draft.carried.append(Remark(text, claim=claim))
+
+
+def _sensors(draft: Draft, spec: mujoco.MjSpec) -> None:
+    """Add an IMU at each site with an accelerometer or gyroscope; report other sensors as lost.
+
+    Sensors whose values other messages contain are not reported.
+    """
+    units: dict[str, None] = {}
+    lost: list[str] = []
+    for sensor in spec.sensors:
+        if sensor.type in _INERTIAL:
+            units[sensor.objname] = None
+        elif sensor.type not in _STATES | _POSES:
+            lost.append(sensor.name or sensor.type.name.removeprefix("mjSENS_").lower())
+    for site in units:
+        if link := _link(draft, site, "site"):
+            claim = _mount(draft, f"{link}_sensor", {"type": "imu", "parent": link, "profile": {"rate": 100.0}})
+            text = f"IMU at site {printable(site)}: 100 samples per second, without noise or bias"
+            draft.carried.append(Remark(text, claim=claim))
+    if lost:
+        text = "sensors of the model that no node publishes; they stay in the model"
+        draft.lost.append(Remark(f"{text}: {', '.join(map(printable, lost))}"))
+
+
+def _link(draft: Draft, name: str, kind: str) -> str:
+    """Return the name of the link that represents a site or camera in the description; empty if there is none."""
+    if not name:
+        return ""
+    given = f"{name}_{kind}"
+    return given if given in draft.urdf.links else name if name in draft.urdf.links else ""
+
+
+def _mount(draft: Draft, name: str, value: dict[str, Any]) -> Claim:
+    """Add a sensor, and return the claim that the robot file has it."""
+    draft.entry("sensors", prim_name(name)).value = value
+    return says("sensors", prim_name(name), value=value)

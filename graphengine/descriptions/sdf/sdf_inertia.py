@@ -1,0 +1,163 @@
+"""Converts masses and inertias of SDF links, and computes them from collisions for `<inertial auto="true">`."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from graphengine.descriptions.files.xml import Element
+from graphengine.descriptions.sdf.sdf_frames import SdfFrame, place_of
+from graphengine.descriptions.sdf.sdf_shapes import shape_of
+from graphengine.descriptions.sdf.sdf_values import (
+    SdfError,
+    find,
+    flag,
+    number_at,
+    numbers_at,
+    origin,
+    pose_of,
+    text_at,
+    written,
+)
+from graphengine.descriptions.urdf.inertia import TERMS
+from graphengine.devices.rotation import IDENTITY, Pose, Quaternion, compose, relative, rotate
+from graphengine.format.wording import printable
+
+WATER = 1000.0
+"""Default density of a collision for automatic inertias, kg/m3."""
+_DEFAULTS = (1.0, 1.0, 1.0, 0.0, 0.0, 0.0)
+
+Matrix = NDArray[np.float64]
+
+
+class Mass(NamedTuple):
+    """Mass and inertia of a link.
+
+    Attributes:
+        mass: mass, kg.
+        moments: ixx, iyy, izz, ixy, ixz and iyz about the centre of mass and the axes of `pose`, kg m2.
+        pose: pose of the inertial frame in the outermost scope; its origin is the centre of mass.
+    """
+
+    mass: float
+    moments: tuple[float, ...]
+    pose: Pose
+
+
+def is_mere_frame(link: SdfFrame) -> bool:
+    """Return whether a link has neither inertial nor shapes. Such a link is only a frame here; SDF gives it a mass of 1 kg."""
+    return not any(link.element.first(tag) for tag in ("inertial", "collision", "visual"))
+
+
+def inertial(link: SdfFrame, frame: Pose) -> Element:
+    """Return the URDF `<inertial>` element of a link.
+
+    Args:
+        link: frame of the SDF link.
+        frame: pose of the URDF link in the outermost scope.
+
+    Raises:
+        SdfError: a value is not a number, or an automatic inertia cannot be computed.
+    """
+    element = link.element.first("inertial")
+    span = element.span if element is not None else link.element.span
+    mass, moments, pose = mass_of(link)
+    terms = {term: written(moment) for term, moment in zip(TERMS, moments, strict=True)}
+    children = [Element("mass", {"value": written(mass)}, span), Element("inertia", terms, span)]
+    return Element("inertial", {}, span, [*origin(relative(frame, pose), span), *children])
+
+
+def mass_of(link: SdfFrame) -> Mass:
+    """Return the mass and inertia of a link; the defaults of SDF are 1 kg and principal moments of 1 kg m2.
+
+    Raises:
+        SdfError: a value is not a number, or an automatic inertia cannot be computed.
+    """
+    element = link.element.first("inertial")
+    if element is not None and flag(element.get("auto")):
+        return _of_collisions(link, element)
+    inertia = find(element, "inertia")
+    moments = (number_at(inertia, term, default=usual) for term, usual in zip(TERMS, _DEFAULTS, strict=True))
+    pose = compose(link.place, pose_of(find(element, "pose")))
+    return Mass(number_at(element, "mass", default=1.0), tuple(moments), pose)
+
+
+def _of_collisions(link: SdfFrame, element: Element) -> Mass:
+    """Return the mass and inertia of a link, computed from volume and density of its collisions."""
+    usual = number_at(element, "density", default=WATER)
+    masses, centres, matrices = [], [], []
+    for collision in link.element.all("collision"):
+        shape = shape_of(collision)
+        if shape is not None:
+            volume, moments = _body(shape)
+            mass = volume * number_at(collision, "density", default=usual)
+            centre, rotation = relative(link.place, place_of(collision, link))
+            masses.append(mass)
+            centres.append(np.array(centre))
+            matrices.append(mass * _matrix(turned((*moments, 0.0, 0.0, 0.0), rotation)))
+    total = math.fsum(masses)
+    if not total > 0.0:
+        raise SdfError(
+            f"link {printable(link.name)!r}: an automatic inertia requires a collision with a volume", element.span
+        )
+    middle = sum((mass * place for mass, place in zip(masses, centres, strict=True)), np.zeros(3)) / total
+    matrix: Matrix = np.zeros((3, 3))
+    for mass, place, own in zip(masses, centres, matrices, strict=True):
+        apart = place - middle
+        matrix += own + mass * (np.dot(apart, apart) * np.eye(3) - np.outer(apart, apart))
+    mass = total
+    if text_at(element, "mass"):
+        mass = number_at(element, "mass", default=total)
+        matrix *= mass / total
+    x, y, z = middle.tolist()
+    return Mass(mass, _terms(matrix), compose(link.place, ((x, y, z), IDENTITY)))
+
+
+def turned(moments: tuple[float, ...], rotation: Quaternion) -> tuple[float, ...]:
+    """Return moments of inertia (ixx, iyy, izz, ixy, ixz, iyz) about the axes of another frame.
+
+    Args:
+        moments: moments in the rotated frame.
+        rotation: rotation (x, y, z, w) of that frame in the frame of the result.
+    """
+    axes = np.array([rotate(rotation, axis) for axis in ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))])
+    return _terms(axes.T @ _matrix(moments) @ axes)
+
+
+def _matrix(moments: tuple[float, ...]) -> Matrix:
+    xx, yy, zz, xy, xz, yz = moments
+    return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+
+
+def _terms(matrix: Matrix) -> tuple[float, ...]:
+    places = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
+    return tuple(float(matrix[place]) for place in places)
+
+
+def _body(shape: Element) -> tuple[float, tuple[float, float, float]]:
+    """Return the volume (m3) of a shape, and its moments of inertia (x, y, z) divided by its mass (m2), about its own axes.
+
+    Raises:
+        SdfError: the inertia of this shape is not implemented, or a size is not a number.
+    """
+    if shape.tag == "box":
+        x, y, z = (side**2 / 12.0 for side in numbers_at(shape, "size", default=(1.0, 1.0, 1.0)))
+        return math.prod(numbers_at(shape, "size", default=(1.0, 1.0, 1.0))), (y + z, x + z, x + y)
+    if shape.tag in ("sphere", "ellipsoid"):
+        radius = number_at(shape, "radius", default=1.0)
+        radii = (radius,) * 3 if shape.tag == "sphere" else numbers_at(shape, "radii", default=(1.0, 1.0, 1.0))
+        x, y, z = (part**2 / 5.0 for part in radii)
+        return 4.0 / 3.0 * math.pi * math.prod(radii), (y + z, x + z, x + y)
+    if shape.tag in ("cylinder", "capsule"):
+        radius, length = number_at(shape, "radius", default=0.5), number_at(shape, "length", default=1.0)
+        tube, ball = math.pi * radius**2 * length, 4.0 / 3.0 * math.pi * radius**3
+        across, along = tube * (radius**2 / 4.0 + length**2 / 12.0), tube * radius**2 / 2.0
+        if shape.tag == "cylinder" or not tube + ball:
+            return tube, ((across / tube, across / tube, along / tube) if tube else (0.0, 0.0, 0.0))
+        across += ball * (0.4 * radius**2 + length**2 / 4.0 + 0.375 * length * radius)
+        along += ball * 0.4 * radius**2
+        return tube + ball, (across / (tube + ball), across / (tube + ball), along / (tube + ball))
+    raise SdfError(f"the automatic inertia of a {shape.tag} is not supported", shape.span, "write <mass> and <inertia>")

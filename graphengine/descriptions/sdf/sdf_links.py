@@ -1,0 +1,128 @@
+"""Converts SDF links to URDF links, and to `<gazebo>` elements for properties that URDF lacks.
+
+The frame of a URDF link is the frame of its parent joint, so all poses in an SDF link are converted to that frame.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+
+from graphengine.descriptions.files.xml import Element
+from graphengine.descriptions.sdf.sdf_frames import SdfFrame, place_of
+from graphengine.descriptions.sdf.sdf_inertia import inertial, is_mere_frame
+from graphengine.descriptions.sdf.sdf_shapes import colour_of, shape_of, surface_for_gazebo, textured, urdf_shape
+from graphengine.descriptions.sdf.sdf_values import (
+    SdfError,
+    find,
+    flag_at,
+    leaf,
+    origin,
+    reported,
+    text_at,
+    to_rpy,
+    written,
+)
+from graphengine.devices.rotation import NOWHERE, Pose, relative
+from graphengine.format.diagnostics import Findings
+
+_CONVERTED = ("pose", "inertial", "collision", "visual", "sensor", "gravity", "self_collide")
+_NO_EFFECT = ("must_be_base_link", "enable_wind", "velocity_decay", "kinematic", "frame")
+
+
+@dataclass(slots=True)
+class LinkReader:
+    """Converts the links of one model.
+
+    Attributes:
+        frames: pose of each URDF link in the outermost scope, by SDF link.
+        findings: receives errors and notes.
+        images: visuals so far that have textures; the textures are not drawn.
+        mere_frames: links so far that have neither inertial nor shapes.
+    """
+
+    frames: Mapping[SdfFrame, Pose]
+    findings: Findings
+    images: list[Element] = field(default_factory=list)
+    mere_frames: list[SdfFrame] = field(default_factory=list)
+
+    def link(self, link: SdfFrame) -> Element:
+        """Return the URDF link of an SDF link; errors are added to `findings`."""
+        made = Element("link", {"name": link.full_name}, link.element.span)
+        if is_mere_frame(link):
+            self.mere_frames.append(link)
+        with reported(self.findings):
+            made.children += [inertial(link, self.frames[link])] if not is_mere_frame(link) else []
+        for part in link.element.children:
+            if part.tag in ("collision", "visual"):
+                with reported(self.findings):
+                    made.children += self._part(part, link)
+        return made
+
+    def _part(self, part: Element, link: SdfFrame) -> Iterator[Element]:
+        """Yield the URDF element of a collision or visual; leave out a visual that cannot be drawn, and add a note."""
+        try:
+            shape = shape_of(part)
+            geometry = urdf_shape(part, shape, link.scope.references, self.findings) if shape is not None else None
+        except SdfError as error:
+            if part.tag == "collision":
+                raise
+            self.findings.add("N103", f"not drawn: {error.message}", error.span, *error.help)
+            return
+        if geometry is None:
+            return
+        pose = relative(self.frames[link], place_of(part, link))
+        made = Element(part.tag, {"name": part.get("name")}, part.span, [*origin(pose, part.span), geometry])
+        if part.tag == "visual":
+            made.children += _material(part)
+            self.images += [part] if textured(part) else []
+        yield made
+
+    def for_gazebo(self, link: SdfFrame) -> Iterator[Element]:
+        """Yield a `<gazebo>` element with the properties of a link that URDF lacks, if the link has any."""
+        made = Element("gazebo", {"reference": link.full_name}, link.element.span)
+        with reported(self.findings):
+            made.children += surface_for_gazebo(link, self.frames)
+        for tag, name in (("gravity", "gravity"), ("self_collide", "selfCollide")):
+            if (value := flag_at(link.element, tag)) is not None:
+                made.children.append(leaf(name, str(value).lower(), link.element.span))
+        made.children += _scripted_colour(link.element)
+        for child in link.element.children:
+            if child.tag == "sensor":
+                with reported(self.findings):
+                    made.children.append(self._sensor(child, link))
+            elif child.tag not in (*_CONVERTED, *_NO_EFFECT):
+                made.children.append(child)
+        if made.children:
+            yield made
+
+    def _sensor(self, sensor: Element, link: SdfFrame) -> Element:
+        """Return a copy of a `<sensor>` with its pose in the frame of the URDF link."""
+        pose = relative(self.frames[link], place_of(sensor, link))
+        children = [child for child in sensor.children if child.tag != "pose"]
+        if pose != NOWHERE:
+            given = sensor.first("pose")
+            span = given.span if given is not None else sensor.span
+            children.insert(0, leaf("pose", written(*pose[0], *to_rpy(pose[1])), span))
+        return Element("sensor", dict(sensor.attributes), sensor.span, children, sensor.text)
+
+
+def _material(visual: Element) -> Iterator[Element]:
+    colour = colour_of(visual)
+    if colour is not None:
+        text = written(*colour)  # RViz uses one colour for all materials with the same name
+        yield Element("material", {"name": text}, visual.span, [Element("color", {"rgba": text}, visual.span)])
+
+
+def _scripted_colour(link: Element) -> Iterator[Element]:
+    """Yield a `<visual>` with the material script of a link's first visual that has such a script and no colour.
+
+    A material script names one of Gazebo's materials, e.g. `Gazebo/Red`.
+    """
+    for visual in link.all("visual"):
+        script = find(visual, "material", "script")
+        if script is not None and text_at(script, "name") and colour_of(visual) is None:
+            name = leaf("name", text_at(script, "name"), script.span)
+            inside = Element("material", {}, script.span, [Element("script", {}, script.span, [name])])
+            yield Element("visual", {}, visual.span, [inside])
+            return

@@ -1,0 +1,147 @@
+"""Converts a model of an SDF file to URDF, with `<gazebo>` elements for properties that URDF lacks."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+from graphengine.descriptions.files.packages import Packages
+from graphengine.descriptions.files.xml import Element
+from graphengine.descriptions.sdf.sdf_files import SdfFiles
+from graphengine.descriptions.sdf.sdf_frames import Scope, SdfFrame
+from graphengine.descriptions.sdf.sdf_joints import fastened, is_moving, urdf_joint
+from graphengine.descriptions.sdf.sdf_links import LinkReader
+from graphengine.descriptions.sdf.sdf_values import SdfError, flag_at, leaf, reported
+from graphengine.descriptions.urdf.urdf import WORLD
+from graphengine.devices.rotation import Pose
+from graphengine.format.diagnostics import Findings
+from graphengine.format.wording import did_you_mean, listing, printable
+
+_CONVERTED = ("link", "joint", "frame", "model", "include", "pose", "static", "self_collide")
+_NO_EFFECT = ("allow_auto_disable", "enable_wind")
+
+
+def read_sdf(path: Path, root: Element, packages: Packages, findings: Findings, name: str = "") -> Element | None:
+    """Convert a model of an SDF file to URDF; return its root element, or None after an error.
+
+    Args:
+        path: path of the file.
+        root: root element of the file.
+        packages: find models and meshes.
+        findings: receives errors and notes.
+        name: name of the model. By default, it is the only model with moving joints, or else the only one that is not static,
+            or else the only one.
+    """
+    before = len(findings.errors)
+    made: Element | None = None
+    with reported(findings):
+        files = SdfFiles(packages, findings)
+        file = files.main(path, root)
+        written = [model for holder in (root, *root.all("world")) for model in holder.all("model")]
+        chosen = next((model for model in written if name and model.get("name") == name), None)
+        if chosen is not None:  # other includes of its world need not be read
+            made = urdf_of(files.scope(chosen, file), findings)
+        else:
+            models = [files.scope(model, file) for model in root.all("model")]
+            for world in root.all("world"):
+                models += [_alone(model) for model in files.scope(world, file).models.values()]
+            made = urdf_of(_chosen(models, root, name), findings)
+    return made if len(findings.errors) == before else None
+
+
+def _alone(model: Scope) -> Scope:
+    """Detach a model from its world and return it, because a robot has no fixed pose in the world."""
+    model.outer = None
+    return model
+
+
+def _chosen(models: list[Scope], root: Element, name: str) -> Scope:
+    """Return the model with the given name.
+
+    Without a name, return the only model with moving joints, or else the only one that is not static, or else the only one.
+
+    Raises:
+        SdfError: no model has the name, or the choice is ambiguous.
+    """
+    names = [model.name for model in models]
+    if name:
+        if name not in names:
+            near = did_you_mean(name, names) or listing(map(printable, names), "its models")
+            raise SdfError(f"the file has no model {printable(name)!r}", root.span, near)
+        return models[names.index(name)]
+    loose = [model for model in models if not model.static]
+    robots = [model for model in loose if any(map(is_moving, model.all_joints()))] or loose or models
+    if len(robots) != 1:
+        known = listing((printable(robot.name) for robot in robots), "its models")
+        what = "the file has more than one model" if robots else "the file has no model"
+        raise SdfError(
+            what, root.span, *filter(None, [known, "choose one by --model NAME on import" if robots else ""])
+        )
+    return robots[0]
+
+
+def urdf_of(model: Scope, findings: Findings) -> Element:
+    """Return the `robot` element of a model as URDF; errors are added to `findings`, and the element is then incomplete."""
+    root = Element("robot", {"name": model.name}, model.element.span)
+    scopes = list(model.walk())
+    joints, links = model.all_joints(), model.all_links()
+    carriers: dict[SdfFrame, SdfFrame] = {}
+    carries: dict[SdfFrame, SdfFrame] = {}
+    bolted, before = False, len(findings.errors)
+    for joint in joints:
+        with reported(findings):
+            parent, child = fastened(joint)
+            carriers.setdefault(child, joint)
+            if parent is not None:
+                carries[parent] = joint
+            bolted = bolted or parent is None
+    frames: dict[SdfFrame, Pose] = {}
+    for link in links:
+        with reported(findings):
+            frames[link] = carriers[link].place if link in carriers else link.place
+    if len(findings.errors) > before:
+        return root
+    if bolted:
+        root.children.append(Element("link", {"name": WORLD}, model.element.span))
+    reader = LinkReader(frames, findings)
+    root.children += [reader.link(link) for link in links]
+    for joint in joints:
+        with reported(findings):
+            root.children += urdf_joint(joint, frames, carries, findings)
+    root.children += [element for link in links for element in reader.for_gazebo(link)]
+    for scope in scopes:
+        root.children += _for_gazebo(scope)
+    if reader.mere_frames:
+        text = "links without inertial and shapes become frames without mass; in SDF, each has a mass of 1 kg"
+        names = listing((printable(link.full_name) for link in reader.mere_frames), "links")
+        findings.add("N103", text, reader.mere_frames[0].element.span, names)
+    if reader.images:
+        findings.add("N103", "textures of visuals are not drawn; their diffuse colours are used", reader.images[0].span)
+    return root
+
+
+def _for_gazebo(scope: Scope) -> Iterator[Element]:
+    """Yield a `<gazebo>` element with the properties of a model, if it has any: plugins, `static`, self-collision and others."""
+    made = Element("gazebo", {}, scope.element.span)
+    if scope.outer is None:
+        for tag, name in (("static", "static"), ("self_collide", "selfCollide")):
+            if flag_at(scope.element, tag):
+                made.children.append(leaf(name, "true", scope.element.span))
+    known = {*scope.joints, *scope.links} if scope.prefix else set()
+    for child in scope.element.children:
+        if child.tag == "plugin":
+            made.children.append(_prefixed(child, scope.prefix, known))
+        elif child.tag not in (*_CONVERTED, *_NO_EFFECT):
+            made.children.append(child)
+    if made.children:
+        yield made
+
+
+def _prefixed(element: Element, prefix: str, known: set[str]) -> Element:
+    """Return a copy of a plugin in which the prefix is added to each text that is one of the known names.
+
+    Links and joints of a nested model have such a prefix in the outermost model, as in `A::wheel`.
+    """
+    text = f"{prefix}{element.text}" if element.text in known else element.text
+    children = [_prefixed(child, prefix, known) for child in element.children]
+    return Element(element.tag, dict(element.attributes), element.span, children, text)

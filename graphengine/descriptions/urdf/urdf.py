@@ -1,0 +1,283 @@
+"""Robot descriptions as plain data: links, joints and the tree that they form."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from types import MappingProxyType
+from typing import TYPE_CHECKING
+
+from graphengine.descriptions.files.packages import Packages
+from graphengine.descriptions.files.xml import Element, number, numbers
+from graphengine.devices.rotation import NOWHERE, Pose, Vector3, compose, from_rpy, multiply, rotate
+
+if TYPE_CHECKING:
+    from graphengine.descriptions.actuators.mjcf_model import MjcfModel
+
+TURNING = ("revolute", "continuous")
+MOVING = (*TURNING, "prismatic")
+WORLD = "world"
+"""Name of a root link that represents the world; a robot with this root link cannot move freely."""
+
+
+@dataclass(slots=True, eq=False)
+class UrdfLink:
+    """A link of a robot description; mass in kg."""
+
+    name: str
+    element: Element
+    mass: float
+    carrier: UrdfJoint | None = None
+    """The joint that connects this link to its parent; None for the root."""
+    below: list[UrdfJoint] = field(default_factory=list)
+    """The joints that connect the children of this link, in order of the file."""
+
+    @property
+    def colliders(self) -> list[Element]:
+        """The `collision` elements of the link."""
+        return self.element.all("collision")
+
+    @property
+    def empty(self) -> bool:
+        """Whether the link is only a frame: it has neither `inertial`, `collision` nor `visual` elements."""
+        return not any(self.element.first(part) for part in ("inertial", "collision", "visual"))
+
+
+@dataclass(frozen=True, slots=True)
+class Mimic:
+    """The law of a mimic joint: its position is `multiplier` times the position of joint `leader`, plus `offset` (rad or m)."""
+
+    leader: str
+    multiplier: float
+    offset: float
+    element: Element
+
+
+@dataclass(slots=True, eq=False)
+class UrdfJoint:
+    """A joint. `pose` is the pose of the child link in the parent link's frame at joint position zero."""
+
+    name: str
+    type: str
+    parent: str
+    child: str
+    pose: Pose
+    axis: Vector3
+    element: Element
+    mimic: Mimic | None = None
+
+    @property
+    def moves(self) -> bool:
+        """Whether the joint is revolute, continuous or prismatic."""
+        return self.type in MOVING
+
+    @property
+    def limits(self) -> tuple[float, float] | None:
+        """Lower and upper position limit, rad or m; None without limits, or if the lower limit is not below the upper."""
+        limit = self.element.first("limit")
+        if limit is None or self.type == "continuous":
+            return None
+        lower, upper = (number(limit.get(end, "0")) or 0.0 for end in ("lower", "upper"))
+        return (lower, upper) if lower < upper else None
+
+    @property
+    def effort(self) -> float | None:
+        """Effort limit, N m or N; None if the description has no limit above zero."""
+        return self._positive("effort")
+
+    @property
+    def velocity(self) -> float | None:
+        """Velocity limit, rad/s or m/s; None if the description has no limit above zero."""
+        return self._positive("velocity")
+
+    @property
+    def losses(self) -> tuple[float, float]:
+        """Damping (N m s/rad or N s/m) and friction (N m or N) of the joint, each 0 by default."""
+        dynamics = self.element.first("dynamics")
+        if dynamics is None:
+            return 0.0, 0.0
+        return number(dynamics.get("damping")) or 0.0, number(dynamics.get("friction")) or 0.0
+
+    def _positive(self, name: str) -> float | None:
+        limit = self.element.first("limit")
+        value = number(limit.get(name)) if limit is not None else None
+        return value if value and value > 0 else None
+
+    def limit(self, lowest: float, highest: float) -> None:
+        """Set lower and upper position limit, rad or m, in the joint's XML element."""
+        limit = self.element.first("limit")
+        if limit is None:
+            limit = Element("limit", {}, self.element.span)
+            self.element.children.append(limit)
+        limit.attributes |= {"lower": repr(lowest), "upper": repr(highest)}
+
+    def put(self, position: Vector3) -> None:
+        """Set the position of the joint in the parent link's frame, m, in `pose` and in the XML element."""
+        self.pose = (position, self.pose[1])
+        origin = self.element.first("origin")
+        if origin is None:
+            origin = Element("origin", {}, self.element.span)
+            self.element.children.insert(0, origin)
+        origin.attributes["xyz"] = " ".join(map(repr, position))
+
+
+@dataclass(frozen=True, slots=True)
+class Wheel:
+    """A wheel on a joint: its radius, m, and the position of its centre along the axle, m."""
+
+    joint: str
+    radius: float
+    along: float
+
+
+@dataclass(slots=True, eq=False)
+class Urdf:
+    """A robot description whose links form one tree.
+
+    Attributes:
+        element: root element, with xacro expanded.
+        packages: finds the packages to which mesh references refer.
+        links: links by name, in order of the file.
+        joints: joints by name, in order of the file.
+        root: link without a parent joint.
+        mjcf: MuJoCo model of the robot if MJCF describes it; `element` is then a conversion of that model. Otherwise None.
+    """
+
+    element: Element
+    packages: Packages
+    links: dict[str, UrdfLink]
+    joints: dict[str, UrdfJoint]
+    root: str
+    mjcf: MjcfModel | None = None
+
+    @property
+    def moves_freely(self) -> bool:
+        """Whether the description lets the root link move freely."""
+        return self.mjcf.free if self.mjcf is not None else self.root != WORLD
+
+    @property
+    def mass(self) -> float:
+        """Mass of all links, kg."""
+        return sum(link.mass for link in self.links.values())
+
+    def centre_of_mass(self) -> Vector3:
+        """Return the centre of mass in the root link's frame, m, with all joints at position zero; the origin without mass."""
+        x, y, z, total = 0.0, 0.0, 0.0, self.mass
+        for link in self.links.values():
+            inertial = link.element.first("inertial")
+            pose = (origin_of(inertial) if inertial is not None else None) or NOWHERE
+            place, _ = compose(self.pose_in_root(link.name), pose)
+            share = link.mass / total if total else 0.0
+            x, y, z = x + share * place[0], y + share * place[1], z + share * place[2]
+        return x, y, z
+
+    def depth_first(self, start: str = "") -> Iterator[UrdfLink]:
+        """Yield a link (by default the root) and all links below it, depth first; parents come before their children."""
+        pending = [self.links[start or self.root]]
+        while pending:
+            link = pending.pop()
+            yield link
+            pending.extend(self.links[joint.child] for joint in reversed(link.below))
+
+    def moving(self) -> list[UrdfJoint]:
+        """Return the moving joints breadth first from the root, which is the order of a PhysX articulation."""
+        links = [self.links[self.root]]
+        for link in links:
+            links.extend(self.links[joint.child] for joint in link.below)
+        return [link.carrier for link in links if link.carrier is not None and link.carrier.moves]
+
+    def carriers(self, link: str) -> Iterator[UrdfJoint]:
+        """Yield the joints between a link and the root link, starting with the joint that carries the link."""
+        while (carrier := self.links[link].carrier) is not None:
+            yield carrier
+            link = carrier.parent
+
+    def turns_in(self, link: str) -> str:
+        """Return the link relative to which a link moves: the parent of the nearest moving joint, e.g. the chassis of a wheel.
+
+        Return the root link if no moving joint is above the link.
+        """
+        return next((carrier.parent for carrier in self.carriers(link) if carrier.moves), self.root)
+
+    def pose_in_root(self, link: str) -> Pose:
+        """Return the pose of a link in the root link's frame, with all joints at position zero."""
+        pose = NOWHERE
+        for carrier in self.carriers(link):
+            pose = compose(carrier.pose, pose)
+        return pose
+
+    def axes_in_root(self) -> dict[str, Vector3]:
+        """Return the axes of all joints by joint name, in the root link's frame, with all joints at position zero."""
+        rotations, axes = {self.root: NOWHERE[1]}, {}
+        for link in self.depth_first():
+            for joint in link.below:
+                rotations[joint.child] = multiply(rotations[link.name], joint.pose[1])
+                axes[joint.name] = rotate(rotations[joint.child], joint.axis)
+        return axes
+
+    def wheels(
+        self, joints: Iterable[UrdfJoint], shapes: Mapping[str, tuple[float, float]] = MappingProxyType({})
+    ) -> list[Wheel]:
+        """Return the wheels on the given joints, in the same order; joints without a wheel are skipped.
+
+        `Wheel.along` of all wheels is measured along the axle of the first wheel.
+
+        Args:
+            joints: joints that may carry wheels.
+            shapes: radius of a wheel, and distance of its centre from the joint along the axis (both m), by link name. Wheels
+                on other links are recognized by their colliders.
+        """
+        found: list[Wheel] = []
+        axle = None
+        for joint in joints:
+            wheel = self._wheel(joint) if joint.child not in shapes else self._given_wheel(joint, *shapes[joint.child])
+            if wheel is None:
+                continue
+            axle = axle or rotate(self.pose_in_root(joint.child)[1], joint.axis)
+            found.append(Wheel(joint.name, wheel[0], sum(a * b for a, b in zip(wheel[1], axle, strict=True))))
+        return found
+
+    def _given_wheel(self, joint: UrdfJoint, radius: float, offset: float) -> tuple[float, Vector3]:
+        x, y, z = joint.axis
+        centre = compose(self.pose_in_root(joint.child), ((x * offset, y * offset, z * offset), NOWHERE[1]))
+        return radius, centre[0]
+
+    def _wheel(self, joint: UrdfJoint) -> tuple[float, Vector3] | None:
+        """Return radius (m) and centre (m, in the root link's frame) of the wheel on a joint; None if there is no wheel.
+
+        A wheel is a spherical collider, or a cylindrical one about the joint's axis, on a continuous joint.
+        """
+        if joint.type != "continuous":
+            return None
+        for collider in self.links[joint.child].colliders:
+            shape, pose = shape_of(collider), origin_of(collider) or NOWHERE
+            radius = number(shape.get("radius")) if shape is not None else None
+            if shape is None or radius is None:
+                continue
+            cosine = sum(a * b for a, b in zip(rotate(pose[1], (0.0, 0.0, 1.0)), joint.axis, strict=True))
+            if shape.tag == "sphere" or (shape.tag == "cylinder" and abs(cosine) > 0.99):
+                return radius, compose(self.pose_in_root(joint.child), pose)[0]
+        return None
+
+
+def track(wheels: Sequence[Wheel]) -> float | None:
+    """Return the track width (m): the distance between the outermost wheels along the axle; None if it is zero."""
+    distance = max(w.along for w in wheels) - min(w.along for w in wheels) if wheels else 0.0
+    return distance if distance > 1e-6 else None
+
+
+def shape_of(element: Element) -> Element | None:
+    """Return the shape element (e.g. `box` or `mesh`) of a `collision` or `visual` element; None if it has none."""
+    geometry = element.first("geometry")
+    return geometry.children[0] if geometry is not None and geometry.children else None
+
+
+def origin_of(element: Element) -> Pose | None:
+    """Return the pose in the `origin` of an element, identity without an `origin`; None if a value is not a number."""
+    origin = element.first("origin")
+    if origin is None:
+        return NOWHERE
+    position, angles = numbers(origin.get("xyz", "0 0 0"), 3), numbers(origin.get("rpy", "0 0 0"), 3)
+    if position is None or angles is None:
+        return None
+    return (position[0], position[1], position[2]), from_rpy(*angles)

@@ -1,0 +1,286 @@
+"""Parses the XML of a URDF description into links and joints.
+
+Only `link`, `joint` and `material` elements are parsed. Elements for other programs (gazebo, ros2_control, transmission) are
+kept in the text that robot_state_publisher publishes.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+
+from graphengine.descriptions.files.packages import Packages
+from graphengine.descriptions.files.xml import Element, numbers
+from graphengine.descriptions.urdf.joint_units import check_degrees, swapped_limits
+from graphengine.descriptions.urdf.urdf import MOVING, Mimic, Urdf, UrdfJoint, UrdfLink, origin_of, shape_of
+from graphengine.devices.rotation import Vector3
+from graphengine.format.diagnostics import Findings
+from graphengine.format.wording import did_you_mean, listing
+
+LEGAL = (*MOVING, "fixed")
+SHAPES = ("box", "cylinder", "sphere", "capsule", "mesh")
+MAX_LINKS = 2000
+"""Maximum number of links of a URDF, and maximum number of its joints."""
+
+_COUNTS = {
+    "origin": {"xyz": 3, "rpy": 3},
+    "axis": {"xyz": 3},
+    "limit": {"lower": 1, "upper": 1, "effort": 1, "velocity": 1},
+    "dynamics": {"damping": 1, "friction": 1},
+    "box": {"size": 3},
+    "cylinder": {"radius": 1, "length": 1},
+    "capsule": {"radius": 1, "length": 1},
+    "sphere": {"radius": 1},
+    "mesh": {"scale": 3},
+    "color": {"rgba": 4},
+}
+"""Required number of numbers in numeric attributes, by element tag and attribute name."""
+_SINGLE = {
+    "link": ("inertial",),
+    "joint": ("origin", "parent", "child", "axis", "limit", "dynamics", "mimic"),
+    "inertial": ("origin", "mass", "inertia"),
+    "collision": ("origin", "geometry"),
+    "visual": ("origin", "geometry"),
+}
+"""Tags of the child elements that an element can have only once, by its own tag; ROS reads the first of several."""
+_IN_WORDS = {1: "a number", 3: "three numbers", 4: "four numbers"}
+
+
+def read_urdf(root: Element, packages: Packages, findings: Findings) -> Urdf | None:
+    """Return the links and joints of a description; None after an error, which is added to `findings`."""
+    if root.tag != "robot":
+        findings.add("S103", f"a robot description begins with <robot>, not <{root.tag[:40]}>", root.span)
+        return None
+    before = len(findings.errors)
+    for owner in root.children:
+        if owner.tag in _SINGLE:
+            _leave_first_parts(owner, findings)
+        if owner.tag == "link":
+            _leave_one_shape(owner, findings)
+        if owner.tag in ("link", "joint", "material"):
+            _check_numbers(owner, findings)
+    links: dict[str, UrdfLink] = {}
+    for element in _named(root, "link", findings):
+        links[element.get("name")] = _link(element, findings)
+    joints: dict[str, UrdfJoint] = {}
+    for element in _named(root, "joint", findings):
+        joint = _joint(element, links, findings)
+        if joint is not None:
+            joints[joint.name] = joint
+    top = _tree(root, links, findings) if len(findings.errors) == before else ""
+    if not top:
+        return None
+    top = _release(top, links, joints, findings)
+    for joint in joints.values():
+        if joint.type not in LEGAL:
+            _not_simulated(joint, findings)
+        joint.mimic = _mimic(joint, joints, findings)
+    for joint in joints.values():
+        check_degrees(joint, findings)
+    boundless = [joint for joint in joints.values() if joint.type in ("revolute", "prismatic") and joint.limits is None]
+    boundless = [joint for joint in boundless if not swapped_limits(joint, findings)]
+    if boundless:
+        names = listing((joint.name for joint in boundless), "joints")
+        findings.add(
+            "N103", "joints without limits, or with equal limits, move freely", boundless[0].element.span, names
+        )
+    return Urdf(root, packages, links, joints, top) if len(findings.errors) == before else None
+
+
+def _named(root: Element, tag: str, findings: Findings) -> Iterator[Element]:
+    seen: dict[str, Element] = {}
+    for element in root.all(tag):
+        name = element.get("name")
+        if not name:
+            findings.add("S103", f"a {tag} without a name", element.span)
+        elif name in seen:
+            findings.add(
+                "S105", f"two {tag}s named {name!r}", element.place("name"), related=[(seen[name].span, "first here")]
+            )
+        elif len(seen) == MAX_LINKS:
+            findings.add("S103", f"more than {MAX_LINKS} {tag}s", element.span)
+            return
+        else:
+            seen[name] = element
+            yield element
+
+
+def _link(element: Element, findings: Findings) -> UrdfLink:
+    inertial = element.first("inertial")
+    weight = inertial.first("mass") if inertial is not None else None
+    mass = numbers(weight.get("value"), 1) if weight is not None else (0.0,)
+    if mass is None or mass[0] < 0:
+        assert weight is not None
+        findings.add("S103", f"mass {weight.get('value')!r} is not a number of at least 0 (kg)", weight.place("value"))
+    for part in element.children:
+        if part.tag in ("collision", "visual"):
+            _check_shape(part, element.get("name"), findings)
+    return UrdfLink(element.get("name"), element, mass[0] if mass else 0.0)
+
+
+def _check_shape(part: Element, link: str, findings: Findings) -> None:
+    shape = shape_of(part)
+    if shape is None:
+        findings.add(
+            "S103", f"link {link!r}: a {part.tag} without a shape in its <geometry>", part.span, listing(SHAPES)
+        )
+    elif shape.tag not in SHAPES:
+        near = did_you_mean(shape.tag, SHAPES) or listing(SHAPES)
+        findings.add("S103", f"link {link!r}: unknown shape {shape.tag[:40]!r}", shape.span, near)
+
+
+def _leave_first_parts(owner: Element, findings: Findings) -> None:
+    """Remove repeated child elements of a link or joint that can have only one of them, as ROS does; keep the first."""
+    for element in owner.walk():
+        for tag in _SINGLE.get(element.tag, ()):
+            first, *more = element.all(tag) or [element]
+            if more:
+                where = f" in <{element.tag}>" if element is not owner else ""
+                text = f"{owner.tag} {owner.get('name')!r}: only the first of {1 + len(more)} <{tag}>{where} counts"
+                findings.add(
+                    "N103", text, more[0].span, f"delete the other <{tag}>", related=[(first.span, "first here")]
+                )
+                element.children = [child for child in element.children if child not in more]
+
+
+def _leave_one_shape(link: Element, findings: Findings) -> None:
+    """Remove all shapes but the first from each `geometry` of a link, as ROS does."""
+    for part in link.all("collision") + link.all("visual"):
+        geometry = part.first("geometry")
+        if geometry is not None and len(geometry.children) > 1:
+            text = (
+                f"link {link.get('name')!r}: only the first of {len(geometry.children)} shapes in a <geometry> counts"
+            )
+            findings.add("N103", text, geometry.children[1].span, f"write a <{part.tag}> for each shape")
+            del geometry.children[1:]
+
+
+def _joint(element: Element, links: dict[str, UrdfLink], findings: Findings) -> UrdfJoint | None:
+    name, kind = element.get("name"), element.get("type")
+    if kind not in (*LEGAL, "floating", "planar"):
+        near = did_you_mean(kind, LEGAL) or listing(LEGAL)
+        findings.add("S103", f"joint {name!r}: unknown type {kind!r}", element.place("type"), near)
+        return None
+    ends: list[UrdfLink] = []
+    for tag in ("parent", "child"):
+        end = element.first(tag)
+        link = end.get("link") if end is not None else ""
+        if end is None or link not in links:
+            span = end.place("link") if end is not None else element.span
+            near = did_you_mean(link, links) or listing(links, "links")
+            findings.add("S103", f"joint {name!r}: no {tag} link {link!r}", span, near)
+            return None
+        ends.append(links[link])
+    pose, axis = origin_of(element), _direction(element)
+    if pose is None or (axis is None and kind in MOVING):
+        return None  # _check_numbers has added an error
+    parent, child = ends
+    if child.carrier is not None:
+        first = (child.carrier.element.span, "first here")
+        findings.add("S103", f"link {child.name!r} has two parents", element.span, related=[first])
+        return None
+    joint = UrdfJoint(name, kind, parent.name, child.name, pose, axis or (1.0, 0.0, 0.0), element)
+    parent.below.append(joint)
+    child.carrier = joint
+    return joint
+
+
+def _direction(joint: Element) -> Vector3 | None:
+    """Return the axis of a joint as a unit vector; None if the axis is not three numbers, or all are zero."""
+    axis = joint.first("axis")
+    values = numbers(axis.get("xyz", "1 0 0"), 3) if axis is not None else (1.0, 0.0, 0.0)
+    length = math.hypot(*values) if values is not None else 0.0
+    return (values[0] / length, values[1] / length, values[2] / length) if values is not None and length else None
+
+
+def _check_numbers(owner: Element, findings: Findings) -> None:
+    """Add an error for each attribute below a link, joint or material that must be numeric and is not."""
+    for part in owner.walk():
+        for attribute, count in _COUNTS.get(part.tag, {}).items():
+            text = part.get(attribute)
+            values, wanted = numbers(text, count), _IN_WORDS[count]
+            if part.tag == "axis" and values is not None and not any(values) and owner.get("type") in MOVING:
+                values, wanted = None, f"{wanted}, not all of them zero"
+            elif part.tag == "dynamics" and values is not None and values[0] < 0:
+                values, wanted = None, f"{wanted} of at least 0"
+            if attribute in part.attributes and values is None:
+                what = f"{owner.tag} {owner.get('name')!r}: {part.tag} {attribute} must be {wanted}, not {text[:60]!r}"
+                findings.add("S103", what, part.place(attribute))
+
+
+def _tree(root: Element, links: dict[str, UrdfLink], findings: Findings) -> str:
+    """Return the name of the root link; empty if the links do not form a single tree, after adding an error."""
+    if not links:
+        findings.add("S103", "the description has no link", root.span)
+        return ""
+    tops = [link for link in links.values() if link.carrier is None]
+    if len(tops) != 1:
+        what = listing([link.name for link in tops], "links without a parent")
+        findings.add("S103", "the links do not form one tree", root.span, what, "connect them with joints")
+        return ""
+    reached = [tops[0]]
+    for link in reached:
+        reached.extend(links[joint.child] for joint in link.below)
+    if len(reached) != len(links):
+        lost = listing(links.keys() - {link.name for link in reached}, "links in a closed loop of joints")
+        findings.add("S103", "the links do not form one tree", root.span, lost)
+        return ""
+    return tops[0].name
+
+
+def _release(top: str, links: dict[str, UrdfLink], joints: dict[str, UrdfJoint], findings: Findings) -> str:
+    """Remove a floating joint below an empty root link, together with that link, and return the name of the new root link.
+
+    Such a joint is superfluous, because the simulator lets every robot move freely. Otherwise nothing changes.
+    """
+    joint = links[top].below[0] if len(links[top].below) == 1 else None
+    if joint is None or joint.type != "floating" or not links[top].empty:
+        return top
+    text = f"joint {joint.name!r} and link {top!r} are left out: the robot moves freely without them"
+    findings.add("N103", text, joint.element.span)
+    del links[top], joints[joint.name]
+    links[joint.child].carrier = None
+    return joint.child
+
+
+def _not_simulated(joint: UrdfJoint, findings: Findings) -> None:
+    remedies = {
+        "planar": "write two prismatic joints and a continuous one, with an empty link between each",
+        "floating": "only the joint between an empty root link and the rest of the robot can be floating",
+    }
+    text = f"joint {joint.name!r}: type {joint.type!r} is not supported"
+    findings.add("S103", text, joint.element.place("type"), remedies[joint.type])
+
+
+def _mimic(joint: UrdfJoint, joints: Mapping[str, UrdfJoint], findings: Findings) -> Mimic | None:
+    """Return the mimic law of a joint; None if it has none, or after an error.
+
+    It is an error if the leader is not a moving joint, if the leader mimics this joint, or if the law is not numeric.
+    """
+    element = joint.element.first("mimic")
+    if element is None or not joint.moves:
+        return None
+    leader, span = element.get("joint"), element.place("joint")
+    multiplier, offset = numbers(element.get("multiplier", "1"), 1), numbers(element.get("offset", "0"), 1)
+    if leader not in joints or not joints[leader].moves:
+        near = did_you_mean(leader, joints) or listing((j.name for j in joints.values() if j.moves), "moving joints")
+        findings.add("S103", f"joint {joint.name!r} mimics {leader!r}, which is not a moving joint", span, near)
+    elif multiplier is None or offset is None:
+        findings.add("S103", f"joint {joint.name!r}: multiplier and offset of <mimic> must be numbers", element.span)
+    elif _follows(leader, joint.name, joints):
+        findings.add("S103", f"joint {joint.name!r} mimics itself", span)
+    else:
+        return Mimic(leader, multiplier[0], offset[0], element)
+    return None
+
+
+def _follows(follower: str, leader: str, joints: Mapping[str, UrdfJoint]) -> bool:
+    """Return whether joint `follower` mimics joint `leader`, directly or through further joints."""
+    seen: set[str] = set()
+    while follower not in seen:
+        if follower == leader:
+            return True
+        seen.add(follower)
+        element = joints[follower].element.first("mimic") if follower in joints else None
+        follower = element.get("joint") if element is not None else follower
+    return False

@@ -1,0 +1,114 @@
+"""Handles, through which nodes use a prim in a simulation, and the table of a simulation's handles."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
+
+from graphengine.devices.stage import Prim, at_or_below
+from graphengine.format.stateful import Stateful
+
+if TYPE_CHECKING:
+    from graphengine.physics.core.simulation_core import SimulationCore
+
+
+class Handle(Stateful):
+    """Base class of handles: gives access to one prim in the current model of a simulation."""
+
+    sees_steps: ClassVar[bool] = False
+    """Whether the simulation calls the `see_...` methods of the handle in every physics step."""
+    casts_rays: ClassVar[bool] = False
+    """Whether the handle casts rays; their kernels are compiled before the nodes of a session are set up."""
+
+    def __init__(self, simulation: SimulationCore, prim: Prim) -> None:
+        self._simulation = simulation
+        self._prim = prim
+        self.prim_path = prim.path
+        self.bind()
+
+    @classmethod
+    def key(cls, prim: Prim, **options: Any) -> str:
+        """Return the key of a handle in the table: the prim's path. Subclasses with options append these to the path."""
+        return prim.path
+
+    def bind(self) -> None:
+        """Look up the prim's ids and array views in the simulation's current model."""
+        raise NotImplementedError
+
+    def reset(self) -> None:
+        """Discard all measurements; called when the simulation or only its time is reset, and when the handle is released.
+
+        At a reset of the simulation, all bodies are already at their start. A handle is created when a node first asks for it,
+        usually before the first step.
+        """
+
+    def see_forces(self) -> None:
+        """Observe the contact forces of a physics step; body poses are still those before the step."""
+
+    def see_motion(self) -> None:
+        """Observe the state after a physics step."""
+
+    def see_displacement(self) -> None:
+        """Observe that a body was placed elsewhere between two steps, which does not count as motion."""
+
+
+H = TypeVar("H", bound=Handle)
+
+
+class HandleTable:
+    """The handles of a simulation, by handle class and key.
+
+    Attributes:
+        watching: handles whose `sees_steps` is true.
+    """
+
+    def __init__(self, simulation: SimulationCore) -> None:
+        self._simulation = simulation
+        self.watching: list[Handle] = []
+        self._handles: dict[tuple[type[Handle], str], Handle] = {}
+
+    def find(self, kind: type[H], prim: Prim, **options: Any) -> H:
+        """Return the handle of a prim for a handle class and options; it is created at first use."""
+        key = kind.key(prim, **options)
+        handle = self._handles.get((kind, key))
+        if not isinstance(handle, kind):
+            handle = self._handles[kind, key] = kind(self._simulation, prim, **options)
+            self._changed()
+        return handle
+
+    def forget(self, prim_path: str) -> None:
+        """Release the handles of a prim and of all prims below it."""
+        for key in [key for key in self._handles if at_or_below(key[1], prim_path)]:
+            self._handles.pop(key).reset()
+        self._changed()
+
+    def save(self) -> dict[tuple[type[Handle], str], Any]:
+        """Return the states of all handles."""
+        return {key: handle.save() for key, handle in self._handles.items()}
+
+    def restore(self, saved: Mapping[tuple[type[Handle], str], Any]) -> None:
+        """Restore the states of all handles. Handles that did not exist at `save` are released; `find` creates them again."""
+        for key in [key for key in self._handles if key not in saved]:
+            self._handles.pop(key).reset()
+        for key, handle in self._handles.items():
+            handle.restore(saved[key])
+        self._changed()
+
+    def bind(self) -> None:
+        """Bind all handles to the simulation's current model."""
+        for handle in self._handles.values():
+            handle.bind()
+
+    def reset(self) -> None:
+        """Discard the measurements of all handles."""
+        for handle in self._handles.values():
+            handle.reset()
+
+    def clear(self) -> None:
+        """Release all handles."""
+        self.reset()
+        self._handles.clear()
+        self._changed()
+
+    def _changed(self) -> None:
+        self.watching = [handle for handle in self._handles.values() if handle.sees_steps]

@@ -1,0 +1,1 @@
+"""Machine code for inner loops: kernels that numba compiles, if it works."""

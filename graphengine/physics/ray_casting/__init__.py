@@ -1,0 +1,1 @@
+"""Casts the rays of sensors, by MuJoCo or by kernels that numba compiles."""

@@ -1,0 +1,1 @@
+"""Views of a scene for users: names, cameras that frame or follow robots, and their images."""
