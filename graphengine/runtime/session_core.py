@@ -10,7 +10,8 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Literal
 
 from graphengine.compiler.graph import Graph
-from graphengine.format.errors import CheckError, GraphError, StateError, TransportError, UsageError
+from graphengine.format.diagnostics import CheckError
+from graphengine.format.errors import GraphError, StateError, TransportError, UsageError
 from graphengine.runtime.graph_run import GraphRun
 from graphengine.runtime.inbox import ExternalInputs
 from graphengine.runtime.pacer import Pacer

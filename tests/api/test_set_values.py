@@ -12,7 +12,8 @@ import pytest
 
 import graphengine as ge
 from graphengine.cli import main
-from graphengine.format.errors import CheckError, NodeError
+from graphengine.format.diagnostics import CheckError
+from graphengine.format.errors import NodeError
 from graphengine.runtime.addresses import find_ports
 from graphengine.runtime.commands import Command
 from graphengine.runtime.parameter_table import Parameter, graph_parameters

@@ -14,7 +14,8 @@ import numpy as np
 import pytest
 
 from graphengine.compiler.registry import Registry, default_registry
-from graphengine.format.errors import CheckError, NodeError, PhysicsError, StateError, UsageError
+from graphengine.format.diagnostics import CheckError
+from graphengine.format.errors import NodeError, PhysicsError, StateError, UsageError
 from graphengine.format.spec import Orientation, RobotUse
 from graphengine.messages.endpoints import QoS
 from graphengine.node import Context, ExecIn, Node

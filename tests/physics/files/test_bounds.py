@@ -8,8 +8,7 @@ from collections.abc import Iterable
 
 import pytest
 
-from graphengine.format.diagnostics import Findings
-from graphengine.format.errors import CheckError
+from graphengine.format.diagnostics import CheckError, Findings
 from graphengine.format.files import Files
 from graphengine.format.spec import RobotUse
 from graphengine.physics.files import bounds, references
