@@ -9,8 +9,9 @@ from functools import partial
 from typing import Any, TypeVar
 
 from graphengine.messages.definitions import DEFINITIONS, Definitions
-from graphengine.messages.endpoints import EndpointClaim, Network, Sink
+from graphengine.messages.endpoints import EndpointClaim, Sink
 from graphengine.ros.endpoint_handover import Handover, HeldEndpoint
+from graphengine.ros.endpoint_host import EndpointHost
 from graphengine.ros.qos_diagnostics import Watch
 from graphengine.ros.service_endpoints import LiveClient, LiveServer
 from graphengine.ros.topic_endpoints import LivePublisher, LiveSubscription
@@ -22,7 +23,7 @@ LOOK_EVERY = 30
 """Number of ticks between two checks of whether a subscription should switch to one of its alternative types."""
 
 
-class LiveNetwork(Network):
+class LiveNetwork(EndpointHost):
     """The endpoints of a session, and one transport for each ROS 2 domain that they use.
 
     Args:
@@ -39,21 +40,14 @@ class LiveNetwork(Network):
         complain: Callable[[str], None],
         definitions: Definitions = DEFINITIONS,
     ) -> None:
-        self.definitions = definitions
-        self.sinks: list[Sink] = []
-        """Sinks that receive every message, such as a recorder; with a sink, every publisher is `wanted`."""
-        self.taps: list[Sink] = []
-        self.outbox: list[tuple[Callable[[bytes], None], bytes]] = []
-        """Messages of this tick, each with the function that sends it; `flush` sends them together at the end of the tick."""
+        super().__init__(complain, definitions)
         self.sent = 0
-        self.undecoded: Counter[str] = Counter()
         self.past_drops: Counter[str] = Counter()
         """Number of messages that closed publishers dropped, by topic."""
         self.past_overwritten: Counter[str] = Counter()
         """Number of messages overwritten in subscriptions that are closed now, by topic."""
         self._open_domain = open_domain
         self._domain_id = domain_id
-        self.complain = complain
         self._ticks = 0
         self._transports: dict[int, Transport] = {}
         self._watches: dict[int, Watch] = {}
@@ -133,7 +127,13 @@ class LiveNetwork(Network):
         return [*self.subscriptions, *self._servers, *self._clients]
 
     def leave(self, end: object) -> None:
-        """Remove a closed server or client."""
+        """Remove a closed endpoint; the number of messages that it lost stays counted."""
+        if isinstance(end, LivePublisher) and end in self.publishers:
+            self.past_drops[end.topic] += end.dropped
+            self.publishers.remove(end)
+        if isinstance(end, LiveSubscription) and end in self.subscriptions:
+            self.past_overwritten[end.topic] += end.overwritten
+            self.subscriptions.remove(end)
         self._servers = [server for server in self._servers if server is not end]
         self._clients = [client for client in self._clients if client is not end]
 
