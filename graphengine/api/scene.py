@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from os import PathLike
 from pathlib import Path
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, get_args
+from typing import TYPE_CHECKING, get_args
 
 from graphengine.api.run_options import Log, RunOptions, log_to_logging
 from graphengine.api.runner import Runner
@@ -298,13 +298,6 @@ class Scene:
 
         return calibrate(self._loaded, robot, command_topic, speed, turn_speed, seed=seed, modules=self._modules)
 
-    def __reduce__(self) -> tuple[Any, ...]:
-        """Return the data to pickle: the scene's files, the load options and the names of the modules with node classes."""
-        from graphengine.api.scene_loading import unpack
-        from graphengine.recording.packing import PackedScene
-
-        return unpack, (PackedScene.of(self._loaded), self._modules)
-
     def __repr__(self) -> str:
         robots = ", ".join(list(self.robots)[:5]) + (", …" if len(self.robots) > 5 else "")
         return f"<Scene {self.name}: {len(self.graphs)} graphs, robots: {robots or 'none'}>"
@@ -313,6 +306,11 @@ class Scene:
 def loaded_of(scene: Scene) -> LoadedScene:
     """Return the internal LoadedScene of a scene, which has details that `Scene` does not expose."""
     return scene._loaded
+
+
+def modules_of(scene: Scene) -> Sequence[str]:
+    """Return the names of the modules with node types that were passed to `load`."""
+    return scene._modules
 
 
 def start_runner(scene: Scene, options: RunOptions) -> Runner:

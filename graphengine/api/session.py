@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from graphengine.api.guards import acting, reading
 from graphengine.api.pictures import look, simulated, write_png
 from graphengine.api.robots import Robot, Robots
-from graphengine.api.runner import Runner
+from graphengine.api.runner import AfterTick, Runner
 from graphengine.api.topics import M, MessageType, Publication, Subscription, call_service, open_subscription
 from graphengine.api.values import plain, read_only
 from graphengine.api.viewing import open_page
@@ -37,7 +37,7 @@ if TYPE_CHECKING:
 class Checkpoint:
     """The complete state of a session, made by `Session.checkpoint` for `Session.restore`."""
 
-    def __init__(self, inner: InnerCheckpoint, publications: Sequence[tuple[Publication, Any]]) -> None:
+    def __init__(self, inner: InnerCheckpoint, publications: Sequence[tuple[AfterTick, Any]]) -> None:
         self._inner = inner
         self._publications = publications
 
