@@ -7,7 +7,7 @@ import math
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any, Literal, Protocol
 
 from graphengine.compiler.graph import Graph
 from graphengine.format.diagnostics import CheckError
@@ -19,9 +19,6 @@ from graphengine.runtime.reloading import Reloaded, Reloader
 from graphengine.runtime.roster import Roster
 from graphengine.runtime.ticker import SCOPES, Exchange, ResetScope, Ticker
 
-if TYPE_CHECKING:
-    from graphengine.runtime.command_queue import CommandQueue
-
 SessionState = Literal["stopped", "playing", "paused", "failed"]
 
 IDLE = 0.25
@@ -30,6 +27,22 @@ IDLE = 0.25
 
 MAX_HELD = 1000
 """Maximum number of checkpoints that a session keeps for the command `restore`."""
+
+
+class WaitingCommands(Protocol):
+    """Commands from other threads that wait for the session, such as a `CommandQueue`."""
+
+    def serve(self, session: SessionCore) -> None:
+        """Execute waiting commands between two ticks."""
+
+    def wait(self, seconds: float) -> None:
+        """Sleep until a command arrives or `wake` is called, but at most for `seconds`."""
+
+    def wake(self) -> None:
+        """End the current or next `wait`. Safe in other threads and in signal handlers."""
+
+    def close(self, reason: str) -> None:
+        """Reject all waiting and all later commands."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,7 +83,7 @@ class SessionCore:
         self.state: SessionState = "stopped"
         self.inbox = ExternalInputs()
         """Gives the wall clock to nodes and receives the executed commands; a recorder or replay replaces it."""
-        self.queue: CommandQueue | None = None
+        self.queue: WaitingCommands | None = None
         """Queue for commands from other threads; None: no queue, and `run` returns when the session is paused or stopped."""
         self.findings: tuple[str, ...] = ()
         """Errors that the last reload found in changed files, as text; empty if the session runs the current files. The web page
