@@ -15,7 +15,7 @@ from graphengine.cli import main
 from graphengine.format.diagnostics import CheckError
 from graphengine.format.errors import NodeError
 from graphengine.runtime.addresses import find_ports
-from graphengine.runtime.commands import Command
+from graphengine.runtime.command import Command
 from graphengine.runtime.parameter_table import Parameter, graph_parameters
 from tests.api.conftest import Start
 

@@ -23,7 +23,7 @@ from graphengine.ros.domain import Domain
 from graphengine.ros.network import LiveNetwork
 from graphengine.ros.transport import JoinOptions
 from graphengine.ros.transports.dds.dds import DdsTransport
-from graphengine.runtime.commands import Delete, Spawn
+from graphengine.runtime.entity_commands import Delete, Spawn
 from graphengine.runtime.session_core import SessionCore
 from graphengine.scene import build
 from tests.jobs.crowd import FIRST, LATE, ROBOT, physics, scene

@@ -15,7 +15,7 @@ from graphengine.format.diagnostics import CheckError
 from graphengine.format.errors import BlockedPoseError, GraphError, PhysicsError, RecordingError
 from graphengine.format.spec import Orientation, RobotUse
 from graphengine.messages.definitions import DEFINITIONS
-from graphengine.runtime.commands import Spawn
+from graphengine.runtime.entity_commands import Spawn
 from graphengine.runtime.session_core import SessionCore
 from graphengine.scene.loaded_scene import LoadedScene
 
