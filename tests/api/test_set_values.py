@@ -170,8 +170,8 @@ def test_a_value_of_a_spawned_robot_is_one_of_the_run() -> None:
     with ge.load("dd100_flat").session() as sim:
         sim.spawn("second", "robots/dd100.yaml", position=(0.0, 5.0, 0.03), namespace="second")
         runs = {run.name: run.executor for run in sim._runner.session.graphs}
-        assert runs["second/cmd_vel"].set_later == set(range(len(runs["second/cmd_vel"].nodes)))
-        assert not runs["dd100/cmd_vel"].set_later
+        assert runs["second/cmd_vel"].faults.set_later == set(range(len(runs["second/cmd_vel"].nodes)))
+        assert not runs["dd100/cmd_vel"].faults.set_later
 
 
 @pytest.mark.parametrize(("address", "value", "words"), OUT_OF_BOUNDS)
