@@ -308,11 +308,6 @@ def loaded_of(scene: Scene) -> LoadedScene:
     return scene._loaded
 
 
-def modules_of(scene: Scene) -> Sequence[str]:
-    """Return the names of the modules with node types that were passed to `load`."""
-    return scene._modules
-
-
 def start_runner(scene: Scene, options: RunOptions) -> Runner:
     """Start a session and return its runner, which has features that `Session` does not expose."""
     return Runner(scene._loaded, options, scene._modules)

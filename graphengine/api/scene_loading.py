@@ -13,7 +13,7 @@ from pathlib import Path
 from types import MappingProxyType, ModuleType
 from typing import TYPE_CHECKING, Any, Literal
 
-from graphengine.api.scene import Scene, loaded_of, modules_of
+from graphengine.api.scene import Scene, loaded_of
 from graphengine.api.values import plain
 from graphengine.compiler.registry import Registry, default_registry
 from graphengine.format.errors import UsageError
@@ -141,7 +141,7 @@ def _reduced(scene: Scene) -> tuple[Any, ...]:
     """Return the data to pickle: the scene's files, the load options and the names of the modules with node classes."""
     from graphengine.recording.packing import PackedScene
 
-    return unpack, (PackedScene.of(loaded_of(scene)), modules_of(scene))
+    return unpack, (PackedScene.of(loaded_of(scene)), scene._modules)
 
 
 copyreg.pickle(Scene, _reduced)

@@ -20,8 +20,7 @@ from graphengine.format.errors import TransportError
 from graphengine.format.stateful import Stateful
 from graphengine.messages import messages
 from graphengine.messages.endpoints import EndpointClaim, ServiceClient, ServiceEndpoint, ServiceServer
-from graphengine.ros.endpoint_handover import HeldEndpoint
-from graphengine.ros.endpoint_host import EndpointHost
+from graphengine.ros.endpoint_base import EndpointHost, HeldEndpoint
 
 EVENTS = "/_service_event"
 """Suffix that turns a service's name into the topic of its introspection events."""

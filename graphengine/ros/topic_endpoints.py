@@ -12,9 +12,8 @@ from graphengine.format.stateful import Shared, Stateful
 from graphengine.messages import messages
 from graphengine.messages.endpoints import EndpointClaim, Publisher, Subscription
 from graphengine.messages.message_template import Encoder
-from graphengine.ros.endpoint_handover import HeldEndpoint
-from graphengine.ros.endpoint_host import EndpointHost
-from graphengine.ros.transport import Reader, Writer
+from graphengine.ros.endpoint_base import EndpointHost, HeldEndpoint
+from graphengine.ros.transport import Reader
 
 MAX_KEPT = 10_000
 """Maximum number of messages that a subscription with the history keepAll holds between two ticks."""
@@ -23,11 +22,11 @@ MAX_KEPT = 10_000
 class LivePublisher(HeldEndpoint, Publisher, Shared):
     """A publisher on a transport; it also copies its messages to the session's sinks and taps."""
 
-    def __init__(self, network: EndpointHost, claim: EndpointClaim, writer: Writer) -> None:
+    def __init__(self, network: EndpointHost, claim: EndpointClaim) -> None:
         super().__init__(claim)
         self.largest = 0
         self._network = network
-        self._writer = writer
+        self._writer = network.transport(claim.ros_context).writer(claim.topic, claim.message_type, claim.qos)
         self._encode = Encoder(network.definitions).encode
 
     def close(self) -> None:

@@ -1,4 +1,4 @@
-"""The interface through which the endpoints of a session use its network."""
+"""The base class of the endpoints of a session, and the part of the network that they use."""
 
 from __future__ import annotations
 
@@ -7,8 +7,21 @@ from collections import Counter
 from collections.abc import Callable
 
 from graphengine.messages.definitions import Definitions
-from graphengine.messages.endpoints import Network, Sink
+from graphengine.messages.endpoints import EndpointClaim, Network, Sink
 from graphengine.ros.transport import Transport
+
+
+class HeldEndpoint:
+    """An endpoint that stays open until every node that holds it has closed it."""
+
+    opened_as: EndpointClaim
+    """Claim for which the endpoint was created; unlike `claim`, it keeps its type when a subscription switches to another."""
+    holders = 1
+
+    def release(self) -> bool:
+        """Remove one holder of the endpoint; return whether it was the last one."""
+        self.holders -= 1
+        return self.holders <= 0
 
 
 class EndpointHost(Network):
@@ -35,5 +48,5 @@ class EndpointHost(Network):
         """Return the transport for the handle of a ROS 2 context; join its domain at the first call."""
 
     @abstractmethod
-    def leave(self, end: object) -> None:
+    def leave(self, end: HeldEndpoint) -> None:
         """Remove a closed endpoint; the number of messages that it lost stays counted."""
