@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from graphengine.api.session import Session as Session
     from graphengine.api.topics import Publication as Publication
     from graphengine.api.topics import Subscription as Subscription
-    from graphengine.format.errors import CheckError as CheckError
+    from graphengine.format.diagnostics import CheckError as CheckError
     from graphengine.format.errors import GraphError as GraphError
     from graphengine.format.errors import NodeError as NodeError
     from graphengine.format.errors import PhysicsError as PhysicsError
@@ -52,7 +52,6 @@ _MODULES = {
     "runtime.reloading": ("Reloaded",),
     "format.errors": (
         "GraphError",
-        "CheckError",
         "NodeError",
         "PhysicsError",
         "RecordingError",
@@ -62,6 +61,7 @@ _MODULES = {
         "UnknownEntityError",
         "UsageError",
     ),
+    "format.diagnostics": ("CheckError",),
 }
 _ORIGINS = {name: f"{__name__}.{module}" for module, names in _MODULES.items() for name in names}
 

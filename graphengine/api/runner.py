@@ -7,6 +7,7 @@ import math
 import re
 import signal
 import threading
+from abc import abstractmethod
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
@@ -18,6 +19,7 @@ from graphengine.api.diagnostics import MOST_FAULTS, Diagnostics
 from graphengine.api.run_options import RunOptions, check_recording
 from graphengine.format import interrupts
 from graphengine.format.errors import NodeError, RecordingError, StateError, UsageError
+from graphengine.format.stateful import Stateful
 from graphengine.format.wording import listing
 from graphengine.messages.names import check_namespace
 from graphengine.node.dropped_values import BadValues
@@ -35,12 +37,19 @@ from graphengine.scene.loaded_scene import LoadedScene
 from graphengine.view.node_problems import NodeProblems
 
 if TYPE_CHECKING:
-    from graphengine.api.topics import Publication
     from graphengine.recording.recorder import Recorder
     from graphengine.ros.foxglove.foxglove_server import FoxgloveServer
     from graphengine.view.feed import Feed
 
 T = TypeVar("T")
+
+
+class AfterTick(Stateful):
+    """Something that a session does after each tick; checkpoints contain its state."""
+
+    @abstractmethod
+    def after_tick(self, frame: int) -> None:
+        """Act if it is time; `frame` is the number of ticks since the start or since the last reset of the time."""
 
 
 class Runner:
@@ -59,7 +68,7 @@ class Runner:
         self.scene = scene
         self.options = options
         self.queue = CommandQueue()
-        self.publications: dict[Publication, None] = {}
+        self.publications: dict[AfterTick, None] = {}
         """The user's periodic publications, oldest first."""
         self.writers: dict[object, Writer] = {}
         """Writers for messages that the user publishes, by topic, type and transport."""

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from os import PathLike
 from pathlib import Path
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, get_args
+from typing import TYPE_CHECKING, get_args
 
 from graphengine.api.run_options import Log, RunOptions, log_to_logging
 from graphengine.api.runner import Runner
@@ -297,13 +297,6 @@ class Scene:
         from graphengine.api.calibration.calibrator import calibrate
 
         return calibrate(self._loaded, robot, command_topic, speed, turn_speed, seed=seed, modules=self._modules)
-
-    def __reduce__(self) -> tuple[Any, ...]:
-        """Return the data to pickle: the scene's files, the load options and the names of the modules with node classes."""
-        from graphengine.api.scene_loading import unpack
-        from graphengine.recording.packing import PackedScene
-
-        return unpack, (PackedScene.of(self._loaded), self._modules)
 
     def __repr__(self) -> str:
         robots = ", ".join(list(self.robots)[:5]) + (", …" if len(self.robots) > 5 else "")

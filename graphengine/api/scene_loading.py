@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copyreg
 import importlib
 import tempfile
 import weakref
@@ -134,6 +135,16 @@ def _registry(modules: Sequence[str | ModuleType]) -> Registry:
             raise UsageError(f"modules: {error}") from None
         registry.add_module(found, found.__name__)
     return registry
+
+
+def _reduced(scene: Scene) -> tuple[Any, ...]:
+    """Return the data to pickle: the scene's files, the load options and the names of the modules with node classes."""
+    from graphengine.recording.packing import PackedScene
+
+    return unpack, (PackedScene.of(loaded_of(scene)), scene._modules)
+
+
+copyreg.pickle(Scene, _reduced)
 
 
 def unpack(packed: PackedScene, modules: Sequence[str]) -> Scene:

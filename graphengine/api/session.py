@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from graphengine.api.guards import acting, reading
 from graphengine.api.pictures import look, simulated, write_png
 from graphengine.api.robots import Robot, Robots
-from graphengine.api.runner import Runner
+from graphengine.api.runner import AfterTick, Runner
 from graphengine.api.topics import M, MessageType, Publication, Subscription, call_service, open_subscription
 from graphengine.api.values import plain, read_only
 from graphengine.api.viewing import open_page
@@ -27,17 +27,17 @@ from graphengine.format.wording import did_you_mean, listing
 from graphengine.runtime.addresses import NodePort, find_port_at, find_ports
 
 if TYPE_CHECKING:
+    from graphengine.runtime.playback import SessionState
     from graphengine.runtime.reloading import Reloaded
     from graphengine.runtime.session_core import SavedSession as InnerCheckpoint
     from graphengine.runtime.session_core import SessionCore as InnerSession
-    from graphengine.runtime.session_core import SessionState
     from graphengine.runtime.ticker import ResetScope
 
 
 class Checkpoint:
     """The complete state of a session, made by `Session.checkpoint` for `Session.restore`."""
 
-    def __init__(self, inner: InnerCheckpoint, publications: Sequence[tuple[Publication, Any]]) -> None:
+    def __init__(self, inner: InnerCheckpoint, publications: Sequence[tuple[AfterTick, Any]]) -> None:
         self._inner = inner
         self._publications = publications
 

@@ -7,9 +7,8 @@ from collections.abc import Iterator, Sequence
 from typing import Any, Generic, TypeVar
 
 from graphengine.api.guards import HasRunner, acting
-from graphengine.api.runner import Runner
+from graphengine.api.runner import AfterTick, Runner
 from graphengine.format.errors import TransportError, UsageError
-from graphengine.format.stateful import Stateful
 from graphengine.format.wording import did_you_mean, listing
 from graphengine.messages import messages
 from graphengine.messages.endpoints import EndpointClaim, QoS
@@ -102,7 +101,7 @@ def open_subscription(user: HasRunner, topic: str, type: MessageType, keep: int)
     return Subscription(user._runner, topic, type, keep)
 
 
-class Publication(Stateful):
+class Publication(AfterTick):
     """A message sent once or periodically. `Session.publish` returns it.
 
     Attributes:

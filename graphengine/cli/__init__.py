@@ -226,7 +226,8 @@ def _execute(parsed: argparse.Namespace) -> int:
     """Execute the verb and return its exit code. If it raises, print the message and return the exit code for the exception."""
     from graphengine.cli.common import clean, explain, print_findings
     from graphengine.cli.terminal import wrapped
-    from graphengine.format.errors import CheckError, GraphError, UsageError
+    from graphengine.format.diagnostics import CheckError
+    from graphengine.format.errors import GraphError, UsageError
     from graphengine.format.process_limits import SMALLEST, has_address_space
 
     if isinstance(sys.stdout, io.TextIOWrapper):

@@ -19,8 +19,8 @@ from graphengine.cli import terminal
 from graphengine.cli.finding_formats import coloured
 from graphengine.cli.progress import progress
 from graphengine.cli.quantities import ip_address, port, whole
-from graphengine.format.diagnostics import Finding, Findings
-from graphengine.format.errors import CheckError, GraphError, NodeError, UsageError
+from graphengine.format.diagnostics import CheckError, Finding, Findings
+from graphengine.format.errors import GraphError, NodeError, UsageError
 from graphengine.format.files import find_file, installed_packages, near
 from graphengine.messages.distros import DISTROS, Distro, sourced_distro
 

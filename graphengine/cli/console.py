@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING, Any
 
 from graphengine.cli import terminal
 from graphengine.cli.common import clean, counted, explain
-from graphengine.format.errors import CheckError, NodeError, StateError
+from graphengine.format.diagnostics import CheckError
+from graphengine.format.errors import NodeError, StateError
 from graphengine.runtime.run_status import RunStatus, StatusMeter
 
 if TYPE_CHECKING:

@@ -7,7 +7,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from graphengine.format.errors import CheckError, GraphError
+from graphengine.format.diagnostics import CheckError
+from graphengine.format.errors import GraphError
 from graphengine.format.wording import printable
 
 if TYPE_CHECKING:

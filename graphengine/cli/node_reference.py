@@ -8,7 +8,7 @@ import re
 from collections.abc import Iterable, Sequence
 from itertools import groupby
 
-from graphengine.cli.nodes import default_of, facts_of, summary
+from graphengine.cli.node_description import default_of, facts_of, summary
 from graphengine.node.node_class import Node
 from graphengine.node.port import Port
 from graphengine.node.types import brief

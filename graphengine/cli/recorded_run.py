@@ -13,8 +13,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from graphengine.cli.common import clean, explain
+from graphengine.format.diagnostics import CheckError
 from graphengine.format.distribution import install_command
-from graphengine.format.errors import CheckError, GraphError, RecordingError, UsageError
+from graphengine.format.errors import GraphError, RecordingError, UsageError
 
 if TYPE_CHECKING:
     from graphengine.api.run_options import Log, RunOptions

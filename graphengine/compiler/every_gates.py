@@ -16,8 +16,8 @@ from graphengine.format.diagnostics import Findings
 from graphengine.format.spec import MAX_HZ, NodeSpec
 from graphengine.node.clock import Clock
 from graphengine.node.context.context import Context
-from graphengine.node.node_class import Fire, Node
-from graphengine.node.port import Bound, ExecIn, ExecOut, In, State
+from graphengine.node.node_class import Node
+from graphengine.node.port import Bound, ExecIn, ExecOut, Fire, In, State
 from graphengine.node.types import UInt
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import linecache
 import re
+import traceback
 import weakref
 from collections.abc import Iterable
 from dataclasses import dataclass, field
@@ -49,6 +50,8 @@ class GeneratedSource:
         weakref.finalize(self, linecache.cache.pop, self.name, None)
         return compile(self.text, self.name, "exec")
 
-    def node_at(self, line: int) -> int | None:
-        """Return the index of the node that a line runs; None if the line runs no node. Lines count from 1."""
-        return self.nodes[line - 1] if 1 <= line <= len(self.nodes) else None
+    def node_of(self, error: BaseException) -> int | None:
+        """Return the index of the node that the code ran when the exception was raised; None if it is unknown."""
+        frames = traceback.walk_tb(error.__traceback__)
+        lines = [line for frame, line in frames if frame.f_code.co_filename == self.name]
+        return self.nodes[lines[-1] - 1] if lines and 1 <= lines[-1] <= len(self.nodes) else None

@@ -11,6 +11,7 @@ by index, ports by field.
 
 from __future__ import annotations
 
+from collections import defaultdict
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -154,6 +155,28 @@ class Plan:
         """The region that starts from the events of a pass."""
         return self.regions[0]
 
+    @property
+    def calls(self) -> list[Call]:
+        """The calls of all regions."""
+        return [call for region in self.regions for call in region.calls]
+
+    @property
+    def constant_nodes(self) -> set[int]:
+        """The data nodes in `constants`."""
+        return {refresh.node for refresh in self.constants}
+
+    @property
+    def fixed_copies(self) -> list[Copy]:
+        """The copies along wires whose values are constant while the graph runs."""
+        return [*self.constant_copies, *(copy for refresh in self.constants for copy in refresh.copies)]
+
+    @property
+    def copies(self) -> Iterable[Copy]:
+        """All copies along wires, each only once."""
+        copies = [copy for call in self.calls for copy in call.copies]
+        copies += [copy for refresh in self.data.values() for copy in refresh.copies]
+        return dict.fromkeys([*self.fixed_copies, *copies])
+
     @cached_property
     def ranks(self) -> Mapping[int, int]:
         """Position of each data node in `data`, by index."""
@@ -177,3 +200,11 @@ class Plan:
                 if source in readers:
                     readers[source].add(index)
         return readers
+
+
+def by_target(copies: Iterable[Copy]) -> defaultdict[int, list[Copy]]:
+    """Return copies grouped by the index of the target node."""
+    incoming: defaultdict[int, list[Copy]] = defaultdict(list)
+    for copy in copies:
+        incoming[copy.target].append(copy)
+    return incoming

@@ -15,8 +15,8 @@ from graphengine.format.wording import did_you_mean
 from graphengine.messages.definitions import DEFINITIONS
 from graphengine.messages.parameters import SERVICES, ParameterType, value_message
 from graphengine.ros.transport import Transport
+from graphengine.runtime.command import Command
 from graphengine.runtime.command_queue import CommandQueue
-from graphengine.runtime.commands import Command
 from graphengine.runtime.parameter_table import Parameter
 from graphengine.runtime.session_core import SessionCore
 

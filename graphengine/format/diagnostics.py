@@ -1,6 +1,6 @@
 """Findings: errors, warnings and notes about files, each with a code, a message, a position and help.
 
-The exceptions are in `errors`, and helpers for the text of messages in `wording`.
+The other exceptions are in `errors`, and helpers for the text of messages in `wording`.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, Literal
 
-from graphengine.format.errors import CheckError
+from graphengine.format.errors import GraphError
 from graphengine.format.wording import did_you_mean, printable
 
 Severity = Literal["error", "warning", "note"]
@@ -218,6 +218,14 @@ MAX_ERRORS = 1000
 """Maximum number of errors that `Findings` lists; all later findings are dropped."""
 MAX_GUESSES = 50
 """Maximum number of searches for similar names, for suggestions such as `did you mean …`."""
+
+
+class CheckError(GraphError):
+    """Errors in the files of a graph or scene."""
+
+    def __init__(self, findings: Sequence[Finding]) -> None:
+        super().__init__("\n".join(finding.render() for finding in findings))
+        self.findings = tuple(findings)
 
 
 @dataclass(slots=True)

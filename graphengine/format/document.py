@@ -1,13 +1,12 @@
 """Reads YAML to plain data with the position of each value, and limits the size of a file, its nesting and its number of values.
 
-The YAML 1.2 core schema determines the type of a plain scalar: `no` and `12:30:00` are strings, `1e3` is a number. The parser's
-event stream is read in a loop, not by recursion, so `MAX_DEPTH` limits the nesting, not the C stack.
+`core_schema` determines the type of a plain scalar. The parser's event stream is read in a loop, not by recursion, so `MAX_DEPTH`
+limits the nesting, not the C stack.
 """
 
 from __future__ import annotations
 
 import codecs
-import math
 import os
 import re
 from collections.abc import Iterator
@@ -17,6 +16,7 @@ from typing import Any
 
 import yaml
 
+from graphengine.format.core_schema import resolve
 from graphengine.format.diagnostics import Findings, Source, Span
 from graphengine.format.regular_files import open_regular
 from graphengine.format.wording import did_you_mean
@@ -29,12 +29,6 @@ MAX_VALUES = 400_000
 
 _Loader: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 """Class that provides the event parser: libyaml's if it is installed, which is 15 times faster than PyYAML's own."""
-
-_NULL = re.compile(r"(?:~|null|Null|NULL|)\Z")
-_BOOL = re.compile(r"(?:true|True|TRUE|false|False|FALSE)\Z")
-_INT = re.compile(r"(?:[-+]?[0-9]+|0o[0-7]+|0x[0-9a-fA-F]+)\Z")
-_FLOAT = re.compile(r"[-+]?(?:\.[0-9]+|[0-9]+(?:\.[0-9]*)?)(?:[eE][-+]?[0-9]+)?\Z")
-_NOT_FINITE = re.compile(r"(?:[-+]?\.(?:inf|Inf|INF)|\.(?:nan|NaN|NAN))\Z")
 
 _LINE_END = re.compile("\r\n|[\n\r\x85\u2028\u2029]")
 """Pattern of a line end in the parser's sense."""
@@ -336,7 +330,7 @@ class _ValueBuilder:
         plain = not event.style  # libyaml gives "", the Python parser None
         if self._at_key():
             return self._key(event, plain, span)
-        data = self._resolve(event.value, span) if plain else event.value
+        data = resolve(event.value, span, self.findings) if plain else event.value
         return self._counted(span) and self._place(Value(span, data, plain=plain), event.anchor, 1, 0)
 
     def _key(self, event: Any, plain: bool, span: Span) -> bool:
@@ -345,7 +339,7 @@ class _ValueBuilder:
         if plain and text == "<<":
             self.findings.add("G104", "merge keys are not allowed", span, "write out the keys that `<<` would merge")
             frame.drop = True
-        elif plain and not isinstance(self._resolve(text, span), str):
+        elif plain and not isinstance(resolve(text, span, self.findings), str):
             quoted = f'"{text[:80]}"' if text else '""'
             self.findings.add("G104", f"a key must be a string, but {text[:80]} is not", span, f"write {quoted}")
             frame.drop = True
@@ -392,22 +386,3 @@ class _ValueBuilder:
             frame.value.data[key] = value
             frame.value.keys[key] = span
         return True
-
-    def _resolve(self, text: str, span: Span) -> Any:
-        """Return the Python value of a plain scalar by the YAML 1.2 core schema; report a number with too many digits."""
-        if _NULL.match(text):
-            return None
-        if _BOOL.match(text):
-            return text[0] in "tT"
-        if _INT.match(text):
-            if len(text) > 40:
-                self.findings.add("G109", "the whole number has more than 40 characters", span)
-                return 0
-            return int(text, 0 if text[:2] in ("0o", "0x") else 10)
-        if _FLOAT.match(text):
-            number = float(text)
-            if math.isinf(number):
-                self.findings.add("G109", f"{text[:80]} is too large for a number", span, "write infinity as .inf")
-                return 0.0
-            return number
-        return float(text.replace(".", "")) if _NOT_FINITE.match(text) else text

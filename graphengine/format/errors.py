@@ -2,7 +2,7 @@
 
 GraphError                  base of all exceptions of this package
 ├── BadValueError           a node cannot use a value of an input; the run continues
-├── CheckError              errors in the files of a graph or scene
+├── CheckError              errors in the files of a graph or scene (in format/diagnostics.py)
 ├── ContextError            a node requested something missing or illegal from its context
 │   ├── PrimError           no prim at a path, or a prim of the wrong kind
 │   │   └── AmbiguousPrimError   a path that could mean several prims
@@ -30,11 +30,6 @@ GraphError                  base of all exceptions of this package
 from __future__ import annotations
 
 import reprlib
-from collections.abc import Sequence
-from typing import TYPE_CHECKING
-
-if TYPE_CHECKING:
-    from graphengine.format.diagnostics import Finding
 
 
 class GraphError(Exception):
@@ -63,14 +58,6 @@ class BadValueError(GraphError, ValueError):
     def __str__(self) -> str:
         text = super().__str__()
         return f"{text}: {self.__cause__}" if self.__cause__ is not None else text
-
-
-class CheckError(GraphError):
-    """Errors in the files of a graph or scene."""
-
-    def __init__(self, findings: Sequence[Finding]) -> None:
-        super().__init__("\n".join(finding.render() for finding in findings))
-        self.findings = tuple(findings)
 
 
 class ContextError(GraphError):

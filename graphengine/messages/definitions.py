@@ -365,23 +365,6 @@ def _replaced(fields: Sequence[Field], old: Description, new: Description) -> li
     return [(name, replace_element(kind, lambda element: new if element == old else element)) for name, kind in fields]
 
 
-def another_definition(name: str, peer: str, message_type: str, own: str, effect: str = "") -> tuple[str, str]:
-    """Return a warning about a peer that has another definition of a message or service type, and a remedy.
-
-    Args:
-        name: name of the topic or service.
-        peer: name of the peer.
-        message_type: ROS name of the type.
-        own: name of the endpoint with the definition of this session.
-        effect: consequence; if empty, `no messages are exchanged`.
-    """
-    package = message_type.partition("/")[0]
-    return (
-        f"{name}: {peer} has another definition of {message_type} than {own}: {effect or 'no messages are exchanged'}",
-        f"use one version of {package} on both sides; --msg-path names the folder of its definitions",
-    )
-
-
 def dtype_of(number: str) -> np.dtype[Any]:
     """Return the dtype of arrays of a ROS number type; `byte` is int8, because rosbags represents it as a signed number."""
     return np.dtype({"byte": "int8", "char": "uint8"}.get(number, number))

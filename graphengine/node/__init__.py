@@ -9,8 +9,8 @@ from graphengine.node.context.context import Context
 from graphengine.node.context.device_access import RobotDescription
 from graphengine.node.keys import Keyboard
 from graphengine.node.mailbox import Mailbox
-from graphengine.node.node_class import Fire, Node, Numbered, Pushes, node
-from graphengine.node.port import Bound, ExecIn, ExecOut, In, Out, State
+from graphengine.node.node_class import Node, Numbered, node
+from graphengine.node.port import Bound, ExecIn, ExecOut, Fire, In, Out, Pushes, State
 from graphengine.node.prims.stage_prims import PrimAttribute, Prims
 from graphengine.node.types import *  # noqa: F403  # the module lists what authors write
 from graphengine.node.variable import Variable

@@ -39,7 +39,7 @@ import inspect
 import re
 import typing
 import weakref
-from collections.abc import Callable, Collection, Generator, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, ClassVar, Literal, dataclass_transform
 
@@ -55,8 +55,6 @@ if TYPE_CHECKING:
 Kind = Literal["data", "action", "event", "pusher", "latent"]
 Numbered = Mapping[str, Callable[[], Any]]
 """Type of `Node.numbered`: for each name prefix, a function that creates one port with this prefix and a number."""
-Fire = int | None
-"""Return type of `compute` in a gated node: the ExecOut ports to fire, joined by `|`, or None to fire no port."""
 
 UNKNOWN_PRIM = "prim:*"
 """Resource key of a prim whose path is not known before the run because it comes from a wire."""
@@ -395,10 +393,6 @@ def node(
         return NodeMeta(function.__name__, (Node,), namespace, type=type, volatile=volatile, aliases=aliases)
 
     return make  # type: ignore[return-value]
-
-
-Pushes = Generator[int, None, None]
-"""Return type of a pusher's `compute`, which yields the ExecOut ports to fire."""
 
 
 class NodeClassError(GraphError):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Generator, Mapping
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, Literal, TypeVar, overload
 
@@ -13,6 +13,11 @@ from graphengine.node.types import ANY, EXECUTION, PortType, UnionType, coerce, 
 
 T = TypeVar("T")
 Side = Literal["inputs", "outputs", "state"]
+
+Fire = int | None
+"""Return type of `compute` in a gated node: the ExecOut ports to fire, joined by `|`, or None to fire no port."""
+Pushes = Generator[int, None, None]
+"""Return type of a pusher's `compute`, which yields the ExecOut ports to fire."""
 
 MISSING: Any = object()
 """Default of a field without a default."""

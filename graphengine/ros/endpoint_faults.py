@@ -10,10 +10,10 @@ from collections import defaultdict
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence, Set
 from typing import Any, Protocol, TypeAlias
 
-from graphengine.messages.definitions import Definitions, another_definition
+from graphengine.messages.definitions import Definitions
 from graphengine.messages.endpoints import EndpointClaim, QoS
 from graphengine.messages.qos import mismatch, policy_json, short_of
-from graphengine.ros.network_graph import PATIENCE, Direction, Endpoint, NetworkGraph
+from graphengine.ros.network_graph import PATIENCE, Direction, Endpoint, NetworkGraph, another_definition
 from graphengine.ros.transport import Transport
 from graphengine.ros.transports.vendors import CYCLONE, FAST_DDS
 

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections import Counter, defaultdict, deque
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from functools import partial
 from typing import Any, TypeVar
 
 from graphengine.messages.definitions import DEFINITIONS, Definitions
-from graphengine.messages.endpoints import EndpointClaim, Network, Sink
-from graphengine.ros.endpoint_handover import Handover, HeldEndpoint
+from graphengine.messages.endpoints import EndpointClaim, Sink
+from graphengine.ros.endpoint_base import EndpointHost, HeldEndpoint
 from graphengine.ros.qos_diagnostics import Watch
 from graphengine.ros.service_endpoints import LiveClient, LiveServer
 from graphengine.ros.topic_endpoints import LivePublisher, LiveSubscription
@@ -22,7 +22,7 @@ LOOK_EVERY = 30
 """Number of ticks between two checks of whether a subscription should switch to one of its alternative types."""
 
 
-class LiveNetwork(Network):
+class LiveNetwork(EndpointHost):
     """The endpoints of a session, and one transport for each ROS 2 domain that they use.
 
     Args:
@@ -39,21 +39,14 @@ class LiveNetwork(Network):
         complain: Callable[[str], None],
         definitions: Definitions = DEFINITIONS,
     ) -> None:
-        self.definitions = definitions
-        self.sinks: list[Sink] = []
-        """Sinks that receive every message, such as a recorder; with a sink, every publisher is `wanted`."""
-        self.taps: list[Sink] = []
-        self.outbox: list[tuple[Callable[[bytes], None], bytes]] = []
-        """Messages of this tick, each with the function that sends it; `flush` sends them together at the end of the tick."""
+        super().__init__(complain, definitions)
         self.sent = 0
-        self.undecoded: Counter[str] = Counter()
         self.past_drops: Counter[str] = Counter()
         """Number of messages that closed publishers dropped, by topic."""
         self.past_overwritten: Counter[str] = Counter()
         """Number of messages overwritten in subscriptions that are closed now, by topic."""
         self._open_domain = open_domain
         self._domain_id = domain_id
-        self.complain = complain
         self._ticks = 0
         self._transports: dict[int, Transport] = {}
         self._watches: dict[int, Watch] = {}
@@ -104,12 +97,7 @@ class LiveNetwork(Network):
 
     def publisher(self, claim: EndpointClaim) -> LivePublisher:
         """Return the publisher that a node claims: a new one, or within `handing_over` one that is already open."""
-
-        def make() -> LivePublisher:
-            writer = self.transport(claim.ros_context).writer(claim.topic, claim.message_type, claim.qos)
-            return LivePublisher(self, claim, writer)
-
-        end = self._end(LivePublisher, claim, self.publishers, make)
+        end = self._end(LivePublisher, claim, self.publishers, lambda: LivePublisher(self, claim))
         self._watches[self._domain(claim.ros_context)].hurry()
         return end
 
@@ -132,8 +120,14 @@ class LiveNetwork(Network):
         """All endpoints that can receive messages: subscriptions, servers, then clients, each in creation order."""
         return [*self.subscriptions, *self._servers, *self._clients]
 
-    def leave(self, end: object) -> None:
-        """Remove a closed server or client."""
+    def leave(self, end: HeldEndpoint) -> None:
+        """Remove a closed endpoint; the number of messages that it lost stays counted."""
+        if isinstance(end, LivePublisher) and end in self.publishers:
+            self.past_drops[end.topic] += end.dropped
+            self.publishers.remove(end)
+        if isinstance(end, LiveSubscription) and end in self.subscriptions:
+            self.past_overwritten[end.topic] += end.overwritten
+            self.subscriptions.remove(end)
         self._servers = [server for server in self._servers if server is not end]
         self._clients = [client for client in self._clients if client is not end]
 
@@ -250,6 +244,33 @@ class LiveNetwork(Network):
             kept.clear()
         for ends in (self.publishers, self.subscriptions, self._servers, self._clients):
             ends.clear()
+
+
+class Handover:
+    """The open endpoints that the nodes of changed graphs can take over.
+
+    Args:
+        ends: open endpoints; each can be taken once.
+    """
+
+    def __init__(self, ends: Iterable[HeldEndpoint]) -> None:
+        self._ends = list(ends)
+
+    def take(self, kind: type[E], claim: EndpointClaim) -> E | None:
+        """Return an open endpoint that was created for an equal claim, and add one holder; None if no endpoint fits."""
+        wanted = _essence(claim)
+        for end in self._ends:
+            if isinstance(end, kind) and _essence(end.opened_as) == wanted:
+                self._ends.remove(end)
+                end.holders += 1
+                return end
+        return None
+
+
+def _essence(claim: EndpointClaim) -> object:
+    """Return the fields of a claim that must be equal for a handover: node, topic, types, direction, QoS, context."""
+    kinds = claim.direction, claim.message_type, claim.alternatives
+    return kinds, claim.node, claim.topic, claim.qos, claim.ros_context
 
 
 def _key(end: LiveSubscription | LiveServer | LiveClient) -> object:

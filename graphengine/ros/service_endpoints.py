@@ -12,7 +12,7 @@ from collections import deque
 from collections.abc import Collection, Sequence
 from dataclasses import replace
 from functools import partial
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any, Literal
 
 import numpy as np
 
@@ -20,10 +20,7 @@ from graphengine.format.errors import TransportError
 from graphengine.format.stateful import Stateful
 from graphengine.messages import messages
 from graphengine.messages.endpoints import EndpointClaim, ServiceClient, ServiceEndpoint, ServiceServer
-from graphengine.ros.endpoint_handover import HeldEndpoint
-
-if TYPE_CHECKING:
-    from graphengine.ros.network import LiveNetwork
+from graphengine.ros.endpoint_base import EndpointHost, HeldEndpoint
 
 EVENTS = "/_service_event"
 """Suffix that turns a service's name into the topic of its introspection events."""
@@ -44,7 +41,7 @@ class _Endpoint(HeldEndpoint, Stateful, ServiceEndpoint):
     _end: Any
     """The transport's server or client that carries the messages."""
 
-    def _begin(self, network: LiveNetwork, claim: EndpointClaim, hears: str, says: str) -> None:
+    def _begin(self, network: EndpointHost, claim: EndpointClaim, hears: str, says: str) -> None:
         self.claim = replace(claim, topic=f"{claim.topic}{EVENTS}", message_type=f"{claim.message_type}_Event")
         self._network = network
         self._hears, self._says = (f"{claim.message_type}_{part}" for part in (hears, says))
@@ -118,7 +115,7 @@ class LiveServer(_Endpoint, ServiceServer):
 
     kept = ("_arrived", "_open", "_refused", "_visible", "current")
 
-    def __init__(self, network: LiveNetwork, claim: EndpointClaim, handle: int) -> None:
+    def __init__(self, network: EndpointHost, claim: EndpointClaim, handle: int) -> None:
         super().__init__(claim, handle)
         self._begin(network, claim, "Request", "Response")
         self._refused = 0
@@ -194,7 +191,7 @@ class LiveClient(_Endpoint, ServiceClient):
 
     kept = ("_arrived", "_calls", "_from_recording", "_numbers", "_open", "_patience", "_visible", "_waiting")
 
-    def __init__(self, network: LiveNetwork, claim: EndpointClaim) -> None:
+    def __init__(self, network: EndpointHost, claim: EndpointClaim) -> None:
         super().__init__(claim)
         self._begin(network, claim, "Response", "Request")
         self._gid = hashlib.blake2b(claim.node.encode(), digest_size=GID).digest()

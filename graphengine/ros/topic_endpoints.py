@@ -5,18 +5,15 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Collection, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from graphengine.format.errors import TransportError
 from graphengine.format.stateful import Shared, Stateful
 from graphengine.messages import messages
 from graphengine.messages.endpoints import EndpointClaim, Publisher, Subscription
 from graphengine.messages.message_template import Encoder
-from graphengine.ros.endpoint_handover import HeldEndpoint
-from graphengine.ros.transport import Reader, Writer
-
-if TYPE_CHECKING:
-    from graphengine.ros.network import LiveNetwork
+from graphengine.ros.endpoint_base import EndpointHost, HeldEndpoint
+from graphengine.ros.transport import Reader
 
 MAX_KEPT = 10_000
 """Maximum number of messages that a subscription with the history keepAll holds between two ticks."""
@@ -25,11 +22,11 @@ MAX_KEPT = 10_000
 class LivePublisher(HeldEndpoint, Publisher, Shared):
     """A publisher on a transport; it also copies its messages to the session's sinks and taps."""
 
-    def __init__(self, network: LiveNetwork, claim: EndpointClaim, writer: Writer) -> None:
+    def __init__(self, network: EndpointHost, claim: EndpointClaim) -> None:
         super().__init__(claim)
         self.largest = 0
         self._network = network
-        self._writer = writer
+        self._writer = network.transport(claim.ros_context).writer(claim.topic, claim.message_type, claim.qos)
         self._encode = Encoder(network.definitions).encode
 
     def close(self) -> None:
@@ -38,9 +35,7 @@ class LivePublisher(HeldEndpoint, Publisher, Shared):
         if not self.release():
             return
         self._writer.close()
-        if self in self._network.publishers:
-            self._network.past_drops[self.topic] += self._writer.dropped
-            self._network.publishers.remove(self)
+        self._network.leave(self)
 
     @property
     def wanted(self) -> bool:
@@ -80,7 +75,7 @@ class LiveSubscription(HeldEndpoint, Subscription, Stateful):
 
     kept = ("_arrived", "_frozen", "_visible", "heard", "malformed", "skipped")
 
-    def __init__(self, network: LiveNetwork, claim: EndpointClaim) -> None:
+    def __init__(self, network: EndpointHost, claim: EndpointClaim) -> None:
         super().__init__(claim)
         self.largest = 0
         self.heard = 0
@@ -104,9 +99,7 @@ class LiveSubscription(HeldEndpoint, Subscription, Stateful):
         if not self.release():
             return
         self._reader.close()
-        if self in self._network.subscriptions:
-            self._network.past_overwritten[self.topic] += self.overwritten
-            self._network.subscriptions.remove(self)
+        self._network.leave(self)
 
     @property
     def overwritten(self) -> int:

@@ -3,19 +3,18 @@
 from __future__ import annotations
 
 import contextlib
-import traceback
-from collections import defaultdict
 from collections.abc import Callable, Collection, Iterable, Mapping
 from typing import Any, Protocol
 
 from graphengine.compiler import codegen
 from graphengine.compiler.graph import Graph
-from graphengine.compiler.plan import Copy
+from graphengine.compiler.plan import Copy, by_target
 from graphengine.format.errors import BadValueError, ContextError, GraphError, NodeError
 from graphengine.node import types
 from graphengine.node.context.context import Context
 from graphengine.node.node_class import Ending, Node
 from graphengine.node.port import Port
+from graphengine.runtime.node_faults import NodeFaults
 
 ContextFactory = Callable[[int], Context]
 """A function that returns a new context for the node with the given index, and closes the handles of its previous context."""
@@ -37,47 +36,28 @@ class Predecessors(Protocol):
 class Executor:
     """Runs the plan of a graph.
 
-    After an exception that `fault` or `dropped` receives, the run continues, but the nodes that the failed node would have fired
-    do not run in this pass.
+    After an exception that `faults` handles, the run continues, but the nodes that the failed node would have fired do not run in
+    this pass.
 
     Args:
         graph: graph with a plan.
+        nodes: the nodes of the graph, by index.
         context_of: function that returns a new context for a node.
-        now: function that returns the number and time (s) of the current tick, for error messages.
-        fault: receives each exception that a node raises; None: an exception ends the run.
-        dropped: receives the index of a node, its BadValueError, and whether the error is about a value from a wire; returns
-            whether the value is dropped. It is called for values that came over wires or that were set while the session ran.
-            None: `fault` receives these errors too.
-        started: whether the session runs already, so that the values in the files of the graph count as set while it runs.
+        faults: handles the exceptions of the nodes.
     """
 
-    def __init__(
-        self,
-        graph: Graph,
-        context_of: ContextFactory,
-        now: Callable[[], tuple[int, float]],
-        fault: Callable[[NodeError], None] | None = None,
-        dropped: Callable[[int, BadValueError, bool], bool] | None = None,
-        *,
-        started: bool = False,
-    ) -> None:
+    def __init__(self, graph: Graph, nodes: list[Node], context_of: ContextFactory, faults: NodeFaults) -> None:
         self.graph = graph
         self.plan = graph.plan
-        self.nodes = [instance.make_node() for instance in graph.instances]
+        self.nodes = nodes
+        self.faults = faults
         self._context_of = context_of
-        self._now = now
-        self._fault = fault
-        self._dropped = dropped
-        self._wired = {(wire.target, wire.target_field) for wire in graph.data_wires}
-        self.set_later: set[int] = set(range(len(self.nodes))) if started else set()
-        """Indices of the nodes of which an input was set, in whatever way, after the session started."""
         self._failed: set[int] = set()
         self._active: dict[int, None] = {}
         """Indices of the active latent nodes, in order of execution; a node that starts again keeps its position."""
         self._outputs_of_setup: dict[int, dict[str, Any]] = {}
-        caught = (Exception,) if fault else (BadValueError,) if dropped else ()
         self._functions = codegen.bind(
-            self.plan, self.nodes, self._setup_again, self._active.setdefault, self._end_branch, caught, self._failed
+            self.plan, nodes, self._setup_again, self._active.setdefault, faults.end_branch, faults.caught, self._failed
         )
         self._flags = [f"s{data}" for data in self.plan.flagged]
         self._flags += [f"l{index}" for index, _ in self.plan.root.pending]
@@ -93,7 +73,7 @@ class Executor:
         flags = {name: self._functions[name] for name in self._flags}
         outputs = {index: dict(values) for index, values in self._outputs_of_setup.items()}
         nodes = [self._call(index, node.save) for index, node in enumerate(self.nodes)]
-        return nodes, flags, list(self._active), set(self._failed), outputs, set(self.set_later)
+        return nodes, flags, list(self._active), set(self._failed), outputs, set(self.faults.set_later)
 
     def restore(self, saved: Any, again: Collection[int] = ()) -> None:
         """Restore the state that `save` returned.
@@ -118,7 +98,7 @@ class Executor:
         self._active.update(dict.fromkeys(active))
         self._failed.clear()
         self._failed.update(failed)
-        self.set_later = set(set_later)
+        self.faults.set_later = set(set_later)
 
     def _set_pins(self) -> None:
         """Set the numbers of firings in the wired execution inputs: 0 if the generated code writes them, otherwise constantly 1.
@@ -131,7 +111,7 @@ class Executor:
                     if port.is_exec and port.side == "inputs":
                         setattr(node, port.field, 0 if port.control else 1)
             return
-        told = {call.node for region in self.plan.regions for call in region.calls if call.pins}
+        told = {call.node for call in self.plan.calls if call.pins}
         for wire in self.graph.exec_wires:
             setattr(self.nodes[wire.target], wire.target_field, 0 if wire.target in told else 1)
 
@@ -151,8 +131,8 @@ class Executor:
             GraphError: a node requested something that does not exist or is not allowed.
             NodeError: the setup of a node raised another exception.
         """
-        constant = {refresh.node for refresh in self.plan.constants}
-        incoming = _by_target(self._all_copies())
+        constant = self.plan.constant_nodes
+        incoming = by_target(self.plan.copies)
         for index in self.plan.order:
             self._apply(incoming[index])
             try:
@@ -189,24 +169,11 @@ class Executor:
     @property
     def fixed_inputs(self) -> set[tuple[int, str]]:
         """Node index and field of each wired input whose value cannot change while the graph runs."""
-        return {(copy.target, copy.target_field) for copy in self._constant_copies()}
+        return {(copy.target, copy.target_field) for copy in self.plan.fixed_copies}
 
     def has_failed(self, index: int) -> bool:
         """Return whether the last setup of a node failed."""
         return index in self._failed
-
-    def _all_copies(self) -> Iterable[Copy]:
-        """Return all copies of values along wires that the plan contains, each only once."""
-        calls = [call for region in self.plan.regions for call in region.calls]
-        copies = [copy for call in calls for copy in call.copies]
-        copies += [copy for refresh in self.plan.data.values() for copy in refresh.copies]
-        return dict.fromkeys([*self._constant_copies(), *copies])
-
-    def _constant_copies(self) -> Iterable[Copy]:
-        """Yield the copies along wires whose values are constant while the graph runs."""
-        yield from self.plan.constant_copies
-        for refresh in self.plan.constants:
-            yield from refresh.copies
 
     def _apply(self, copies: Iterable[Copy]) -> None:
         for copy in copies:
@@ -234,7 +201,7 @@ class Executor:
         """
         self._failed.add(index)
         node = self.nodes[index]
-        ports = [port for port in type(node).fields.values() if port.setup and (index, port.field) in self._wired]
+        ports = [port for port in type(node).fields.values() if port.setup and (index, port.field) in self.faults.wired]
         values = {port.name: getattr(node, port.field) for port in ports}
         _check_setup_inputs(node, ports)
         try:
@@ -257,13 +224,13 @@ class Executor:
         except BaseException:
             self._put(index, field, before)
             raise
-        self.set_later.add(index)
+        self.faults.set_later.add(index)
 
     def _put(self, index: int, field: str, value: Any) -> None:
         """Set an input; then, in the plan's order, compute all constant nodes and set up nodes whose setup inputs changed."""
         setattr(self.nodes[index], field, value)
-        constant = {refresh.node for refresh in self.plan.constants}
-        incoming = _by_target(self._constant_copies())
+        constant = self.plan.constant_nodes
+        incoming = by_target(self.plan.fixed_copies)
         for target in self.plan.order:
             node = self.nodes[target]
             ports = [port for port in type(node).fields.values() if port.setup]
@@ -287,7 +254,7 @@ class Executor:
         except Exception as error:
             if isinstance(error, GraphError) and not isinstance(error, BadValueError):
                 raise
-            raise self.explain(index, error) from error
+            raise self.faults.explain(index, error) from error
 
     def observe(self, wrap: Callable[[int, Callable[[], Any]], Callable[[], Any]]) -> Observed:
         """Compile a second version of the pass, in which a wrapper replaces `compute` of each node.
@@ -334,8 +301,7 @@ class Executor:
         Raises:
             NodeError: a node raised an exception, which is the `__cause__` of this one.
         """
-        calls = {call.node: call for region in self.plan.regions for call in region.calls}
-        for index, call in calls.items():
+        for index, call in {call.node: call for call in self.plan.calls}.items():
             announce = getattr(self.nodes[index], "announce_time", None)
             if announce is None or index in self._failed:
                 continue
@@ -353,7 +319,7 @@ class Executor:
         except NodeError:
             raise
         except Exception as error:
-            raise self.explain(self._culprit(error), error) from error
+            raise self.faults.explain(codegen.source_of(self.plan).node_of(error), error) from error
 
     def run_latent(self) -> None:
         """Call `update` of all active latent nodes; the outputs that they fire take effect in the next pass."""
@@ -367,10 +333,10 @@ class Executor:
             try:
                 fired = node.update()
             except Exception as error:
-                if not self._drop(index, error):
+                if not self.faults.drop(index, error):
                     del self._active[index]
                     node.active = False
-                    self._report(index, error)
+                    self.faults.report(index, error)
                 continue
             if fired:
                 self._functions[f"l{index}"] = self._functions.get(f"l{index}", 0) | fired
@@ -397,65 +363,6 @@ class Executor:
         self.mark_stale()
         self._run(self._functions["constants"])
 
-    def _culprit(self, error: Exception) -> int | None:
-        """Return the index of the node that the generated code ran when the exception was raised; None if it is unknown."""
-        source = codegen.source_of(self.plan)
-        frames = traceback.walk_tb(error.__traceback__)
-        lines = [line for frame, line in frames if frame.f_code.co_filename == source.name]
-        return source.node_at(lines[-1]) if lines else None
-
-    def _end_branch(self, index: int, error: Exception) -> None:
-        """Handle an exception after which the pass continues: drop a bad value, or report the exception to `fault`."""
-        if not self._drop(index, error):
-            self._report(index, error)
-
-    def _drop(self, index: int, error: Exception) -> bool:
-        """Report a bad value that is not from the files at the start to `dropped`; return whether it is dropped.
-
-        False if there is no `dropped`, if the exception is no BadValueError, or if all inputs that it names are unwired and no
-        input of the node was set while the session ran.
-        """
-        if self._dropped is None or not isinstance(error, BadValueError):
-            return False
-        ports = [type(self.nodes[index]).ports.get(f"inputs:{name}") for name in error.port.split(", ")]
-        wired = any(port is None or (index, port.field) in self._wired for port in ports)
-        return (wired or index in self.set_later) and self._dropped(index, error, wired)
-
-    def _report(self, index: int, error: Exception) -> None:
-        explained = self.explain(index, error)
-        explained.__cause__ = error
-        if self._fault is None:
-            raise explained
-        self._fault(explained)
-
-    def explain(self, index: int | None, error: Exception) -> NodeError:
-        """Return a NodeError for an exception of a node, with the node's file position and inputs, and the tick.
-
-        An `index` of None means that the node is unknown.
-        """
-        tick, time = self._now()
-        when = f"at tick {tick}, {time:.6g} s"
-        if index is None:
-            return NodeError(f"graph {self.graph.name}, {when}: {type(error).__name__}: {error}")
-        instance = self.graph.instances[index]
-        node = self.nodes[index]
-        inputs = [p for p in type(node).fields.values() if p.side == "inputs" and not p.is_exec]
-        shown = ", ".join(f"{p.name}={_short(getattr(node, p.field, None))}" for p in inputs)
-        return NodeError(
-            f"{instance.span}: node {instance.id} ({type(node).type_name}) raised {type(error).__name__}: {error}\n"
-            f"  {when}, in graph {self.graph.name}\n"
-            f"  inputs: {shown or 'none'}",
-            f"{self.graph.prim_path}/{instance.id}",
-        )
-
-
-def _by_target(copies: Iterable[Copy]) -> defaultdict[int, list[Copy]]:
-    """Return copies of values along wires, grouped by the index of the target node."""
-    incoming: defaultdict[int, list[Copy]] = defaultdict(list)
-    for copy in copies:
-        incoming[copy.target].append(copy)
-    return incoming
-
 
 def _check_setup_inputs(node: Node, ports: Iterable[Port]) -> None:
     """Raise BadValueError if a required input of these is empty, or has a value that is not one of its legal ones."""
@@ -463,8 +370,3 @@ def _check_setup_inputs(node: Node, ports: Iterable[Port]) -> None:
         value = getattr(node, port.field)
         if port.is_missing(value) or (port.tokens and value not in port.tokens):
             raise BadValueError(port.name, value, port.constraint)
-
-
-def _short(value: Any) -> str:
-    text = repr(value)
-    return text if len(text) <= 60 else f"{text[:57]}..."

@@ -58,7 +58,7 @@ class Succession:
         self._old, self._new = old, new
         before, after = old.executor.graph, new.executor.graph
         named = {instance.id: instance for instance in before.instances}
-        constant = {refresh.node for refresh in new.executor.plan.constants}
+        constant = new.executor.plan.constant_nodes
         self._heirs: dict[int, int] = {}
         """Index in the old graph of each node that keeps its state, by its index in the new graph."""
         self._saved: dict[int, Any] = {}
@@ -113,7 +113,7 @@ class Succession:
             same = old is not None and before.variable_types.get(name) == graph.variable_types.get(name)
             if old is not None and same and types.equal(before.variables[name], graph.variables[name]):
                 variable.restore(old.save())
-        executor.set_later -= {index for index in self._heirs if self._is_as_at_start(index)}
+        executor.faults.set_later -= {index for index in self._heirs if self._is_as_at_start(index)}
         executor.setup(predecessors=self)
         for index, old_index in self._heirs.items():
             context, other = self._new.contexts.of(index), self._old.contexts.of(old_index)
@@ -167,7 +167,7 @@ class Succession:
         """Return whether all inputs of a node, by its index in the new graph, still are as when the session started."""
         before, fields = self._heirs[index], self._new.executor.nodes[index].fields
         inputs = [port.field for port in fields.values() if port.side == "inputs"]
-        changed = before in self._old.executor.set_later
+        changed = before in self._old.executor.faults.set_later
         return not changed and all(self._is_fed_alike(index, before, field) for field in inputs)
 
     def _is_fed_alike(self, index: int, before: int, field: str) -> bool:

@@ -17,6 +17,7 @@ from graphengine.node.context.context import Context
 from graphengine.node.context.session_services import Services
 from graphengine.node.variable import Variable
 from graphengine.runtime.executor import Executor
+from graphengine.runtime.node_faults import NodeFaults
 
 
 class GraphContexts:
@@ -130,7 +131,7 @@ class GraphRun:
 
     def describe_as(self, graph: Graph) -> None:
         """Replace the resolved graph by one that differs only in file positions, so that messages show the new positions."""
-        self.executor.graph = self.contexts.graph = graph
+        self.executor.graph = self.executor.faults.graph = self.contexts.graph = graph
 
     def save(self) -> SavedGraph:
         """Return a copy of the state of nodes, variables and mailboxes."""
@@ -176,7 +177,7 @@ def make_graph_run(
     def drop(index: int, error: BadValueError, wired: bool) -> bool:
         if dropped is None or not (wired or dropped.drops_set_values):
             return False
-        graph = executor.graph
+        graph = faults.graph
         instance = graph.instances[index]
         node = f"{graph.prim_path}/{instance.id}"
         if dropped.add(node, clock.frame):
@@ -190,5 +191,6 @@ def make_graph_run(
     variables = {name: Variable(default) for name, default in graph.variables.items()}
     contexts = GraphContexts(graph, services, clock, variables)
     dropping = drop if dropped is not None else None
-    executor = Executor(graph, contexts, lambda: (clock.frame, clock.time), fault, dropping, started=services.started)
-    return GraphRun(executor, variables, contexts)
+    nodes = [instance.make_node() for instance in graph.instances]
+    faults = NodeFaults(graph, nodes, lambda: (clock.frame, clock.time), fault, dropping, services.started)
+    return GraphRun(Executor(graph, nodes, contexts, faults), variables, contexts)

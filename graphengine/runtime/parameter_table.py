@@ -19,7 +19,8 @@ from graphengine.messages.parameters import ARRAY_OF, ParameterType
 from graphengine.node.port import Port
 from graphengine.node.types import INTEGERS, POINTER, PortType, coerce, equal
 from graphengine.runtime.addresses import SIDES, GraphVariable, NodePort
-from graphengine.runtime.commands import Assign, Command, Rate, Set
+from graphengine.runtime.command import Command
+from graphengine.runtime.commands import Assign, Rate, Set
 from graphengine.runtime.graph_run import GraphRun
 from graphengine.runtime.pacer import SLOWEST
 from graphengine.runtime.session_core import SessionCore

@@ -8,7 +8,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, NamedTuple
 
 if TYPE_CHECKING:
-    from graphengine.runtime.session_core import SessionCore, SessionState
+    from graphengine.runtime.playback import SessionState
+    from graphengine.runtime.session_core import SessionCore
 
 WINDOW = 1.0
 """Wall time over which rates are averaged, s; if the previous reading is older, rates are averaged since that reading."""

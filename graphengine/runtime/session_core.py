@@ -1,31 +1,21 @@
-"""The core of a session: decides when ticks run, and stops, resets, reloads and checkpoints the simulation."""
+"""The core of a session: stops, resets, reloads and checkpoints the simulation between two ticks."""
 
 from __future__ import annotations
 
 import contextlib
 import math
-import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any
 
 from graphengine.compiler.graph import Graph
-from graphengine.format.errors import CheckError, GraphError, StateError, TransportError, UsageError
+from graphengine.format.diagnostics import CheckError
+from graphengine.format.errors import GraphError, StateError, TransportError, UsageError
 from graphengine.runtime.graph_run import GraphRun
-from graphengine.runtime.inbox import ExternalInputs
-from graphengine.runtime.pacer import Pacer
+from graphengine.runtime.playback import Playback, SessionState
 from graphengine.runtime.reloading import Reloaded, Reloader
 from graphengine.runtime.roster import Roster
 from graphengine.runtime.ticker import SCOPES, Exchange, ResetScope, Ticker
-
-if TYPE_CHECKING:
-    from graphengine.runtime.command_queue import CommandQueue
-
-SessionState = Literal["stopped", "playing", "paused", "failed"]
-
-IDLE = 0.25
-"""Maximum wall time that a paused run sleeps before it checks again whether it should end, s; a command ends the sleep."""
-
 
 MAX_HELD = 1000
 """Maximum number of checkpoints that a session keeps for the command `restore`."""
@@ -45,8 +35,8 @@ class SavedSession:
     play: tuple[SessionState, str, bool]
 
 
-class SessionCore:
-    """Decides when ticks run, and changes the state of the simulation between two ticks.
+class SessionCore(Playback):
+    """Changes the state of the simulation between two ticks; `Playback` decides when ticks run.
 
     Not thread-safe: only `interrupt` may be called from another thread; all other calls from other threads must be submitted to
     `queue`. Methods that run ticks or change the simulation raise an error if a node calls them within a tick.
@@ -57,60 +47,21 @@ class SessionCore:
     """
 
     def __init__(self, ticker: Ticker, roster: Roster) -> None:
-        self._ticker = ticker
-        self.services = ticker.services
-        self.services.started = True
-        self.clock = ticker.clock
-        self.step_clock = ticker.step_clock
+        super().__init__(ticker)
         self.roster = roster
         self.reloader = Reloader()
         self.version = self._versions = 0
         """Number of the version of the files that the session runs."""
-        self.state: SessionState = "stopped"
-        self.inbox = ExternalInputs()
-        """Gives the wall clock to nodes and receives the executed commands; a recorder or replay replaces it."""
-        self.queue: CommandQueue | None = None
-        """Queue for commands from other threads; None: no queue, and `run` returns when the session is paused or stopped."""
         self.findings: tuple[str, ...] = ()
         """Errors that the last reload found in changed files, as text; empty if the session runs the current files. The web page
         and the terminal of the run show them."""
         self.open_page: Callable[[bool], str] | None = None
         """Function that returns the URL of the session's web page, empty while the page starts; None: no page. If the page's
         process has ended, it raises UsageError for the argument True, and starts a new one for False."""
-        self.listeners: list[Callable[[], None]] = []
-        """Functions that the session calls in its thread after each executed command and each change between two ticks."""
-        self.late_ticks = 0
-        """Number of ticks that ended after the next tick was due; counted only in runs with a pace."""
-        self._until = 0
-        self.last = math.inf
-        """Number of the tick after which `run` ends."""
-        self._pace: float | None = None
-        self._pacer: Pacer | None = None
-        self.interrupted = self._ended = False
-        self._failure = ""
+        self._ended = False
         self._checkpoints = 0
         self.held: dict[str, SavedSession] = {}
         """Checkpoints by the command `checkpoint`, by name; the least recently used one is first."""
-
-    @property
-    def graphs(self) -> Sequence[GraphRun]:
-        """Graphs in execution order: the scene's, then each robot's."""
-        return self._ticker.graphs
-
-    @property
-    def failure(self) -> str:
-        """Message of the error that made the session fail; empty if it has not failed since the last reset of the time."""
-        return self._failure
-
-    @property
-    def ticks(self) -> int:
-        """Number of ticks that have run since the session was created; a stop does not reset it."""
-        return self._ticker.count
-
-    @property
-    def time(self) -> float:
-        """Simulation time since play, s."""
-        return self.clock.time
 
     def checkpoint(self, name: str = "") -> SavedSession:
         """Return a copy of the whole state of the session; waits for camera images that are being rendered.
@@ -163,177 +114,6 @@ class SessionCore:
         self._set(state)
         self.note("restore", {"name": kept.name})
         self._announce_jump(before, restored=True)
-
-    def play(self) -> None:
-        """Let `run` execute ticks continuously; after a stop, the simulation starts at time 0."""
-        self.admit()
-        self._set("playing")
-
-    def pause(self) -> None:
-        """Pause a playing session; a session in another state keeps its state. `step` still runs single ticks."""
-        self.admit()
-        self._set("paused" if self.state == "playing" else self.state)
-
-    def advance(self, ticks: int) -> None:
-        """Let `run` execute a number of single ticks while the session is paused; a stopped session becomes paused.
-
-        Raises:
-            StateError: the session is playing, or earlier single ticks have not run yet.
-        """
-        self.admit()
-        if self.state == "playing":
-            raise StateError("the session is playing; pause it before running single ticks")
-        if self.advancing:
-            raise StateError(
-                f"{self.advancing} ticks of an earlier `step` have not run yet; "
-                "wait until they have run, or cancel them with `pause`"
-            )
-        self._set("paused")
-        self._until = self.ticks + ticks
-
-    @property
-    def advancing(self) -> int:
-        """Number of ticks requested by `advance` that have not run yet."""
-        return max(self._until - self.ticks, 0)
-
-    def _set(self, state: SessionState) -> None:
-        """Enter a state; restart the schedule of ticks, and cancel single ticks that have not run yet."""
-        self.state, self._until = state, self.ticks
-        if self._pacer is not None:
-            self._pacer.begin()
-
-    @property
-    def pace(self) -> float | None:
-        """Target real-time factor of `run`, seconds of simulation per second of wall time; None: as fast as possible."""
-        return self._pace
-
-    @pace.setter
-    def pace(self, pace: float | None) -> None:
-        self._pace = pace
-        self._pacer = Pacer(self.clock.delta / pace) if pace else None
-        self._tell_listeners()
-
-    def step(self, ticks: int = 1) -> None:
-        """Run a number of ticks as fast as possible, and return after the last one; a stopped session becomes paused.
-
-        After an error, the session is in the state `failed`, and the joint commands are zero.
-
-        Raises:
-            NodeError: a node raised an exception.
-            PhysicsError: the simulation diverged.
-        """
-        self.admit()
-        if self.state == "stopped":
-            self.state = "paused"
-        for _ in range(ticks):
-            self._tick()
-
-    def run(
-        self,
-        seconds: float | None = None,
-        pace: float | None = None,
-        on_tick: Callable[[SessionCore], bool] | None = None,
-        *,
-        paused: bool = False,
-    ) -> None:
-        """Play the session for a given simulation time, and return afterwards.
-
-        If the session has a queue, the method sleeps while the session is paused or stopped, and continues at the command
-        `play`; without a queue, it returns. After an error, the session is in the state `failed`, with zero joint commands.
-
-        Args:
-            seconds: total simulation time to run, s, even if the session is stopped and played again; None: no limit.
-            pace: target real-time factor, seconds of simulation per second of wall time; None: as fast as possible.
-            on_tick: function that is called after each tick, and several times per second while the session is paused or
-                stopped; if it returns False, the run ends.
-            paused: if true, the session is paused until the command `play` arrives in the queue.
-
-        Raises:
-            NodeError: a node raised an exception.
-            PhysicsError: the simulation diverged.
-        """
-        self.admit()
-        self.pace = pace
-        self._set("paused" if paused else "playing")
-        self.last = math.inf if seconds is None else self.ticks + round(seconds / self.clock.delta)
-        try:
-            self._run(on_tick)
-        finally:
-            self.interrupted = False
-
-    def _run(self, on_tick: Callable[[SessionCore], bool] | None) -> None:
-        """Run ticks until the tick `last`, an interrupt, or, without a queue, a pause or stop."""
-        while self._serve() and self.ticks < self.last:
-            paced = self._pacer if self.state == "playing" else None
-            self.services.world.realtime = paced is not None and not self.inbox.exact
-            if self.state != "playing" and not self.advancing:
-                self._sleep(IDLE)
-            elif paced is not None and (early := paced.early()) > 0:
-                self._sleep(early)
-                continue
-            else:
-                self._tick()
-                if paced is not None and paced.count():
-                    self.late_ticks += 1
-            if on_tick is not None and not on_tick(self):
-                self.interrupted = True
-
-    def _serve(self) -> bool:
-        """Execute the commands in the queue; return whether the run continues."""
-        if self.queue is not None:
-            self.queue.serve(self)
-        return not self.interrupted and (self.queue is not None or self.state == "playing")
-
-    def interrupt(self) -> None:
-        """End `run`: after the current tick, or immediately if it sleeps. Safe in other threads and in signal handlers."""
-        self.interrupted = True
-        if self.queue is not None:
-            self.queue.wake()
-
-    def _sleep(self, seconds: float) -> None:
-        if self.queue is not None:
-            self.queue.wait(seconds)
-        else:
-            time.sleep(seconds)
-
-    def _refuse_within_tick(self) -> None:
-        if self._ticker.running:
-            raise UsageError(
-                "a session cannot be changed or saved within a tick; do it between two ticks, as in `on_tick`"
-            )
-
-    def admit(self) -> None:
-        """Check that the session can be changed now; return if it can.
-
-        Raises:
-            StateError: the session failed, and its time was not reset since.
-            UsageError: the method was called within a tick.
-        """
-        self._refuse_within_tick()
-        if self.state == "failed":
-            raise StateError(f"the session failed; reset it first\n  {self._failure.partition(chr(10))[0]}")
-
-    def note(self, name: str, arguments: Mapping[str, Any]) -> None:
-        """Report an executed command to `inbox`, which records it, and call the listeners.
-
-        Args:
-            name: name of the command.
-            arguments: arguments as JSON values.
-        """
-        self.inbox.command(name, arguments)
-        self._tell_listeners()
-
-    def _tell_listeners(self) -> None:
-        for listener in self.listeners:
-            listener()
-
-    def _tick(self) -> None:
-        try:
-            self._ticker.run(self.inbox)
-        except BaseException as error:  # an interrupted tick leaves graphs half computed, too
-            self._set("failed")
-            self._failure = str(error) or type(error).__name__
-            raise
 
     def stop(self) -> None:
         """Stop the simulation and reset it to time 0.

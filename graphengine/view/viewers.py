@@ -9,8 +9,9 @@ from concurrent.futures import Future
 from typing import Any, Protocol
 
 from graphengine.format.errors import GraphError, UsageError
+from graphengine.runtime.command import Command
 from graphengine.runtime.command_queue import CommandQueue
-from graphengine.runtime.commands import Command, parse
+from graphengine.runtime.commands import parse
 from graphengine.view.page_client import Page
 from graphengine.view.wire import Answer
 

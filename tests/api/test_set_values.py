@@ -12,9 +12,10 @@ import pytest
 
 import graphengine as ge
 from graphengine.cli import main
-from graphengine.format.errors import CheckError, NodeError
+from graphengine.format.diagnostics import CheckError
+from graphengine.format.errors import NodeError
 from graphengine.runtime.addresses import find_ports
-from graphengine.runtime.commands import Command
+from graphengine.runtime.command import Command
 from graphengine.runtime.parameter_table import Parameter, graph_parameters
 from tests.api.conftest import Start
 
@@ -169,8 +170,8 @@ def test_a_value_of_a_spawned_robot_is_one_of_the_run() -> None:
     with ge.load("dd100_flat").session() as sim:
         sim.spawn("second", "robots/dd100.yaml", position=(0.0, 5.0, 0.03), namespace="second")
         runs = {run.name: run.executor for run in sim._runner.session.graphs}
-        assert runs["second/cmd_vel"].set_later == set(range(len(runs["second/cmd_vel"].nodes)))
-        assert not runs["dd100/cmd_vel"].set_later
+        assert runs["second/cmd_vel"].faults.set_later == set(range(len(runs["second/cmd_vel"].nodes)))
+        assert not runs["dd100/cmd_vel"].faults.set_later
 
 
 @pytest.mark.parametrize(("address", "value", "words"), OUT_OF_BOUNDS)

@@ -30,6 +30,7 @@ from graphengine.node.context.context import Context
 from graphengine.node.context.session_services import Services
 from graphengine.runtime.executor import Executor
 from graphengine.runtime.graph_run import make_graph_run
+from graphengine.runtime.node_faults import NodeFaults
 
 
 class Tick(Node, type="bench.Tick"):
@@ -97,7 +98,9 @@ def generated(size: int, gated: bool) -> tuple[Callable[[], None], Executor]:
         assert flat is not None
         planned = share_plans([resolve(flat, "dag", "/dag", registry, findings)], findings)
     findings.raise_errors()
-    executor = Executor(planned[0], lambda index: _no_context(), lambda: (0, 0.0))
+    nodes = [instance.make_node() for instance in planned[0].instances]
+    faults = NodeFaults(planned[0], nodes, lambda: (0, 0.0))
+    executor = Executor(planned[0], nodes, lambda index: _no_context(), faults)
     executor.setup()
     return executor.run_pass, executor
 

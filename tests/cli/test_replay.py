@@ -15,7 +15,7 @@ from graphengine.format.spec import RobotUse
 from graphengine.messages import messages
 from graphengine.messages.endpoints import QoS
 from graphengine.runtime.command_queue import CommandQueue
-from graphengine.runtime.commands import Delete, Spawn
+from graphengine.runtime.entity_commands import Delete, Spawn
 from graphengine.scene.loaded_scene import Options
 from tests.cli.harness import Graphrun
 from tests.jobs.harness import twist

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from graphengine.format.errors import CheckError
+from graphengine.format.diagnostics import CheckError
 from graphengine.runtime.commands import parse
 from graphengine.scene.loaded_scene import Options
 from tests.cli.harness import Graphrun

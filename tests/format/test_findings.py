@@ -9,8 +9,7 @@ from typing import Any
 import jsonschema
 import pytest
 
-from graphengine.format.diagnostics import CODES, Finding, Findings, Source, Span, to_json
-from graphengine.format.errors import CheckError
+from graphengine.format.diagnostics import CODES, CheckError, Finding, Findings, Source, Span, to_json
 from graphengine.format.wording import did_you_mean, listing, shown
 from graphengine.scene import build
 

@@ -16,7 +16,8 @@ from graphengine.messages.endpoints import EndpointClaim
 from graphengine.node.dropped_values import BadValues
 from graphengine.ros.network import LiveNetwork
 from graphengine.ros.transports.memory.memory import MemoryTransport
-from graphengine.runtime.commands import Spawn, parse
+from graphengine.runtime.commands import parse
+from graphengine.runtime.entity_commands import Spawn
 from graphengine.scene import build
 from graphengine.scene.loaded_scene import LoadedScene, Options
 

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from graphengine.format.errors import CheckError
+from graphengine.format.diagnostics import CheckError
 from graphengine.format.spec import RobotUse
 from graphengine.scene import build
 from graphengine.scene.loaded_scene import LoadedScene

@@ -9,7 +9,8 @@ from pathlib import Path
 
 import pytest
 
-from graphengine.format.errors import CheckError, UsageError
+from graphengine.format.diagnostics import CheckError
+from graphengine.format.errors import UsageError
 from graphengine.format.spec import RobotUse
 from graphengine.messages import messages
 from graphengine.messages.endpoints import QoS

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from graphengine.compiler.graph import Graph
-from graphengine.format.errors import CheckError
+from graphengine.format.diagnostics import CheckError
 from graphengine.scene import build
 from tests.jobs.crowd import FIRST, LATE, physics, scene
 from tests.jobs.harness import Job

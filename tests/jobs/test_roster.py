@@ -14,7 +14,8 @@ import numpy as np
 import pytest
 
 from graphengine.compiler.registry import Registry, default_registry
-from graphengine.format.errors import CheckError, NodeError, PhysicsError, StateError, UsageError
+from graphengine.format.diagnostics import CheckError
+from graphengine.format.errors import NodeError, PhysicsError, StateError, UsageError
 from graphengine.format.spec import Orientation, RobotUse
 from graphengine.messages.endpoints import QoS
 from graphengine.node import Context, ExecIn, Node
@@ -22,7 +23,7 @@ from graphengine.ros.domain import Domain
 from graphengine.ros.network import LiveNetwork
 from graphengine.ros.transport import JoinOptions
 from graphengine.ros.transports.dds.dds import DdsTransport
-from graphengine.runtime.commands import Delete, Spawn
+from graphengine.runtime.entity_commands import Delete, Spawn
 from graphengine.runtime.session_core import SessionCore
 from graphengine.scene import build
 from tests.jobs.crowd import FIRST, LATE, ROBOT, physics, scene

@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from graphengine.format.errors import CheckError
+from graphengine.format.diagnostics import CheckError
 from graphengine.nodes.wheeled_robots.ackermann import AckermannController
 from graphengine.testing import RecordingContext
 from tests.nodes.harness import Player, fed

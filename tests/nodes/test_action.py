@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from graphengine.format.errors import CheckError
+from graphengine.format.diagnostics import CheckError
 from graphengine.node.clock import Clock
 from graphengine.nodes.action.events import OnPlaybackTick, OnTick
 from graphengine.testing import RecordingContext, RecordingWorld

@@ -6,7 +6,8 @@ import uuid
 
 import pytest
 
-from graphengine.format.errors import CheckError, ContextError
+from graphengine.format.diagnostics import CheckError
+from graphengine.format.errors import ContextError
 from graphengine.messages.definitions import DEFINITIONS
 from graphengine.messages.goals import ABORTED, CANCELED, EXECUTING, SUCCEEDED
 from graphengine.node import Node

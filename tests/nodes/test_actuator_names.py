@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from graphengine.format.errors import CheckError, NodeError
+from graphengine.format.diagnostics import CheckError
+from graphengine.format.errors import NodeError
 from tests.nodes.harness import Player
 from tests.physics.mjcf_models import KITCHEN_SINK
 

@@ -7,7 +7,8 @@ from typing import Any
 
 import pytest
 
-from graphengine.format.errors import BadValueError, CheckError, PrimError
+from graphengine.format.diagnostics import CheckError
+from graphengine.format.errors import BadValueError, PrimError
 from graphengine.nodes.conveyor import IsaacConveyor
 from graphengine.testing import RecordingContext
 from tests.nodes.harness import Player, computed, ready

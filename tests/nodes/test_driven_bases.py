@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from graphengine.format.errors import CheckError
+from graphengine.format.diagnostics import CheckError
 from graphengine.physics.simulation import Simulation
 from tests.nodes.harness import Player, Playing
 from tests.physics.bases import (

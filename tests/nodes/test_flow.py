@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from graphengine.format.errors import CheckError
+from graphengine.format.diagnostics import CheckError
 from graphengine.nodes.core.flow import IsaacSimulationGate, OgnIsaacRunOneSimulationFrame, OnPhysicsStep
 from graphengine.testing import RecordingContext, RecordingWorld
 from tests.nodes.harness import Player, ready

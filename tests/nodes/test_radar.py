@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from graphengine.devices.radar import RadarStub
-from graphengine.format.errors import CheckError
+from graphengine.format.diagnostics import CheckError
 from graphengine.nodes.ros2.radar import ROS2RtxRadarHelper
 from graphengine.testing import RecordingContext
 from tests.nodes.harness import HelperBench, Player, read_points, ready

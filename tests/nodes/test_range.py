@@ -7,7 +7,8 @@ import math
 import pytest
 
 from graphengine.devices.range import RangeSensorStub
-from graphengine.format.errors import CheckError, ContextError
+from graphengine.format.diagnostics import CheckError
+from graphengine.format.errors import ContextError
 from graphengine.nodes.ros2.range import RangePublisher
 from graphengine.testing import RecordingContext, check_node
 from tests.nodes.harness import Player, dd100, ready

@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from graphengine.format.errors import CheckError, ContextError, NodeError
+from graphengine.format.diagnostics import CheckError
+from graphengine.format.errors import ContextError, NodeError
 from graphengine.format.files import Files
 from graphengine.format.permissions import LARGEST_FILE, Permissions
 from graphengine.messages.definitions import DEFINITIONS

@@ -6,7 +6,8 @@ from typing import Any
 
 import pytest
 
-from graphengine.format.errors import CheckError, ContextError
+from graphengine.format.diagnostics import CheckError
+from graphengine.format.errors import ContextError
 from graphengine.messages import messages
 from graphengine.messages.definitions import DEFINITIONS
 from graphengine.messages.endpoints import QoS

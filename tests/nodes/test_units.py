@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from graphengine.format.errors import CheckError
+from graphengine.format.diagnostics import CheckError
 from graphengine.nodes.core.units import OgnIsaacScaleToFromStageUnit
 from tests.nodes.data.harness import computed, shown
 from tests.nodes.harness import Player

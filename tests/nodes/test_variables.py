@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from graphengine.format.errors import CheckError
+from graphengine.format.diagnostics import CheckError
 from graphengine.node.variable import Variable
 from graphengine.nodes.action.events import OnVariableChange
 from graphengine.nodes.variables import ReadVariable, WriteVariable

@@ -19,7 +19,8 @@ from graphengine.format.files import shipped
 from graphengine.format.spec import RobotUse
 from graphengine.recording import player as player_module
 from graphengine.recording.player import RecordingPlayer
-from graphengine.runtime.commands import Spawn, parse
+from graphengine.runtime.commands import parse
+from graphengine.runtime.entity_commands import Spawn
 from graphengine.runtime.session_core import SessionCore
 from graphengine.scene.loaded_scene import Options
 from tests.jobs.harness import Recorder as Listener

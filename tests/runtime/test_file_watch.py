@@ -12,7 +12,7 @@ from typing import Any
 import pytest
 
 from graphengine.format import document
-from graphengine.format.errors import CheckError
+from graphengine.format.diagnostics import CheckError
 from graphengine.ros.network import LiveNetwork
 from graphengine.ros.transports.memory.memory import MemoryTransport
 from graphengine.runtime.command_queue import CommandQueue

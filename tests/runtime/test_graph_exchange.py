@@ -9,7 +9,8 @@ from typing import Any
 
 import pytest
 
-from graphengine.format.errors import CheckError, GraphError, NodeError, UsageError
+from graphengine.format.diagnostics import CheckError
+from graphengine.format.errors import GraphError, NodeError, UsageError
 from graphengine.messages import messages
 from graphengine.ros.network import LiveNetwork
 from graphengine.ros.transports.memory.memory import MemoryTransport

@@ -16,7 +16,7 @@ from graphengine.compiler.codegen import source_of
 from graphengine.node.node_class import Node
 from graphengine.ros.network import LiveNetwork
 from graphengine.ros.transports.memory.memory import MemoryTransport
-from graphengine.runtime.commands import Delete
+from graphengine.runtime.entity_commands import Delete
 from graphengine.runtime.session_core import SessionCore
 from graphengine.scene import build
 from graphengine.scene.loaded_scene import LoadedScene

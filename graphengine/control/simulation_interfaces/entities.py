@@ -14,7 +14,7 @@ from graphengine.format.errors import BlockedPoseError, UnknownEntityError
 from graphengine.format.spec import Orientation
 from graphengine.messages import messages
 from graphengine.messages.definitions import DEFINITIONS
-from graphengine.runtime.commands import Delete, Move
+from graphengine.runtime.entity_commands import Delete, Move
 from graphengine.runtime.session_core import SessionCore
 
 WORLD = "world"

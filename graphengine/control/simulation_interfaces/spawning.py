@@ -11,10 +11,11 @@ from pydantic import ValidationError
 from graphengine.control.simulation_interfaces.entities import pose_in_world
 from graphengine.control.simulation_interfaces.resources import name_of, spawnables, use_of
 from graphengine.control.simulation_interfaces.results import OK, RefusedError, code_of, text_of
-from graphengine.format.errors import BlockedPoseError, CheckError, GraphError, PhysicsError, RecordingError
+from graphengine.format.diagnostics import CheckError
+from graphengine.format.errors import BlockedPoseError, GraphError, PhysicsError, RecordingError
 from graphengine.format.spec import Orientation, RobotUse
 from graphengine.messages.definitions import DEFINITIONS
-from graphengine.runtime.commands import Spawn
+from graphengine.runtime.entity_commands import Spawn
 from graphengine.runtime.session_core import SessionCore
 from graphengine.scene.loaded_scene import LoadedScene
 

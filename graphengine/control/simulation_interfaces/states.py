@@ -6,7 +6,8 @@ from typing import Any
 
 from graphengine.control.simulation_interfaces.results import FAILED, RefusedError
 from graphengine.format.errors import GraphError, RecordingError
-from graphengine.runtime.commands import MAX_TICKS, Command, Pause, Play, Quit, Reset, Scope, Step, Stop
+from graphengine.runtime.command import Command
+from graphengine.runtime.commands import MAX_TICKS, Pause, Play, Quit, Reset, Scope, Step, Stop
 from graphengine.runtime.session_core import SessionCore
 
 STOPPED, PLAYING, PAUSED, QUITTING = range(4)

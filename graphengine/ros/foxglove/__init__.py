@@ -9,10 +9,7 @@ from graphengine.format.errors import TransportError
 from graphengine.messages.definitions import Definitions
 
 if TYPE_CHECKING:
-    from graphengine.ros.foxglove.foxglove_server import FoxgloveServer
-
-Address = tuple[str, int]
-"""Host and port to listen on; port 0 selects a free port."""
+    from graphengine.ros.foxglove.foxglove_server import Address, FoxgloveServer
 
 
 def open_server(address: Address, name: str, definitions: Definitions, *, publish: bool = False) -> FoxgloveServer:

@@ -21,10 +21,12 @@ from graphengine.messages.definitions import Definitions
 from graphengine.messages.endpoints import QoS
 from graphengine.messages.message_input import full_type
 from graphengine.messages.qos import settled
-from graphengine.ros.foxglove import Address
 from graphengine.ros.foxglove.publish_gate import PublishGate
 from graphengine.ros.network_graph import Endpoint
 from graphengine.ros.transport import Deliver
+
+Address = tuple[str, int]
+"""Host and port to listen on; port 0 selects a free port."""
 
 ENCODING = "cdr"
 BACKLOG = 256

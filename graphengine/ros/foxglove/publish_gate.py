@@ -14,7 +14,8 @@ import logging
 import socket
 import struct
 import threading
-from typing import TYPE_CHECKING, Any
+from collections.abc import Mapping
+from typing import Any, Protocol
 
 from websockets.asyncio.client import ClientConnection, connect
 from websockets.asyncio.server import ServerConnection, serve
@@ -23,9 +24,6 @@ from websockets.http11 import Request, Response
 from websockets.typing import Subprotocol
 
 from graphengine.format.web_access import has_token, make_token, parse_object
-
-if TYPE_CHECKING:
-    from graphengine.ros.foxglove.foxglove_server import FoxgloveServer
 
 SUBPROTOCOL = Subprotocol("foxglove.sdk.v1")
 MESSAGE_DATA, HEADER = 1, struct.Struct("<BI")
@@ -44,6 +42,19 @@ _quiet.setLevel(logging.CRITICAL + 1)  # websockets logs the bytes of each malfo
 _OPTIONS: Any = {"subprotocols": [SUBPROTOCOL], "compression": None, "close_timeout": CLOSING, "logger": _quiet}
 
 
+class ClientPublishers(Protocol):
+    """Takes what clients publish; `client` is the number of a client, and `channel` its id of a channel."""
+
+    def announce(self, client: int, told: Mapping[str, Any]) -> bool:
+        """Add or remove publishers of a client; return False if the message is about something else."""
+
+    def receive(self, client: int, channel: int, data: bytes) -> None:
+        """Process a client's message."""
+
+    def forget(self, client: int) -> None:
+        """Remove all publishers of a client that has disconnected."""
+
+
 class PublishGate:
     """Serves clients that have the token until `close`.
 
@@ -51,19 +62,19 @@ class PublishGate:
         host: host to listen on.
         port: TCP port; 0 selects a free port.
         inner: URL of the SDK's server.
-        server: takes what clients publish, in the gate's thread.
+        publishers: takes what clients publish, in the gate's thread.
 
     Raises:
         OSError: the address cannot be used.
     """
 
-    def __init__(self, host: str, port: int, inner: str, server: FoxgloveServer) -> None:
+    def __init__(self, host: str, port: int, inner: str, publishers: ClientPublishers) -> None:
         family = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)[0][0]
         self._socket = socket.create_server((host, port), family=family)
         self.port: int = self._socket.getsockname()[1]
         self.token = make_token()
         self._inner = inner
-        self._server = server
+        self._publishers = publishers
         self._numbers = itertools.count()
         self._clients: set[ServerConnection] = set()
         self._loop = asyncio.new_event_loop()
@@ -119,15 +130,15 @@ class PublishGate:
             pass
         finally:
             self._clients.discard(client)
-            self._server.forget(number)
+            self._publishers.forget(number)
 
     def _take(self, client: int, message: str | bytes) -> bool:
         """Pass a message to the run if the client publishes with it; return whether it does."""
         if isinstance(message, str):
-            return self._server.announce(client, parse_object(message) or {})
+            return self._publishers.announce(client, parse_object(message) or {})
         if len(message) < HEADER.size or message[0] != MESSAGE_DATA:
             return False
-        self._server.receive(client, HEADER.unpack_from(message)[1], message[HEADER.size :])
+        self._publishers.receive(client, HEADER.unpack_from(message)[1], message[HEADER.size :])
         return True
 
 

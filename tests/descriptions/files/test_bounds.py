@@ -11,8 +11,7 @@ import pytest
 from graphengine.descriptions.files import bounds, references
 from graphengine.descriptions.files.bounds import MAX_MEMORY
 from graphengine.descriptions.files.references import Library
-from graphengine.format.diagnostics import Findings
-from graphengine.format.errors import CheckError
+from graphengine.format.diagnostics import CheckError, Findings
 from graphengine.format.files import Files
 from graphengine.format.spec import RobotUse
 from graphengine.physics.model import scenery

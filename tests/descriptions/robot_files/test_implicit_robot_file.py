@@ -5,7 +5,8 @@ from __future__ import annotations
 import pytest
 
 from graphengine.devices.entity import Move
-from graphengine.format.errors import CheckError, UsageError
+from graphengine.format.diagnostics import CheckError
+from graphengine.format.errors import UsageError
 from graphengine.format.spec import RobotUse
 from graphengine.physics.loaded_world import LoadedWorld
 from tests.physics.dynamics.things import bounds

@@ -8,8 +8,8 @@ from pathlib import Path
 
 import yaml
 
+from graphengine.cli.node_description import summary
 from graphengine.cli.node_reference import last_part
-from graphengine.cli.nodes import summary
 from graphengine.compiler.graph import Graph
 from graphengine.compiler.registry import default_registry
 from graphengine.drawing import svg

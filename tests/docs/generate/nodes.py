@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from typing import NamedTuple
 
+from graphengine.cli.node_description import summary
 from graphengine.cli.node_reference import code, description, last_part, prose, table
-from graphengine.cli.nodes import summary
 from graphengine.compiler.registry import default_registry
 from graphengine.node.node_class import Node
 from tests.cli.harness import ROOT

@@ -10,7 +10,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from graphengine.format.errors import BadValueError, CheckError
+from graphengine.format.diagnostics import CheckError
+from graphengine.format.errors import BadValueError
 from graphengine.nodes.data.arithmetic import Add, Divide, Increment, Modulo, Multiply, Negate, Subtract
 from tests.nodes.data.harness import computed, shown, typed
 from tests.nodes.harness import Player

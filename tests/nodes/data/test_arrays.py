@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from graphengine.format.errors import CheckError
+from graphengine.format.diagnostics import CheckError
 from graphengine.messages.definitions import DEFINITIONS
 from graphengine.node import Node
 from graphengine.node.node_class import grown

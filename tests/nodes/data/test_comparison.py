@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from graphengine.format.errors import CheckError
+from graphengine.format.diagnostics import CheckError
 from graphengine.nodes.data.comparison import AnyZero, Compare, EachZero, IsZero
 from tests.nodes.data.harness import computed, shown, typed
 from tests.nodes.harness import Player

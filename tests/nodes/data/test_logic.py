@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from graphengine.format.errors import CheckError
+from graphengine.format.diagnostics import CheckError
 from graphengine.node import Node
 from graphengine.nodes.data.logic import BooleanAnd, BooleanExpr, BooleanNand, BooleanNor, BooleanNot, BooleanOr
 from tests.nodes.data.harness import computed, shown

@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from graphengine.format.errors import CheckError
+from graphengine.format.diagnostics import CheckError
 from graphengine.nodes.data import matrices
 from graphengine.nodes.data.matrices import InvertMatrix, MakeMatrix4, MatrixMultiply, TransformVector, Transpose
 from tests.nodes.data.harness import computed, shown, typed

@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from graphengine.format.errors import CheckError
+from graphengine.format.diagnostics import CheckError
 from graphengine.nodes.data.orientation import ORDERS
 from graphengine.nodes.data.rotations import (
     GetMatrix4Quaternion,

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from graphengine.format.errors import CheckError
+from graphengine.format.diagnostics import CheckError
 from graphengine.messages.definitions import DEFINITIONS
 from graphengine.node.node_class import grown
 from graphengine.nodes.data import conversion

@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from graphengine.format.errors import BadValueError, CheckError, ContextError, NodeError
+from graphengine.format.diagnostics import CheckError
+from graphengine.format.errors import BadValueError, ContextError, NodeError
 from graphengine.node.prims.stage_prims import Prims
 from graphengine.node.types import coerce
 from graphengine.node.usd_types import PORT_TYPES, type_of_attribute

@@ -9,7 +9,8 @@ from typing import Any
 
 import pytest
 
-from graphengine.format.errors import BadValueError, CheckError
+from graphengine.format.diagnostics import CheckError
+from graphengine.format.errors import BadValueError
 from graphengine.nodes.prims import WritePrimAttribute
 from graphengine.testing import RecordingContext
 from tests.nodes.harness import Player, Playing, ready

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from graphengine.devices.entity import Move
-from graphengine.format.errors import CheckError, UnknownEntityError
+from graphengine.format.diagnostics import CheckError
+from graphengine.format.errors import UnknownEntityError
 from tests.physics.dynamics.things import BALL, DOOR, SHELF, SPACE, add, bounds, run, world
 from tests.physics.harness import Project
 

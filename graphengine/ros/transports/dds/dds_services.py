@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 
 from cyclonedds.core import DDSException, DDSStatus
 
-from graphengine.messages.definitions import another_definition
+from graphengine.ros.network_graph import another_definition
 from graphengine.ros.transport import DeliverRequest, DeliverResponse
 from graphengine.ros.transports import vendors
 from graphengine.ros.transports.calls import Calls

@@ -1,0 +1,42 @@
+"""The base classes of the commands of a session."""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from typing import Annotated, Any, ClassVar
+
+from pydantic import Field
+
+from graphengine.format.spec import Spec
+from graphengine.runtime.session_core import SessionCore
+
+EntityName = Annotated[str, Field(min_length=1, max_length=1000)]
+
+
+class Command(Spec):
+    """Base class of the commands, which a session executes between two ticks; the fields are the arguments in JSON."""
+
+    recorded: ClassVar[bool] = False
+    """Whether the command affects the simulation; recordings contain only such commands, and replays accept no others."""
+    admitted: ClassVar[bool] = False
+    """Whether `apply` calls `SessionCore.admit`, which refuses the command within a tick and after the session failed."""
+
+    def apply(self, session: SessionCore) -> Any:
+        """Execute the command in the session's thread, between two ticks; return a result that can be written as JSON."""
+        if self.admitted:
+            session.admit()
+        return self._apply(session)
+
+    @abstractmethod
+    def _apply(self, session: SessionCore) -> Any: ...
+
+
+class Change(Command):
+    """Base class of the commands that change the world or nodes; recordings contain them when they succeed."""
+
+    recorded = True
+    admitted = True
+
+    def _record(self, session: SessionCore, **arguments: Any) -> None:
+        """Record that the command was executed, with arguments that mean the same in a replay."""
+        session.note(type(self).__name__.lower(), arguments)

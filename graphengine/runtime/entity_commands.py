@@ -1,0 +1,158 @@
+"""The commands that add, remove, place and push robots and objects, or measure the space around them."""
+
+from __future__ import annotations
+
+import itertools
+from typing import Annotated, Any, Literal
+
+from pydantic import Field, model_validator
+
+from graphengine.devices import entity as entities
+from graphengine.devices.rotation import Pose, Vector3, from_orientation
+from graphengine.format.spec import Orientation, Positive, RobotUse, Vector
+from graphengine.runtime.command import Change, Command, EntityName
+from graphengine.runtime.session_core import SessionCore
+
+
+class _Placing(Change):
+    """Base class of the commands that place an entity at a pose; refused if the entity would overlap others, except a floor."""
+
+    force: bool = False
+    """Whether to place the entity even if it overlaps others; physics then pushes them apart."""
+
+    def _forced(self, session: SessionCore) -> bool:
+        return self.force or session.inbox.replays  # recordings contain only commands that succeeded
+
+
+class Spawn(_Placing):
+    """Add a robot to the scene; `use` has the same keys as an entry of `robots` in a scene file."""
+
+    name: EntityName
+    use: RobotUse
+
+    def _apply(self, session: SessionCore) -> dict[str, Any]:
+        session.roster.add(self.name, self.use, forced=self._forced(session))
+        self._record(session, name=self.name, use=self.use.model_dump(mode="json"))
+        return _overlaps(session, self.name)
+
+
+class Delete(Change):
+    """Remove a robot, its graphs and its topics."""
+
+    name: EntityName
+
+    def _apply(self, session: SessionCore) -> None:
+        session.roster.remove(self.name)
+        self._record(session, name=self.name)
+
+
+class Move(_Placing):
+    """Move a robot or an object of the world. Its joints keep their state; its velocity becomes 0 unless one is given."""
+
+    entity: EntityName
+    position: Annotated[tuple[float, ...], Field(strict=False)] | None = None
+    """Position of the robot's base link, or of the object, in the world, m: [x, y, z], or [x, y] to keep the height."""
+    orientation: Orientation | None = None
+    linear: Vector | None = None
+    """Linear velocity along the axes of the world, m/s."""
+    angular: Vector | None = None
+    """Angular velocity about the axes of the world, rad/s."""
+    odometry: Literal["continues", "jumps"] | None = None
+    """Whether ground-truth odometry continues with its pose before the move (REP 105), or jumps with the entity.
+
+    None stands for `continues`, but in recordings of older versions, which have no such argument, for `jumps`.
+    """
+
+    @model_validator(mode="after")
+    def _something(self) -> Move:
+        given = (self.position, self.orientation, self.linear, self.angular)
+        if not any(value is not None for value in given):
+            raise ValueError("give a position, an orientation, or a velocity")
+        if self.position is not None and len(self.position) not in (2, 3):
+            raise ValueError(f"a position is [x, y] or [x, y, z], not {len(self.position)} numbers")
+        return self
+
+    def _apply(self, session: SessionCore) -> dict[str, Any]:
+        position, turned = self._place(session), self.orientation
+        # A quaternion as it was given, to the last bit, so that a replay does the same.
+        orientation = (turned.quaternion_xyzw or from_orientation(turned)) if turned is not None else None
+        to, world = entities.Move(position, orientation, self.linear, self.angular), session.services.world
+        odometry = self.odometry or ("jumps" if session.inbox.replays else "continues")
+        prim = next((entity.prim_path for entity in world.entities.all() if entity.name == self.entity), "")
+        frame = world.frame(session.services.stage.find(prim)) if prim else None
+        before = frame.pose() if frame is not None else None
+        world.entities.place(self.entity, to, forced=self._forced(session))
+        session.services.disturbed = True
+        if odometry == "continues" and frame is not None and before is not None:
+            _carry(session, prim, before, frame.pose())
+        turn = {"quaternion_xyzw": orientation} if orientation is not None else None
+        where = {"position": position, "orientation": turn, "linear": self.linear, "angular": self.angular}
+        self._record(session, entity=self.entity, odometry=odometry, **where)
+        return _overlaps(session, self.entity)
+
+    def _place(self, session: SessionCore) -> Vector3 | None:
+        if self.position is None:
+            return None
+        x, y, *height = self.position
+        return x, y, height[0] if height else session.services.world.entities.state(self.entity).position[2]
+
+
+def _carry(session: SessionCore, entity: str, before: Pose, after: Pose) -> None:
+    """Tell all nodes that have a method `carry` that the entity at a prim path was moved between two poses in the world."""
+    for node in itertools.chain.from_iterable(run.executor.nodes for run in session.graphs):
+        if (carry := getattr(node, "carry", None)) is not None:
+            carry(entity, before, after)
+
+
+def _overlaps(session: SessionCore, name: str) -> dict[str, Any]:
+    """Return the result of a command that placed an entity: `warnings`, with a text if it overlaps others; log the text."""
+    text = entities.warning(name, session.services.world.entities.overlaps(name))
+    if text:
+        session.services.log("warning", "", text)
+    return {"warnings": [text] if text else []}
+
+
+class Push(Change):
+    """Apply a force or an impulse to a robot or an object, from the next physics step on; an impulse acts evenly over time."""
+
+    entity: EntityName
+    force: Vector | None = None
+    """Force along the axes of the world, N."""
+    impulse: Vector | None = None
+    """Impulse along the axes of the world, N s."""
+    duration: Positive | None = None
+    """Simulation time over which the force or impulse acts, s; required for a force; default for an impulse: one tick."""
+    at: Vector | None = None
+    """Point in the world at which the force or impulse acts, m; default: the centre of mass."""
+
+    @model_validator(mode="after")
+    def _one_of_two(self) -> Push:
+        if (self.force is None) == (self.impulse is None):
+            raise ValueError("give either a force (N) or an impulse (N s)")
+        if self.force is not None and self.duration is None:
+            raise ValueError("a force needs a duration (s)")
+        return self
+
+    def _apply(self, session: SessionCore) -> None:
+        duration = self.duration or session.clock.delta
+        x, y, z = self.force or self.impulse or (0.0, 0.0, 0.0)
+        force = (x, y, z) if self.force is not None else (x / duration, y / duration, z / duration)
+        session.services.world.entities.push(self.entity, force, duration, self.at)
+        session.services.disturbed = True
+        self._record(session, entity=self.entity, force=force, duration=duration, at=self.at)
+
+
+class Clearance(Command):
+    """Return what stands close to an entity at another position, whichever way it turns there: `near`, a distance (m) by name.
+
+    The state of the simulation does not change. All that the entity can drive over, up to 5 cm high, is left out.
+    """
+
+    entity: EntityName
+    position: Annotated[tuple[float, float], Field(strict=False)]
+    """Position of the entity's prim in the world frame, x and y, m; its height stays."""
+    margin: Annotated[float, Field(ge=0.0, le=10.0)] = 0.0
+    """Largest distance of an obstacle that counts, m."""
+
+    def _apply(self, session: SessionCore) -> dict[str, dict[str, float]]:
+        return {"near": dict(session.services.world.entities.clearance(self.entity, self.position, self.margin))}
