@@ -6,7 +6,6 @@ import math
 
 from graphengine.format.diagnostics import Findings
 from graphengine.physics.description.urdf import TURNING, UrdfJoint
-from graphengine.physics.files.xml import number
 
 _MOST_TURNS = 2
 """Number of turns from zero up to which limits count as radians."""
@@ -16,11 +15,8 @@ _MOST_DEGREES = 720.0
 
 def swapped_limits(joint: UrdfJoint, findings: Findings) -> bool:
     """Warn about a lower limit above the upper one, and return whether the joint has such limits."""
-    limit = joint.element.first("limit")
-    if limit is None or joint.type == "continuous":
-        return False
-    lower, upper = (number(limit.get(end, "0")) or 0.0 for end in ("lower", "upper"))
-    if lower <= upper:
+    limit, lower, upper = joint.element.first("limit"), joint.bounds.lower or 0.0, joint.bounds.upper or 0.0
+    if limit is None or joint.type == "continuous" or lower <= upper:
         return False
     text = f"joint {joint.name!r}: the lower limit {lower:g} is above the upper limit {upper:g}: it moves freely"
     remedy = f'the limits are probably swapped: write lower="{upper:g}" upper="{lower:g}"'

@@ -14,7 +14,8 @@ from graphengine.physics.description.description_reader import read_description
 from graphengine.physics.description.mjcf_actuators import drives_by_joint
 from graphengine.physics.description.mjcf_model import Keyframe
 from graphengine.physics.description.robot_file import RobotFile
-from graphengine.physics.description.urdf import TURNING, Urdf, UrdfJoint, shape_of, track
+from graphengine.physics.description.shapes import kind_of
+from graphengine.physics.description.urdf import TURNING, Urdf, UrdfJoint, track
 from graphengine.physics.files.references import Library
 from graphengine.physics.files.xml import write
 from graphengine.physics.model.drives import Drive, drive_of, in_si
@@ -301,7 +302,7 @@ def _check_directions(file: RobotFile, urdf: Urdf, findings: Findings) -> None:
 
 def _check_colliders(file: RobotFile, urdf: Urdf, findings: Findings) -> None:
     for link, shape in file.spec.wheel_colliders.items():
-        tags = [geometry.tag for collider in urdf.links[link].colliders if (geometry := shape_of(collider)) is not None]
+        tags = [kind_of(collider.geometry) for collider in urdf.links[link].colliders]
         if shape == "ellipsoid" and tags != ["cylinder"]:
             what = listing(tags, "its colliders")
             span = file.key_span("wheel_colliders", link)

@@ -16,7 +16,7 @@ from graphengine.format.spec import RobotUse
 from graphengine.physics.description import mjcf_trial
 from graphengine.physics.description.mjcf_preparation import prepare
 from graphengine.physics.description.mjcf_trial import reason_against
-from graphengine.physics.description.urdf import origin_of
+from graphengine.physics.description.link_parts import origin_of
 from graphengine.physics.dynamics.motion_handles import Joints
 from graphengine.physics.engine import mujoco
 from graphengine.physics.simulation import Simulation
