@@ -8,10 +8,9 @@ from graphengine.devices.rotation import NOWHERE, Pose, from_rpy
 from graphengine.format.diagnostics import Findings
 from graphengine.format.wording import did_you_mean, listing
 from graphengine.physics.description.shapes import Box, Capsule, Colour, Cylinder, Geometry, Mesh, Shape, Sphere
-from graphengine.physics.description.urdf import Inertial
+from graphengine.physics.description.urdf import TERMS, Inertial
 from graphengine.physics.files.xml import Element, number, numbers
 
-_TERMS = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
 _MADE: Mapping[str, tuple[dict[str, int], Callable[..., Geometry]]] = {
     "box": ({"size": 3}, lambda x, y, z: Box((x, y, z))),
     "cylinder": ({"radius": 1, "length": 1}, Cylinder),
@@ -52,7 +51,7 @@ def inertial_of(link: Element, findings: Findings) -> Inertial | None:
     pose, inertia = origin_of(inertial) or NOWHERE, inertial.first("inertia")
     if inertia is None:
         return Inertial(mass, None, pose)
-    terms = numbers(" ".join(inertia.get(term, "0") for term in _TERMS), len(_TERMS))
+    terms = numbers(" ".join(inertia.get(term, "0") for term in TERMS), len(TERMS))
     if terms is None:
         text = f"link {link.get('name')!r}: the inertia must have six numbers, in kg m2"
         findings.add("S103", text, inertia.span)

@@ -17,7 +17,8 @@ from graphengine.physics.description.mjcf_model import MjcfModel, read_keyframes
 from graphengine.physics.description.mjcf_preparation import name_bodies, prepare
 from graphengine.physics.description.mjcf_trial import MAX_MEMORY_BYTES, reason_against
 from graphengine.physics.description.urdf import WORLD, Urdf
-from graphengine.physics.description.urdf_reader import read_urdf
+from graphengine.physics.description.urdf_reader import MAX_LINKS, check_limits
+from graphengine.physics.description.urdf_writer import as_urdf
 from graphengine.physics.engine import REFUSALS, compiled, mujoco
 from graphengine.physics.files.packages import Packages
 from graphengine.physics.files.references import Library
@@ -56,14 +57,14 @@ def read_mjcf(path: Path, library: Library, text: str | None = None) -> Urdf | N
     for actuator, ends in zip(spec.actuators, model.actuator_lengthrange, strict=True):
         actuator.lengthrange = ends  # otherwise each compilation would simulate muscles again
     links = MjcfLinks(model, dict(_meshes(spec, library)), _places(root), root.span)
-    urdf = read_urdf(links.element(spec.modelname), Packages(path.parent, (), library.files), findings)
-    if urdf is None:
+    if len(links.links) > MAX_LINKS:
+        findings.add("S103", f"more than {MAX_LINKS} links", root.span)
         return None
-    for name, pose in links.poses.items():
-        urdf.joints[name].pose = pose
-    for name in links.floating:
-        urdf.joints[name].type = urdf.joints[name].element.attributes["type"] = "floating"
-    floating = [model.joint(i).name for i in range(model.njnt) if model.joint(i).name in links.floating]
+    check_limits(links.joints.values(), findings)
+    packages = Packages(path.parent, (), library.files)
+    document = as_urdf(spec.modelname, links.links.values(), links.joints.values(), root.span)
+    urdf = Urdf(document, packages, links.links, links.joints, links.root)
+    floating = [joint.name for joint in links.joints.values() if joint.type == "floating"]
     urdf.mjcf = MjcfModel(spec, root, links.free, floating, read_actuators(model), keyframes)
     return urdf
 

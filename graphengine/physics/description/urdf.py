@@ -22,7 +22,9 @@ WORLD = "world"
 
 
 Moments = tuple[float, float, float, float, float, float]
-"""Moments of inertia ixx, iyy, izz and products ixy, ixz, iyz, kg m2."""
+"""Moments of inertia and products of inertia, kg m2, in the order of `TERMS`."""
+TERMS = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
+"""Attributes of `inertia` in URDF."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,8 +64,8 @@ class UrdfLink:
 
     @property
     def empty(self) -> bool:
-        """Whether the link is only a frame: it has neither `inertial`, `collision` nor `visual` elements."""
-        return not any(self.element.first(part) for part in ("inertial", "collision", "visual"))
+        """Whether the link is only a frame: it has neither mass, colliders nor visuals."""
+        return self.inertial is None and not self.shapes
 
 
 @dataclass(frozen=True, slots=True)
@@ -147,6 +149,13 @@ class UrdfJoint:
 
 def _positive(limit: float | None) -> float | None:
     return limit if limit is not None and limit > 0 else None
+
+
+def connect(links: Mapping[str, UrdfLink], joints: Mapping[str, UrdfJoint]) -> None:
+    """Add each joint to the links that it connects, in order of the joints."""
+    for joint in joints.values():
+        links[joint.parent].below.append(joint)
+        links[joint.child].carrier = joint
 
 
 @dataclass(frozen=True, slots=True)

@@ -7,7 +7,7 @@ kept in the text that robot_state_publisher publishes.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 
 from graphengine.devices.rotation import Vector3
 from graphengine.format.diagnostics import Findings
@@ -77,16 +77,22 @@ def read_urdf(root: Element, packages: Packages, findings: Findings) -> Urdf | N
         if joint.type not in LEGAL:
             _not_simulated(joint, findings)
         joint.mimic = _mimic(joint, joints, findings)
-    for joint in joints.values():
+    check_limits(joints.values(), findings)
+    return Urdf(root, packages, links, joints, top) if len(findings.errors) == before else None
+
+
+def check_limits(joints: Iterable[UrdfJoint], findings: Findings) -> None:
+    """Add warnings on limits that are probably swapped or in degrees, and a note on joints without limits."""
+    joints = list(joints)
+    for joint in joints:
         check_degrees(joint, findings)
-    boundless = [joint for joint in joints.values() if joint.type in ("revolute", "prismatic") and joint.limits is None]
+    boundless = [joint for joint in joints if joint.type in ("revolute", "prismatic") and joint.limits is None]
     boundless = [joint for joint in boundless if not swapped_limits(joint, findings)]
     if boundless:
         names = listing((joint.name for joint in boundless), "joints")
         findings.add(
             "N103", "joints without limits, or with equal limits, move freely", boundless[0].element.span, names
         )
-    return Urdf(root, packages, links, joints, top) if len(findings.errors) == before else None
 
 
 def _named(root: Element, tag: str, findings: Findings) -> Iterator[Element]:
