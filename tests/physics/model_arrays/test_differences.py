@@ -34,7 +34,9 @@ def lines(model: mujoco.MjModel, before: dict[str, Array], *, exact: bool) -> li
 def test_a_last_bit_is_a_difference_with_its_place_and_its_owner(model: mujoco.MjModel) -> None:
     before = figures(model)
     model.body_pos[2, 0] = math.nextafter(0.3, 1.0)
-    place = "body_pos[2, 0] (body tip): stored 0.3, now 0.30000000000000004; 1 of its elements differ, by up to 5.55e-17"
+    place = (
+        "body_pos[2, 0] (body tip): stored 0.3, now 0.30000000000000004; 1 of its elements differ, by up to 5.55e-17"
+    )
     assert lines(model, before, exact=True) == [place]
     assert lines(model, before, exact=False) == []
     model.body_pos[2, 0] = 0.3 + 1e-11
