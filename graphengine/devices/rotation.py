@@ -86,6 +86,16 @@ def from_rpy(roll: float, pitch: float, yaw: float) -> Quaternion:
     )
 
 
+def to_rpy(q: Quaternion) -> Vector3:
+    """Return the roll, pitch and yaw of a unit quaternion, rad: the angles of which `from_rpy` makes the same rotation."""
+    x, y, z, w = q
+    sine = max(-1.0, min(1.0, 2.0 * (w * y - z * x)))
+    if abs(sine) > 1.0 - 1e-12:  # looking straight up or down: roll and yaw turn about the same axis
+        return 0.0, math.copysign(math.pi / 2, sine), -2.0 * math.copysign(1.0, sine) * math.atan2(x, w)
+    roll = math.atan2(2.0 * (w * x + y * z), 1.0 - 2.0 * (x * x + y * y))
+    return roll, math.asin(sine), math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
+
+
 def yaw_of(q: Quaternion) -> float:
     """Return the yaw of a unit quaternion, rad: its rotation about the fixed z axis after roll and pitch."""
     x, y, z, w = q

@@ -147,7 +147,7 @@ BALL, SIZE, MASS = '<sphere radius=".05"/>', 'size=".4 .3 .1"', '<mass value="5"
             'size=".4 .3"',
             "bot.urdf:4:37: error S103: link 'base_link': box size must be three numbers, not '.4 .3'",
         ),
-        (SIZE, "", "bot.urdf:4:26: error S103: MuJoCo: required attribute missing: 'size'"),
+        (SIZE, "", "bot.urdf:4:26: error S103: link 'base_link': <box> has no attribute 'size'"),
         (
             'radius=".05"',
             'radius="nan"',

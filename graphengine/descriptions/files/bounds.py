@@ -72,7 +72,7 @@ def weigh(
     """Estimate the memory of a model that MuJoCo reads.
 
     Args:
-        root: root element of an MJCF or URDF file, with includes inserted, in which keys replace file names.
+        root: root element of an MJCF file, with includes inserted, in which keys replace file names.
         attached: memory of the largest model that the file may attach, bytes; each `attach` element counts as that much.
         files: contents of the files by key.
         before: memory that is already taken, bytes.
@@ -82,7 +82,6 @@ def weigh(
         `MAX_MEMORY`.
     """
     total, joints, keys, elements, users = before, 0.0, 0.0, 0.0, 0
-    shared: set[tuple[str, str]] = set()
     sizes: dict[tuple[str, str], float] = {}
     pending = [(root, 1.0)]
     while pending:
@@ -92,10 +91,7 @@ def weigh(
         total += copies * (ELEMENT + _asked(element) + (attached if element.tag == "attach" else 0.0))
         used = [name for key, name in element.attributes.items() if key.startswith("file") and name in files]
         for name in used:
-            use, kind = (name, element.get("scale")), (name, element.tag)
-            if root.tag == "robot" and use in shared:  # MuJoCo reads it once for a URDF file
-                continue
-            shared.add(use)
+            kind = name, element.tag
             sizes[kind] = sizes[kind] if kind in sizes else memory_of_file(element.tag, files[name])
             total += sizes[kind] * (_faces(element) / len(used) if element.tag == "texture" else 1.0)
         joints += copies * (element.tag in ("joint", "freejoint"))

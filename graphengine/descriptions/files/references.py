@@ -11,7 +11,7 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 from graphengine.descriptions.files import meshes
-from graphengine.descriptions.files.bounds import HOW_MEMORY_COUNTS, TOO_LARGE, weigh
+from graphengine.descriptions.files.bounds import HOW_MEMORY_COUNTS, MAX_MEMORY, TOO_LARGE, weigh
 from graphengine.descriptions.files.conversion import Foreign, convert_all
 from graphengine.descriptions.files.flat_meshes import THICKNESS, is_flat, thickened
 from graphengine.descriptions.files.mesh_file import LoadedMesh, MeshFile, MeshKind, Outcome
@@ -203,24 +203,42 @@ class Library:
             )
         return self._content(kind.path)
 
-    def weigh(self, root: Element, code: str = "S102", *, nested: bool = False, more: float = 0.0) -> bool:
+    def weigh(self, root: Element, *, nested: bool = False) -> bool:
         """Add the estimated memory of a model to `memory`; return False after an error, that it exceeds the limit.
 
         Args:
-            root: root element of MJCF or URDF, in which keys replace file names.
-            code: code of the error.
+            root: root element of MJCF, in which keys replace file names.
             nested: whether the model may be attached to others; it is counted for each `attach`, instead of here.
-            more: memory that the model takes in addition, bytes.
         """
-        memory, culprit = weigh(root, self._heaviest, self.assets, more if nested else self.memory + more)
+        memory, culprit = weigh(root, self._heaviest, self.assets, 0.0 if nested else self.memory)
         if culprit is not None:
-            what = f"at this <{culprit.tag}> the world and its robots {TOO_LARGE}"
-            self.findings.add(code, what, culprit.span, *HOW_MEMORY_COUNTS)
+            self._too_large(culprit, "S102")
         elif nested:
             self._heaviest = max(self._heaviest, memory)
         else:
             self.memory = memory
         return culprit is None
+
+    def add_memory(self, parts: Iterable[tuple[Element, float]], code: str, more: float) -> bool:
+        """Add the memory of a robot to `memory`; return False after an error, that it exceeds the limit.
+
+        Args:
+            parts: elements of the robot's description, and the estimated memory of each, bytes.
+            code: code of the error.
+            more: memory that the robot takes in addition, bytes.
+        """
+        total = self.memory + more
+        for element, memory in parts:
+            total += memory
+            if total > MAX_MEMORY:
+                self._too_large(element, code)
+                return False
+        self.memory = total
+        return True
+
+    def _too_large(self, element: Element, code: str) -> None:
+        what = f"at this <{element.tag}> the world and its robots {TOO_LARGE}"
+        self.findings.add(code, what, element.span, *HOW_MEMORY_COUNTS)
 
     def _model(self, path: Path, nested: list[Path], text: str | None = None) -> Element | None:
         code = "S102"

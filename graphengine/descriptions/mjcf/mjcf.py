@@ -19,7 +19,8 @@ from graphengine.descriptions.mjcf.mjcf_links import MjcfLinks
 from graphengine.descriptions.mjcf.mjcf_preparation import name_bodies, prepare
 from graphengine.descriptions.mjcf.mjcf_trial import MAX_MEMORY_BYTES, reason_against
 from graphengine.descriptions.urdf.urdf import WORLD, Urdf
-from graphengine.descriptions.urdf.urdf_reader import read_urdf
+from graphengine.descriptions.urdf.urdf_reader import MAX_LINKS, check_limits
+from graphengine.descriptions.urdf.urdf_writer import as_urdf
 from graphengine.format.diagnostics import Findings, Span
 from graphengine.format.wording import listing
 from graphengine.sandbox.confinement import MAX_CPU_SECONDS
@@ -56,14 +57,14 @@ def read_mjcf(path: Path, library: Library, text: str | None = None) -> Urdf | N
     for actuator, ends in zip(spec.actuators, model.actuator_lengthrange, strict=True):
         actuator.lengthrange = ends  # otherwise each compilation would simulate muscles again
     links = MjcfLinks(model, dict(_meshes(spec, library)), _places(root), root.span)
-    urdf = read_urdf(links.element(spec.modelname), Packages(path.parent, (), library.files), findings)
-    if urdf is None:
+    if len(links.links) > MAX_LINKS:
+        findings.add("S103", f"more than {MAX_LINKS} links", root.span)
         return None
-    for name, pose in links.poses.items():
-        urdf.joints[name].pose = pose
-    for name in links.floating:
-        urdf.joints[name].type = urdf.joints[name].element.attributes["type"] = "floating"
-    floating = [model.joint(i).name for i in range(model.njnt) if model.joint(i).name in links.floating]
+    check_limits(links.joints.values(), findings)
+    packages = Packages(path.parent, (), library.files)
+    document = as_urdf(spec.modelname, links.links.values(), links.joints.values(), root.span)
+    urdf = Urdf(document, packages, links.links, links.joints, links.root)
+    floating = [joint.name for joint in links.joints.values() if joint.type == "floating"]
     urdf.mjcf = MjcfModel(spec, root, links.free, floating, read_actuators(model), keyframes)
     return urdf
 

@@ -6,9 +6,9 @@ import textwrap
 from collections.abc import Iterator, Sequence
 from typing import Any
 
-from graphengine.descriptions.files.xml import Element
 from graphengine.descriptions.robot_files.draft import Draft, Entry, Remark
-from graphengine.descriptions.urdf.urdf import WORLD, Urdf, UrdfJoint, UrdfLink, shape_of
+from graphengine.descriptions.urdf.shapes import Box, Capsule, Cylinder, Mesh, Shape, Sphere, kind_of
+from graphengine.descriptions.urdf.urdf import WORLD, Urdf, UrdfJoint, UrdfLink
 from graphengine.format.wording import printable
 from graphengine.format.yaml_text import flow, scalar
 
@@ -89,14 +89,17 @@ def _links(urdf: Urdf) -> Iterator[str]:
         yield printable(", ".join([f"{scalar(link.name)}: {mass}", *shapes]))
 
 
-def _shape(collider: Element) -> str:
-    shape = shape_of(collider)
-    if shape is None:
-        return "no shape"
-    if shape.tag in ("box", "mesh"):
-        return f"{shape.tag} {shape.get('size') or shape.get('filename')}"
-    length = f" and length {shape.get('length')}" if shape.tag != "sphere" else ""
-    return f"{shape.tag} of radius {shape.get('radius')}{length}"
+def _shape(collider: Shape) -> str:
+    kind = kind_of(collider.geometry)
+    match collider.geometry:
+        case Box(size):
+            return f"{kind} {' '.join(f'{length:g}' for length in size)}"
+        case Mesh(filename):
+            return f"{kind} {filename}"
+        case Sphere(radius):
+            return f"{kind} of radius {radius:g}"
+        case Cylinder(radius, length) | Capsule(radius, length):
+            return f"{kind} of radius {radius:g} and length {length:g}"
 
 
 def _joints(draft: Draft) -> Iterator[str]:

@@ -22,7 +22,7 @@ from graphengine.descriptions.sdf.sdf_values import (
     text_at,
     written,
 )
-from graphengine.descriptions.urdf.inertia import TERMS
+from graphengine.descriptions.urdf.urdf import TERMS
 from graphengine.devices.rotation import IDENTITY, Pose, Quaternion, compose, relative, rotate
 from graphengine.format.wording import printable
 

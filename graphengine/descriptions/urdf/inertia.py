@@ -7,12 +7,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from graphengine.descriptions.files.xml import Element, numbers
-from graphengine.descriptions.urdf.urdf import Urdf, UrdfLink
+from graphengine.descriptions.urdf.urdf import Inertial, Urdf, UrdfLink
 from graphengine.format.diagnostics import Findings
 from graphengine.format.wording import listing
 
@@ -24,29 +24,27 @@ LEAST_MOMENT = 1e-14
 """MuJoCo treats moments of inertia up to this value as zero, kg m2."""
 _ROUNDING = 1e-9
 
-TERMS = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
 
-
-def inertials(urdf: Urdf, *, free: bool, findings: Findings) -> dict[str, Element]:
-    """Return an `inertial` element by link name; for a link not in the result, MuJoCo derives the mass from its colliders.
+def inertials(urdf: Urdf, *, free: bool, findings: Findings) -> dict[str, Inertial]:
+    """Return mass and inertia by link name; for a link not in the result, MuJoCo derives them from its colliders.
 
     Colliders have the density of water. A link without mass that is fixed to a link with mass stays without mass.
 
     Args:
         urdf: robot description.
         free: whether the root link can move.
-        findings: receives notes on substituted values, and errors for inertias that are not numbers.
+        findings: receives notes on substituted values.
     """
     links = urdf.links.values()
-    found = {link.name: _given(link) or _sphere(link.element, 0.0, 0.0) for link in links}
+    found = {link.name: _given(link) or _sphere(0.0, 0.0) for link in links}
     groups = list(_weightless(urdf, free=free))
     solid = [link for group in groups for link in group if link.colliders]
     bare = [group[0] for group in groups if not any(link.colliders for link in group)]
     for link in solid:
         del found[link.name]
     for link in bare:
-        found[link.name] = _sphere(link.element, LEAST_MASS, _ball_moment(LEAST_MASS))
-    replaced = [urdf.links[name] for name in found if _mend(found, urdf.links[name], findings)]
+        found[link.name] = _sphere(LEAST_MASS, _ball_moment(LEAST_MASS))
+    replaced = [urdf.links[name] for name in found if _mend(found, urdf.links[name])]
     _tell("moving links without a mass get the mass of their colliders at 1000 kg/m3", solid, findings)
     _tell(f"moving links without mass and colliders get a mass of {LEAST_MASS * 1000:g} g", bare, findings)
     text = (
@@ -57,11 +55,9 @@ def inertials(urdf: Urdf, *, free: bool, findings: Findings) -> dict[str, Elemen
     return found
 
 
-def _given(link: UrdfLink) -> Element | None:
-    """Return the `inertial` element of a link, if it has a mass above zero or states both mass and inertia."""
-    inertial = link.element.first("inertial")
-    stated = inertial is not None and bool(inertial.first("mass") and inertial.first("inertia"))
-    return inertial if link.mass or stated else None
+def _given(link: UrdfLink) -> Inertial | None:
+    """Return the inertia of a link, if it has a mass above zero or states both mass and inertia."""
+    return link.inertial if link.inertial is not None and (link.mass or link.inertial.moments is not None) else None
 
 
 def _tell(text: str, links: list[UrdfLink], findings: Findings) -> None:
@@ -81,26 +77,18 @@ def _weightless(urdf: Urdf, *, free: bool) -> Iterator[list[UrdfLink]]:
             yield group
 
 
-def _mend(found: dict[str, Element], link: UrdfLink, findings: Findings) -> bool:
+def _mend(found: dict[str, Inertial], link: UrdfLink) -> bool:
     """Replace the inertia of a link in `found` if it is physically impossible; return whether it was replaced."""
     inertial = found[link.name]
-    inertia = inertial.first("inertia")
     if link.mass == 0:
         return False
-    inertia = inertia or Element("inertia", {}, inertial.span)  # without one, all terms are 0
-    terms = numbers(" ".join(inertia.get(term, "0") for term in TERMS), len(TERMS))
-    if terms is None:
-        findings.add("S103", f"link {link.name!r}: the inertia must have six numbers, in kg m2", inertia.span)
-        return False
-    xx, yy, zz, xy, xz, yz = terms
+    xx, yy, zz, xy, xz, yz = inertial.moments or (0.0,) * 6
     matrix = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
     instead = mended(matrix, link.mass)
     if instead is matrix:
         return False
-    terms = tuple(float(instead[row, column]) for row, column in ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)))
-    attributes = dict(zip(TERMS, map(repr, terms), strict=True))
-    others = [child for child in inertial.children if child.tag != "inertia"]
-    found[link.name] = Element("inertial", {}, inertial.span, [*others, Element("inertia", attributes, inertia.span)])
+    (xx, xy, xz), (_, yy, yz), (_, _, zz) = instead.tolist()
+    found[link.name] = replace(inertial, moments=(xx, yy, zz, xy, xz, yz))
     return True
 
 
@@ -140,8 +128,6 @@ def _ball_moment(mass: float) -> float:
     return max(0.4 * mass * radius * radius, 2 * LEAST_MOMENT)
 
 
-def _sphere(element: Element, mass: float, moment: float) -> Element:
-    """Return an `inertial` element with a mass, kg, and the same moment of inertia about all axes, kg m2."""
-    moments = dict(zip(TERMS, map(repr, (moment, moment, moment, 0.0, 0.0, 0.0)), strict=True))
-    children = [Element("mass", {"value": repr(mass)}, element.span), Element("inertia", moments, element.span)]
-    return Element("inertial", {}, element.span, children)
+def _sphere(mass: float, moment: float) -> Inertial:
+    """Return a mass, kg, at the origin with the same moment of inertia about all axes, kg m2."""
+    return Inertial(mass, (moment, moment, moment, 0.0, 0.0, 0.0))

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 
-from graphengine.descriptions.files.xml import number
 from graphengine.descriptions.urdf.urdf import TURNING, UrdfJoint
 from graphengine.format.diagnostics import Findings
 
@@ -16,11 +15,8 @@ _MOST_DEGREES = 720.0
 
 def swapped_limits(joint: UrdfJoint, findings: Findings) -> bool:
     """Warn about a lower limit above the upper one, and return whether the joint has such limits."""
-    limit = joint.element.first("limit")
-    if limit is None or joint.type == "continuous":
-        return False
-    lower, upper = (number(limit.get(end, "0")) or 0.0 for end in ("lower", "upper"))
-    if lower <= upper:
+    limit, lower, upper = joint.element.first("limit"), joint.bounds.lower or 0.0, joint.bounds.upper or 0.0
+    if limit is None or joint.type == "continuous" or lower <= upper:
         return False
     text = f"joint {joint.name!r}: the lower limit {lower:g} is above the upper limit {upper:g}: it moves freely"
     remedy = f'the limits are probably swapped: write lower="{upper:g}" upper="{lower:g}"'

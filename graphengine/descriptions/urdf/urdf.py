@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 from graphengine.descriptions.files.packages import Packages
-from graphengine.descriptions.files.xml import Element, number, numbers
-from graphengine.devices.rotation import NOWHERE, Pose, Vector3, compose, from_rpy, multiply, rotate
+from graphengine.descriptions.files.xml import Element
+from graphengine.descriptions.urdf.shapes import Cylinder, Shape, Sphere
+from graphengine.devices.rotation import NOWHERE, Pose, Vector3, compose, multiply, rotate
 
 if TYPE_CHECKING:
     from graphengine.descriptions.actuators.mjcf_model import MjcfModel
@@ -20,27 +21,61 @@ WORLD = "world"
 """Name of a root link that represents the world; a robot with this root link cannot move freely."""
 
 
+Moments = tuple[float, float, float, float, float, float]
+"""Moments of inertia and products of inertia, kg m2, in the order of `TERMS`."""
+TERMS = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
+"""Attributes of `inertia` in URDF."""
+
+
+@dataclass(frozen=True, slots=True)
+class Inertial:
+    """Mass (kg) of a link and its moments of inertia about the axes of `pose`, whose origin is the centre of mass.
+
+    `moments` is None if the description gives only a mass.
+    """
+
+    mass: float
+    moments: Moments | None
+    pose: Pose = NOWHERE
+
+
 @dataclass(slots=True, eq=False)
 class UrdfLink:
-    """A link of a robot description; mass in kg."""
+    """A link of a robot description, with its colliders and visuals in order of the file."""
 
     name: str
     element: Element
-    mass: float
+    inertial: Inertial | None
+    shapes: Sequence[Shape]
     carrier: UrdfJoint | None = None
     """The joint that connects this link to its parent; None for the root."""
     below: list[UrdfJoint] = field(default_factory=list)
     """The joints that connect the children of this link, in order of the file."""
 
     @property
-    def colliders(self) -> list[Element]:
-        """The `collision` elements of the link."""
-        return self.element.all("collision")
+    def mass(self) -> float:
+        """Mass, kg; 0 if the description gives none."""
+        return self.inertial.mass if self.inertial is not None else 0.0
+
+    @property
+    def colliders(self) -> list[Shape]:
+        """The shapes with which the link collides."""
+        return [shape for shape in self.shapes if not shape.visual]
 
     @property
     def empty(self) -> bool:
-        """Whether the link is only a frame: it has neither `inertial`, `collision` nor `visual` elements."""
-        return not any(self.element.first(part) for part in ("inertial", "collision", "visual"))
+        """Whether the link is only a frame: it has neither mass, colliders nor visuals."""
+        return self.inertial is None and not self.shapes
+
+
+@dataclass(frozen=True, slots=True)
+class Bounds:
+    """The numbers of a `limit` element: position (rad or m), effort (N m or N) and velocity (rad/s or m/s); None if absent."""
+
+    lower: float | None = None
+    upper: float | None = None
+    effort: float | None = None
+    velocity: float | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,7 +98,13 @@ class UrdfJoint:
     child: str
     pose: Pose
     axis: Vector3
+    """Axis in the frame of the child link, a unit vector."""
     element: Element
+    stated_axis: Vector3 = (1.0, 0.0, 0.0)
+    """The axis as the description states it, of any length; the physics engine normalises it itself."""
+    bounds: Bounds = Bounds()
+    losses: tuple[float, float] = (0.0, 0.0)
+    """Damping (N m s/rad or N s/m) and friction (N m or N) of the joint."""
     mimic: Mimic | None = None
 
     @property
@@ -74,37 +115,22 @@ class UrdfJoint:
     @property
     def limits(self) -> tuple[float, float] | None:
         """Lower and upper position limit, rad or m; None without limits, or if the lower limit is not below the upper."""
-        limit = self.element.first("limit")
-        if limit is None or self.type == "continuous":
-            return None
-        lower, upper = (number(limit.get(end, "0")) or 0.0 for end in ("lower", "upper"))
-        return (lower, upper) if lower < upper else None
+        lower, upper = self.bounds.lower or 0.0, self.bounds.upper or 0.0
+        return (lower, upper) if self.type != "continuous" and lower < upper else None
 
     @property
     def effort(self) -> float | None:
         """Effort limit, N m or N; None if the description has no limit above zero."""
-        return self._positive("effort")
+        return _positive(self.bounds.effort)
 
     @property
     def velocity(self) -> float | None:
         """Velocity limit, rad/s or m/s; None if the description has no limit above zero."""
-        return self._positive("velocity")
-
-    @property
-    def losses(self) -> tuple[float, float]:
-        """Damping (N m s/rad or N s/m) and friction (N m or N) of the joint, each 0 by default."""
-        dynamics = self.element.first("dynamics")
-        if dynamics is None:
-            return 0.0, 0.0
-        return number(dynamics.get("damping")) or 0.0, number(dynamics.get("friction")) or 0.0
-
-    def _positive(self, name: str) -> float | None:
-        limit = self.element.first("limit")
-        value = number(limit.get(name)) if limit is not None else None
-        return value if value and value > 0 else None
+        return _positive(self.bounds.velocity)
 
     def limit(self, lowest: float, highest: float) -> None:
-        """Set lower and upper position limit, rad or m, in the joint's XML element."""
+        """Set lower and upper position limit, rad or m, also in the joint's XML element."""
+        self.bounds = replace(self.bounds, lower=lowest, upper=highest)
         limit = self.element.first("limit")
         if limit is None:
             limit = Element("limit", {}, self.element.span)
@@ -119,6 +145,17 @@ class UrdfJoint:
             origin = Element("origin", {}, self.element.span)
             self.element.children.insert(0, origin)
         origin.attributes["xyz"] = " ".join(map(repr, position))
+
+
+def _positive(limit: float | None) -> float | None:
+    return limit if limit is not None and limit > 0 else None
+
+
+def connect(links: Mapping[str, UrdfLink], joints: Mapping[str, UrdfJoint]) -> None:
+    """Add each joint to the links that it connects, in order of the joints."""
+    for joint in joints.values():
+        links[joint.parent].below.append(joint)
+        links[joint.child].carrier = joint
 
 
 @dataclass(frozen=True, slots=True)
@@ -164,8 +201,7 @@ class Urdf:
         """Return the centre of mass in the root link's frame, m, with all joints at position zero; the origin without mass."""
         x, y, z, total = 0.0, 0.0, 0.0, self.mass
         for link in self.links.values():
-            inertial = link.element.first("inertial")
-            pose = (origin_of(inertial) if inertial is not None else None) or NOWHERE
+            pose = link.inertial.pose if link.inertial is not None else NOWHERE
             place, _ = compose(self.pose_in_root(link.name), pose)
             share = link.mass / total if total else 0.0
             x, y, z = x + share * place[0], y + share * place[1], z + share * place[2]
@@ -250,13 +286,12 @@ class Urdf:
         if joint.type != "continuous":
             return None
         for collider in self.links[joint.child].colliders:
-            shape, pose = shape_of(collider), origin_of(collider) or NOWHERE
-            radius = number(shape.get("radius")) if shape is not None else None
-            if shape is None or radius is None:
+            shape = collider.geometry
+            if not isinstance(shape, Sphere | Cylinder):
                 continue
-            cosine = sum(a * b for a, b in zip(rotate(pose[1], (0.0, 0.0, 1.0)), joint.axis, strict=True))
-            if shape.tag == "sphere" or (shape.tag == "cylinder" and abs(cosine) > 0.99):
-                return radius, compose(self.pose_in_root(joint.child), pose)[0]
+            cosine = sum(a * b for a, b in zip(rotate(collider.pose[1], (0.0, 0.0, 1.0)), joint.axis, strict=True))
+            if isinstance(shape, Sphere) or abs(cosine) > 0.99:
+                return shape.radius, compose(self.pose_in_root(joint.child), collider.pose)[0]
         return None
 
 
@@ -264,20 +299,3 @@ def track(wheels: Sequence[Wheel]) -> float | None:
     """Return the track width (m): the distance between the outermost wheels along the axle; None if it is zero."""
     distance = max(w.along for w in wheels) - min(w.along for w in wheels) if wheels else 0.0
     return distance if distance > 1e-6 else None
-
-
-def shape_of(element: Element) -> Element | None:
-    """Return the shape element (e.g. `box` or `mesh`) of a `collision` or `visual` element; None if it has none."""
-    geometry = element.first("geometry")
-    return geometry.children[0] if geometry is not None and geometry.children else None
-
-
-def origin_of(element: Element) -> Pose | None:
-    """Return the pose in the `origin` of an element, identity without an `origin`; None if a value is not a number."""
-    origin = element.first("origin")
-    if origin is None:
-        return NOWHERE
-    position, angles = numbers(origin.get("xyz", "0 0 0"), 3), numbers(origin.get("rpy", "0 0 0"), 3)
-    if position is None or angles is None:
-        return None
-    return (position[0], position[1], position[2]), from_rpy(*angles)

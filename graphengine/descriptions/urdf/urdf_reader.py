@@ -7,18 +7,18 @@ kept in the text that robot_state_publisher publishes.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 
 from graphengine.descriptions.files.packages import Packages
 from graphengine.descriptions.files.xml import Element, numbers
 from graphengine.descriptions.urdf.joint_units import check_degrees, swapped_limits
-from graphengine.descriptions.urdf.urdf import MOVING, Mimic, Urdf, UrdfJoint, UrdfLink, origin_of, shape_of
+from graphengine.descriptions.urdf.link_parts import colours_by_name, inertial_of, number_at, origin_of, shapes_of
+from graphengine.descriptions.urdf.urdf import MOVING, Bounds, Mimic, Urdf, UrdfJoint, UrdfLink
 from graphengine.devices.rotation import Vector3
 from graphengine.format.diagnostics import Findings
 from graphengine.format.wording import did_you_mean, listing
 
 LEGAL = (*MOVING, "fixed")
-SHAPES = ("box", "cylinder", "sphere", "capsule", "mesh")
 MAX_LINKS = 2000
 """Maximum number of links of a URDF, and maximum number of its joints."""
 
@@ -60,8 +60,10 @@ def read_urdf(root: Element, packages: Packages, findings: Findings) -> Urdf | N
         if owner.tag in ("link", "joint", "material"):
             _check_numbers(owner, findings)
     links: dict[str, UrdfLink] = {}
+    colours = colours_by_name(root)
     for element in _named(root, "link", findings):
-        links[element.get("name")] = _link(element, findings)
+        name, inertial = element.get("name"), inertial_of(element, findings)
+        links[name] = UrdfLink(name, element, inertial, shapes_of(element, colours, findings))
     joints: dict[str, UrdfJoint] = {}
     for element in _named(root, "joint", findings):
         joint = _joint(element, links, findings)
@@ -75,16 +77,22 @@ def read_urdf(root: Element, packages: Packages, findings: Findings) -> Urdf | N
         if joint.type not in LEGAL:
             _not_simulated(joint, findings)
         joint.mimic = _mimic(joint, joints, findings)
-    for joint in joints.values():
+    check_limits(joints.values(), findings)
+    return Urdf(root, packages, links, joints, top) if len(findings.errors) == before else None
+
+
+def check_limits(joints: Iterable[UrdfJoint], findings: Findings) -> None:
+    """Add warnings on limits that are probably swapped or in degrees, and a note on joints without limits."""
+    joints = list(joints)
+    for joint in joints:
         check_degrees(joint, findings)
-    boundless = [joint for joint in joints.values() if joint.type in ("revolute", "prismatic") and joint.limits is None]
+    boundless = [joint for joint in joints if joint.type in ("revolute", "prismatic") and joint.limits is None]
     boundless = [joint for joint in boundless if not swapped_limits(joint, findings)]
     if boundless:
         names = listing((joint.name for joint in boundless), "joints")
         findings.add(
             "N103", "joints without limits, or with equal limits, move freely", boundless[0].element.span, names
         )
-    return Urdf(root, packages, links, joints, top) if len(findings.errors) == before else None
 
 
 def _named(root: Element, tag: str, findings: Findings) -> Iterator[Element]:
@@ -103,30 +111,6 @@ def _named(root: Element, tag: str, findings: Findings) -> Iterator[Element]:
         else:
             seen[name] = element
             yield element
-
-
-def _link(element: Element, findings: Findings) -> UrdfLink:
-    inertial = element.first("inertial")
-    weight = inertial.first("mass") if inertial is not None else None
-    mass = numbers(weight.get("value"), 1) if weight is not None else (0.0,)
-    if mass is None or mass[0] < 0:
-        assert weight is not None
-        findings.add("S103", f"mass {weight.get('value')!r} is not a number of at least 0 (kg)", weight.place("value"))
-    for part in element.children:
-        if part.tag in ("collision", "visual"):
-            _check_shape(part, element.get("name"), findings)
-    return UrdfLink(element.get("name"), element, mass[0] if mass else 0.0)
-
-
-def _check_shape(part: Element, link: str, findings: Findings) -> None:
-    shape = shape_of(part)
-    if shape is None:
-        findings.add(
-            "S103", f"link {link!r}: a {part.tag} without a shape in its <geometry>", part.span, listing(SHAPES)
-        )
-    elif shape.tag not in SHAPES:
-        near = did_you_mean(shape.tag, SHAPES) or listing(SHAPES)
-        findings.add("S103", f"link {link!r}: unknown shape {shape.tag[:40]!r}", shape.span, near)
 
 
 def _leave_first_parts(owner: Element, findings: Findings) -> None:
@@ -171,26 +155,31 @@ def _joint(element: Element, links: dict[str, UrdfLink], findings: Findings) -> 
             findings.add("S103", f"joint {name!r}: no {tag} link {link!r}", span, near)
             return None
         ends.append(links[link])
-    pose, axis = origin_of(element), _direction(element)
-    if pose is None or (axis is None and kind in MOVING):
+    pose, axis = origin_of(element), _axis(element)
+    length = math.hypot(*axis) if axis is not None else 0.0
+    if pose is None or (not length and kind in MOVING):
         return None  # _check_numbers has added an error
     parent, child = ends
     if child.carrier is not None:
         first = (child.carrier.element.span, "first here")
         findings.add("S103", f"link {child.name!r} has two parents", element.span, related=[first])
         return None
-    joint = UrdfJoint(name, kind, parent.name, child.name, pose, axis or (1.0, 0.0, 0.0), element)
+    stated = axis if axis is not None and length else (1.0, 0.0, 0.0)
+    x, y, z = (part / (length or 1.0) for part in stated)
+    limit, dynamics = element.first("limit"), element.first("dynamics")
+    bounds = Bounds(*(number_at(limit, name) for name in ("lower", "upper", "effort", "velocity")))
+    losses = number_at(dynamics, "damping") or 0.0, number_at(dynamics, "friction") or 0.0
+    joint = UrdfJoint(name, kind, parent.name, child.name, pose, (x, y, z), element, stated, bounds, losses)
     parent.below.append(joint)
     child.carrier = joint
     return joint
 
 
-def _direction(joint: Element) -> Vector3 | None:
-    """Return the axis of a joint as a unit vector; None if the axis is not three numbers, or all are zero."""
+def _axis(joint: Element) -> Vector3 | None:
+    """Return the axis of a joint as it is stated, x by default; None if it is not three numbers."""
     axis = joint.first("axis")
     values = numbers(axis.get("xyz", "1 0 0"), 3) if axis is not None else (1.0, 0.0, 0.0)
-    length = math.hypot(*values) if values is not None else 0.0
-    return (values[0] / length, values[1] / length, values[2] / length) if values is not None and length else None
+    return (values[0], values[1], values[2]) if values is not None else None
 
 
 def _check_numbers(owner: Element, findings: Findings) -> None:

@@ -13,7 +13,8 @@ from graphengine.descriptions.engine import Floats, body_names, collides, mujoco
 from graphengine.descriptions.geoms import extents, mesh_vertices
 from graphengine.descriptions.robot_files.draft import Draft, Remark, WheelShape, rounded
 from graphengine.descriptions.urdf.rollers import NO_ROLLERS, rollers_of
-from graphengine.descriptions.urdf.urdf import TURNING, UrdfJoint, origin_of, shape_of
+from graphengine.descriptions.urdf.shapes import Cylinder, kind_of
+from graphengine.descriptions.urdf.urdf import TURNING, UrdfJoint
 from graphengine.devices.rotation import Vector3, rotate
 from graphengine.physics.importing.trial import trial_model, trial_spec
 
@@ -128,8 +129,8 @@ def _wheel(
     radius, width, offset = size
     centre = joint_at + axle * offset
     on_floor = bool(centre[2] - radius < lowest + 0.25 * radius + 0.002 and abs(axle[2]) < LEVEL)
-    tags = [shape.tag for part in draft.urdf.links[joint.child].colliders if (shape := shape_of(part)) is not None]
-    tag = tags[0] if len(set(tags)) == 1 else "mesh"
+    kinds = {kind_of(collider.geometry) for collider in draft.urdf.links[joint.child].colliders}
+    tag = kinds.pop() if len(kinds) == 1 else "mesh"
     if not on_floor and not rollers and (tag not in ("cylinder", "sphere") or joint.type != "continuous"):
         return None  # a roll of an arm, a lidar that spins
     in_root = root.xmat.reshape(3, 3).T @ (centre - root.xpos)
@@ -235,10 +236,9 @@ def _shape(draft: Draft, wheel: WheelShape) -> None:
 def _crooked(draft: Draft, joint: UrdfJoint) -> Remark | None:
     """Return a remark if a joint turns a cylinder about an axis other than the cylinder's own; else None."""
     colliders = draft.urdf.links[joint.child].colliders
-    shape, pose = (shape_of(colliders[0]), origin_of(colliders[0])) if len(colliders) == 1 else (None, None)
-    if shape is None or pose is None or shape.tag != "cylinder":
+    if len(colliders) != 1 or not isinstance(colliders[0].geometry, Cylinder):
         return None
-    own = rotate(pose[1], (0.0, 0.0, 1.0))
+    own = rotate(colliders[0].pose[1], (0.0, 0.0, 1.0))
     cosine = abs(sum(a * b for a, b in zip(own, joint.axis, strict=True)))
     if cosine > ALIGNED:
         return None

@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 
 from graphengine.descriptions.engine import mujoco
-from graphengine.descriptions.files.xml import Element, numbers
-from graphengine.descriptions.urdf.urdf import shape_of
+from graphengine.descriptions.urdf.shapes import Mesh
 from graphengine.format.diagnostics import Findings
 from graphengine.physics.model.robot import RobotInstance
 
@@ -29,25 +28,23 @@ def check_mesh_units(model: mujoco.MjModel, robots: Iterable[tuple[str, RobotIns
     for prefix, robot in robots:
         for name, mesh in _meshes(robot):
             geom = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_GEOM, f"{prefix}{name}")
-            if geom < 0 or str(mesh.span) in told:
+            if geom < 0 or (place := str(mesh.element.span)) in told:
                 continue
             size = 2.0 * float(model.geom_aabb[geom, 3:].max())
-            scale = numbers(mesh.get("scale", "1 1 1"), 3)
-            if size > LARGEST and scale == (1.0, 1.0, 1.0):
+            if size > LARGEST and mesh.scale == (1.0, 1.0, 1.0):
                 remedy = 'if it is in millimetres, write scale="0.001 0.001 0.001"'
-            elif size < SMALLEST and scale == _MILLI:
+            elif size < SMALLEST and mesh.scale == _MILLI:
                 remedy = "if it is in metres, remove the scale"
             else:
                 continue
-            told.add(str(mesh.span))
-            text = f"the mesh {mesh.get('filename')!r} is {size:.3g} m long"
-            findings.add("W217", text, mesh.place("filename"), remedy)
+            told.add(place)
+            text = f"the mesh {mesh.filename!r} is {size:.3g} m long"
+            findings.add("W217", text, mesh.element.place("filename"), remedy)
 
 
-def _meshes(robot: RobotInstance) -> Iterator[tuple[str, Element]]:
-    """Yield the name of the geom and the element of each mesh of a robot that a URDF or SDF file describes."""
+def _meshes(robot: RobotInstance) -> Iterator[tuple[str, Mesh]]:
+    """Yield the name of the geom and the mesh of each shape of a robot that a URDF or SDF file describes."""
     for link in robot.urdf.links.values() if robot.urdf.mjcf is None else ():
-        for index, part in enumerate(link.element.children):
-            shape = shape_of(part) if part.tag in ("collision", "visual") else None
-            if shape is not None and shape.tag == "mesh":
-                yield f"{link.name}.{index}.0", shape
+        for shape in link.shapes:
+            if isinstance(shape.geometry, Mesh):
+                yield f"{shape.name}.0", shape.geometry

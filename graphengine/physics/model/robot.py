@@ -13,7 +13,8 @@ from graphengine.descriptions.description_reader import read_description
 from graphengine.descriptions.files.references import Library
 from graphengine.descriptions.files.xml import write
 from graphengine.descriptions.robot_files.robot_file import RobotFile
-from graphengine.descriptions.urdf.urdf import TURNING, Urdf, UrdfJoint, shape_of, track
+from graphengine.descriptions.urdf.shapes import kind_of
+from graphengine.descriptions.urdf.urdf import TURNING, Urdf, UrdfJoint, track
 from graphengine.devices.rotation import Quaternion, Vector3, rotate
 from graphengine.format.diagnostics import Findings, Span
 from graphengine.format.robot_spec import RobotSpec, WheelColliderSpec
@@ -301,7 +302,7 @@ def _check_directions(file: RobotFile, urdf: Urdf, findings: Findings) -> None:
 
 def _check_colliders(file: RobotFile, urdf: Urdf, findings: Findings) -> None:
     for link, shape in file.spec.wheel_colliders.items():
-        tags = [geometry.tag for collider in urdf.links[link].colliders if (geometry := shape_of(collider)) is not None]
+        tags = [kind_of(collider.geometry) for collider in urdf.links[link].colliders]
         if shape == "ellipsoid" and tags != ["cylinder"]:
             what = listing(tags, "its colliders")
             span = file.key_span("wheel_colliders", link)

@@ -12,12 +12,8 @@ from graphengine.descriptions.actuators.mjcf_model import MjcfModel
 from graphengine.descriptions.engine import PICTURES, RAYS, RAYS_AND_PICTURES, mujoco
 from graphengine.descriptions.files.bounds import MAX_MEMORY, PAIR
 from graphengine.descriptions.files.references import Library
-from graphengine.descriptions.files.xml import Element
-from graphengine.descriptions.mjcf.mjcf import parse
-from graphengine.descriptions.urdf.element_marks import mark
-from graphengine.descriptions.urdf.for_mujoco import for_mujoco
+from graphengine.descriptions.urdf.mujoco_writer import write_robot
 from graphengine.descriptions.urdf.urdf import WORLD, Mimic, Urdf
-from graphengine.devices.rotation import NOWHERE, Pose, relative
 from graphengine.format.diagnostics import Findings
 from graphengine.format.robot_spec import JointSpec, WheelColliderSpec
 from graphengine.physics.model.materials import against_floor, sentences
@@ -74,20 +70,18 @@ def _of_urdf(robot: RobotInstance, library: Library, findings: Findings) -> mujo
 
     The freely moving link gets a free joint unless the base is fixed to the world.
     """
-    before = len(findings.errors)
     free_link = robot.disabled.free_link
     colours = {name: link.colour for name, link in robot.spec.links.items() if link.colour is not None}
-    element = for_mujoco(robot.urdf, robot.name, library, findings, free=free_link is not None, colours=colours)
-    if len(findings.errors) > before or not library.weigh(element, "S103", more=_memory_of_exclusions(robot)):
-        return None
-    turned = _turn_round(element, robot)
-    spec, _ = parse(element, library, "S103")
-    if spec is None:
-        return None
-    mark(spec, element)
-    for link, (position, (x, y, z, w)) in turned.items():
-        spec.body(link).pos, spec.body(link).quat = position, (w, x, y, z)
-    if free_link is not None:
+    spec = write_robot(
+        robot.urdf,
+        robot.name,
+        library,
+        findings,
+        free_link=free_link,
+        colours=colours,
+        more=_memory_of_exclusions(robot),
+    )
+    if spec is not None and free_link is not None:
         spec.body(free_link).add_freejoint(name=_unused("root", robot.urdf.joints))
     return spec
 
@@ -96,24 +90,6 @@ def _unused(name: str, taken: Collection[str]) -> str:
     while name in taken:
         name += "_"
     return name
-
-
-def _turn_round(element: Element, robot: RobotInstance) -> dict[str, Pose]:
-    """Reverse the chain of links above the freely moving link, because in MuJoCo only topmost bodies can move freely.
-
-    Only fixed joints connect these links; parent and child of each joint are swapped in `element`.
-
-    Returns:
-        the new pose of each body of the chain in its new parent, by link name.
-    """
-    link = robot.urdf.links[robot.disabled.free_link or robot.urdf.root]
-    poses = {link.name: robot.urdf.pose_in_root(link.name)} if link.carrier is not None else {}
-    for carrier in robot.urdf.carriers(link.name):
-        poses[carrier.parent] = relative(carrier.pose, NOWHERE)
-        joint = next(joint for joint in element.all("joint") if joint.get("name") == carrier.name)
-        parent = Element("parent", {"link": carrier.child}, joint.span)
-        joint.children = [parent, Element("child", {"link": carrier.parent}, joint.span)]
-    return poses
 
 
 def _equip_joints(spec: mujoco.MjSpec, robot: RobotInstance) -> None:

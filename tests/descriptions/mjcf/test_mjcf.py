@@ -13,7 +13,7 @@ from graphengine.descriptions.engine import mujoco
 from graphengine.descriptions.mjcf import mjcf_trial
 from graphengine.descriptions.mjcf.mjcf_preparation import prepare
 from graphengine.descriptions.mjcf.mjcf_trial import reason_against
-from graphengine.descriptions.urdf.urdf import origin_of
+from graphengine.descriptions.urdf.link_parts import origin_of
 from graphengine.devices.entity import Move
 from graphengine.devices.rotation import Pose, compose, pose_of, relative
 from graphengine.format.errors import JointError

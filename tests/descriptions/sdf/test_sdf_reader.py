@@ -7,8 +7,9 @@ from pathlib import Path
 
 import pytest
 
-from graphengine.descriptions.urdf.urdf import UrdfJoint, origin_of
-from graphengine.devices.rotation import compose, from_rpy, rotate
+from graphengine.descriptions.urdf.shapes import Box, Capsule, Cylinder, Geometry, Mesh, Sphere
+from graphengine.descriptions.urdf.urdf import UrdfJoint
+from graphengine.devices.rotation import Vector3, compose, from_rpy, rotate
 from tests.descriptions.sdf.harness import BALL, converted, document, errors, joint, link, model, pose, urdf
 
 QUARTER = math.pi / 2
@@ -38,9 +39,7 @@ def test_a_link_lies_in_the_frame_of_its_joint(tmp_path: Path) -> None:
     )
     assert found.joints["j"].pose[0] == pytest.approx((-1.0, 0.2, 1.0))
     (collider,) = found.links["arm"].colliders
-    at = origin_of(collider)
-    assert at is not None
-    place = compose(found.pose_in_root("arm"), at)
+    place = compose(found.pose_in_root("arm"), collider.pose)
     assert place[0] == pytest.approx((-1.0, 0.0, 1.5))
     assert place[1] == pytest.approx((0.0, 0.0, 0.0, 1.0))
 
@@ -48,17 +47,18 @@ def test_a_link_lies_in_the_frame_of_its_joint(tmp_path: Path) -> None:
 def test_what_a_link_holds_may_be_relative_to_any_frame(tmp_path: Path) -> None:
     content = link("base", f'<collision name="c">{pose(0, 0, 1, relative_to="f")}{BALL}</collision>')
     found = urdf(tmp_path, document(model(content + f'<frame name="f">{pose(2)}</frame>')))
-    assert origin_of(found.links["base"].colliders[0]) == ((2.0, 0.0, 1.0), (0.0, 0.0, 0.0, 1.0))
+    assert found.links["base"].colliders[0].pose == ((2.0, 0.0, 1.0), (0.0, 0.0, 0.0, 1.0))
 
 
 def test_masses_are_placed_by_their_pose(tmp_path: Path) -> None:
     moments = "<inertia><ixx>1</ixx><ixy>.1</ixy></inertia>"
     inertial = f"<inertial>{pose(0, 0, 0.5, 0, 0, QUARTER)}<mass>3</mass>{moments}</inertial>"
     found = urdf(tmp_path, document(model(f'<link name="base">{inertial}</link>')))
-    (element,) = found.links["base"].element.all("inertial")
-    assert origin_of(element) == ((0.0, 0.0, 0.5), pytest.approx(from_rpy(0.0, 0.0, QUARTER)))  # type: ignore[comparison-overlap]
-    terms = [part.attributes for part in element.all("inertia")]
-    assert terms == [{"ixx": "1.0", "iyy": "1.0", "izz": "1.0", "ixy": "0.1", "ixz": "0.0", "iyz": "0.0"}]
+    made = found.links["base"].inertial
+    assert made is not None
+    assert made.pose[0] == (0.0, 0.0, 0.5)
+    assert made.pose[1] == pytest.approx(from_rpy(0.0, 0.0, QUARTER))
+    assert made.moments == (1.0, 1.0, 1.0, 0.1, 0.0, 0.0)
     assert found.mass == 3.0
 
 
@@ -74,22 +74,25 @@ def test_a_link_without_mass_weighs_1_kg_unless_it_is_a_mere_frame(tmp_path: Pat
     assert [note.help for note in findings.items] == [("links: f",)]
 
 
-SHAPES = {
-    "<box><size>1 2 3</size></box>": {"size": "1.0 2.0 3.0"},
-    "<cylinder><radius>.1</radius><length>.3</length></cylinder>": {"radius": "0.1", "length": "0.3"},
-    "<capsule><radius>.1</radius><length>.3</length></capsule>": {"radius": "0.1", "length": "0.3"},
-    "<sphere><radius>.4</radius></sphere>": {"radius": "0.4"},
-    "<mesh><uri>meshes/a.stl</uri><scale>1 2 3</scale></mesh>": {"filename": "meshes/a.stl", "scale": "1.0 2.0 3.0"},
-    "<mesh><uri>model://m/a.stl</uri></mesh>": {"filename": "model://m/a.stl"},
+SHAPES: dict[str, Geometry | tuple[str, Vector3]] = {
+    "<box><size>1 2 3</size></box>": Box((1.0, 2.0, 3.0)),
+    "<cylinder><radius>.1</radius><length>.3</length></cylinder>": Cylinder(0.1, 0.3),
+    "<capsule><radius>.1</radius><length>.3</length></capsule>": Capsule(0.1, 0.3),
+    "<sphere><radius>.4</radius></sphere>": Sphere(0.4),
+    "<mesh><uri>meshes/a.stl</uri><scale>1 2 3</scale></mesh>": ("meshes/a.stl", (1.0, 2.0, 3.0)),
+    "<mesh><uri>model://m/a.stl</uri></mesh>": ("model://m/a.stl", (1.0, 1.0, 1.0)),
 }
 
 
 @pytest.mark.parametrize("shape", SHAPES)
 def test_shapes(tmp_path: Path, shape: str) -> None:
     text = document(model(link("base", f'<collision name="c"><geometry>{shape}</geometry></collision>')))
-    (geometry,) = urdf(tmp_path, text).links["base"].colliders[0].all("geometry")
-    assert geometry.children[0].tag == shape[1:].partition(">")[0]
-    assert geometry.children[0].attributes == SHAPES[shape]
+    geometry = urdf(tmp_path, text).links["base"].colliders[0].geometry
+    assert (
+        (geometry.filename, geometry.scale) == SHAPES[shape]
+        if isinstance(geometry, Mesh)
+        else geometry == SHAPES[shape]
+    )
 
 
 @pytest.mark.parametrize(

@@ -5,7 +5,7 @@ from __future__ import annotations
 import struct
 from collections.abc import Sequence
 
-from tests.physics.files.test_meshes import BLUE, RED, collada, instance
+from tests.descriptions.files.test_meshes import BLUE, RED, collada, instance
 
 Triangle = tuple[tuple[float, float, float], ...]
 POINTS = ((0.0, 0.0, 0.0), (0.3, 0.02, 0.01), (0.01, 0.2, 0.0), (0.03, 0.05, 0.15), (0.21, 0.17, 0.11))

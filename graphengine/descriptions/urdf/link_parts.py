@@ -1,0 +1,126 @@
+"""Reads the parts of a link in URDF: mass and inertia, colliders and visuals."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+
+from graphengine.descriptions.files.xml import Element, number, numbers
+from graphengine.descriptions.urdf.shapes import Box, Capsule, Colour, Cylinder, Geometry, Mesh, Shape, Sphere
+from graphengine.descriptions.urdf.urdf import TERMS, Inertial
+from graphengine.devices.rotation import NOWHERE, Pose, from_rpy
+from graphengine.format.diagnostics import Findings
+from graphengine.format.wording import did_you_mean, listing
+
+_MADE: Mapping[str, tuple[dict[str, int], Callable[..., Geometry]]] = {
+    "box": ({"size": 3}, lambda x, y, z: Box((x, y, z))),
+    "cylinder": ({"radius": 1, "length": 1}, Cylinder),
+    "sphere": ({"radius": 1}, Sphere),
+    "capsule": ({"radius": 1, "length": 1}, Capsule),
+}
+"""Attributes of the element of each shape but a mesh, with their counts of numbers, and the geometry of these numbers."""
+SHAPES = ("box", "cylinder", "sphere", "capsule", "mesh")
+
+
+def origin_of(element: Element) -> Pose | None:
+    """Return the pose in the `origin` of an element, identity without an `origin`; None if a value is not a number."""
+    origin = element.first("origin")
+    if origin is None:
+        return NOWHERE
+    position, angles = numbers(origin.get("xyz", "0 0 0"), 3), numbers(origin.get("rpy", "0 0 0"), 3)
+    if position is None or angles is None:
+        return None
+    return (position[0], position[1], position[2]), from_rpy(*angles)
+
+
+def number_at(element: Element | None, attribute: str) -> float | None:
+    """Return the number in an attribute; None without the element or the attribute, or if it is not a number."""
+    return number(element.get(attribute)) if element is not None else None
+
+
+def inertial_of(link: Element, findings: Findings) -> Inertial | None:
+    """Return mass and moments of inertia of a `link` element; None if it states neither. Errors are added to `findings`."""
+    inertial = link.first("inertial")
+    weight = inertial.first("mass") if inertial is not None else None
+    if inertial is None or weight is None:
+        return None
+    mass = number(weight.get("value"))
+    if mass is None or mass < 0:
+        text = f"mass {weight.get('value')!r} is not a number of at least 0 (kg)"
+        findings.add("S103", text, weight.place("value"))
+        return None
+    pose, inertia = origin_of(inertial) or NOWHERE, inertial.first("inertia")
+    if inertia is None:
+        return Inertial(mass, None, pose)
+    terms = numbers(" ".join(inertia.get(term, "0") for term in TERMS), len(TERMS))
+    if terms is None:
+        text = f"link {link.get('name')!r}: the inertia must have six numbers, in kg m2"
+        findings.add("S103", text, inertia.span)
+        return None
+    xx, yy, zz, xy, xz, yz = terms
+    return Inertial(mass, (xx, yy, zz, xy, xz, yz), pose)
+
+
+def colours_by_name(root: Element) -> dict[str, Colour]:
+    """Return the colours of a description by material name. Materials of the root element precede those of visuals."""
+    materials = [*root.all("material"), *(element for element in root.walk() if element.tag == "material")]
+    found: dict[str, Colour] = {}
+    for material in materials:
+        if (colour := _own_colour(material)) is not None:
+            found.setdefault(material.get("name"), colour)
+    return found
+
+
+def _own_colour(material: Element) -> Colour | None:
+    colour = material.first("color")
+    values = numbers(colour.get("rgba"), 4) if colour is not None else None
+    return (values[0], values[1], values[2], values[3]) if values is not None else None
+
+
+def shapes_of(link: Element, colours: Mapping[str, Colour], findings: Findings) -> list[Shape]:
+    """Return the colliders and visuals of a `link` element, in order of the file. Errors are added to `findings`.
+
+    Args:
+        link: element of the link.
+        colours: colours by material name.
+        findings: receives the errors.
+    """
+    return list(_shapes(link, colours, findings))
+
+
+def _shapes(link: Element, colours: Mapping[str, Colour], findings: Findings) -> Iterator[Shape]:
+    name = link.get("name")
+    for index, part in enumerate(link.children):
+        if part.tag not in ("collision", "visual"):
+            continue
+        geometry = _geometry(part, name, findings)
+        material = part.first("material")
+        colour = None
+        if material is not None:
+            colour = _own_colour(material) or colours.get(material.get("name"))
+        if geometry is not None:
+            visual = part.tag == "visual"
+            yield Shape(f"{name}.{index}", visual, geometry, origin_of(part) or NOWHERE, colour, part)
+
+
+def _geometry(part: Element, link: str, findings: Findings) -> Geometry | None:
+    """Return the geometry of a `collision` or `visual` element; None after an error."""
+    holder = part.first("geometry")
+    if holder is None or not holder.children:
+        text = f"link {link!r}: a {part.tag} without a shape in its <geometry>"
+        findings.add("S103", text, part.span, listing(SHAPES))
+        return None
+    shape = holder.children[0]
+    if shape.tag not in SHAPES:
+        near = did_you_mean(shape.tag, SHAPES) or listing(SHAPES)
+        findings.add("S103", f"link {link!r}: unknown shape {shape.tag[:40]!r}", shape.span, near)
+        return None
+    if shape.tag == "mesh":
+        scale = numbers(shape.get("scale", "1 1 1"), 3)
+        return Mesh(shape.get("filename"), (scale[0], scale[1], scale[2]), shape) if scale is not None else None
+    attributes, made = _MADE[shape.tag]
+    if absent := [attribute for attribute in attributes if attribute not in shape.attributes]:
+        text = f"link {link!r}: <{shape.tag}> has no attribute {absent[0]!r}"
+        findings.add("S103", text, shape.span, f'write {absent[0]}="…", in m')
+        return None
+    sizes = numbers(" ".join(map(shape.get, attributes)), sum(attributes.values()))
+    return made(*sizes) if sizes is not None else None

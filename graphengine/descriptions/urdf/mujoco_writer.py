@@ -1,0 +1,251 @@
+"""Writes a robot description onto an MjSpec.
+
+The values are those of MuJoCo's own reader of URDF, to the last bit; links that are only frames, and visuals, are kept. `info` of each element holds its place in the user's file, which MuJoCo's errors repeat.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+
+from graphengine.descriptions.engine import mujoco
+from graphengine.descriptions.files.bounds import ELEMENT, memory_of_file
+from graphengine.descriptions.files.mesh_file import MeshFile
+from graphengine.descriptions.files.references import Library
+from graphengine.descriptions.files.xml import Element, number
+from graphengine.descriptions.urdf.inertia import inertials
+from graphengine.descriptions.urdf.shapes import Box, Capsule, Colour, Cylinder, Geometry, Mesh, Shape, Sphere
+from graphengine.descriptions.urdf.urdf import WORLD, Inertial, Urdf, UrdfJoint
+from graphengine.devices.rotation import NOWHERE, Pose, relative
+from graphengine.format.diagnostics import Findings
+
+_GEOM = mujoco.mjtGeom
+_VISUAL_GROUP = 1
+"""Geom group of visuals in MuJoCo's reader of URDF."""
+_PARTS = 5
+"""Number of elements as which a link, a joint or a shape counts towards the limit of memory."""
+_FROM_GEOMS = {
+    "false": mujoco.mjtInertiaFromGeom.mjINERTIAFROMGEOM_FALSE,
+    "true": mujoco.mjtInertiaFromGeom.mjINERTIAFROMGEOM_TRUE,
+    "auto": mujoco.mjtInertiaFromGeom.mjINERTIAFROMGEOM_AUTO,
+}
+
+
+def write_robot(
+    urdf: Urdf,
+    name: str,
+    library: Library,
+    findings: Findings,
+    *,
+    free_link: str | None,
+    colours: Mapping[str, tuple[float, float, float]],
+    more: float,
+) -> mujoco.MjSpec | None:
+    """Return a description as an MjSpec with a body for each link; None after an error.
+
+    Args:
+        urdf: robot description; it is not changed.
+        name: name of the robot.
+        library: reads the meshes and keeps their data.
+        findings: receives errors, and notes on changed masses and inertias and on shapes that are left out.
+        free_link: link that becomes the topmost body, because only topmost bodies can move freely in MuJoCo; fixed joints
+            connect it to the root. By default the root.
+        colours: colour (red, green, blue from 0 to 1) of visuals without a material, by link name.
+        more: memory that the robot takes in addition, bytes.
+    """
+    before = len(findings.errors)
+    spec = mujoco.MjSpec()
+    spec.modelname, spec.compiler.degree = name, False
+    _set_compiler(spec, urdf, findings)
+    masses = inertials(urdf, free=free_link is not None, findings=findings)
+    meshes = [shape for link in urdf.links.values() for shape in link.shapes if isinstance(shape.geometry, Mesh)]
+    used = [(shape.geometry.element, shape.visual) for shape in meshes if isinstance(shape.geometry, Mesh)]
+    files = library.meshes(used, urdf.packages)
+    shapes = {name: list(_parts(link.shapes, files, findings)) for name, link in urdf.links.items()}
+    if len(findings.errors) > before or not library.add_memory(_memory(urdf, shapes, library), "S103", more):
+        return None
+    spec.assets = library.assets
+    bodies = _add_bodies(spec, urdf, free_link or urdf.root)
+    drawn = {name: (*colour, 1.0) for name, colour in colours.items()}
+    made: dict[str, list[mujoco.MjsMesh]] = {}
+    for link in urdf.links.values():
+        body = bodies[link.name]
+        body.info = str(link.element.span)
+        if link.name in masses:
+            _weigh(body, masses[link.name])
+        _add_geoms(spec, body, shapes[link.name], drawn.get(link.name), made)
+    for joint in urdf.joints.values():
+        if joint.moves:
+            _add_joint(bodies[joint.child], joint)
+    return spec
+
+
+def _set_compiler(spec: mujoco.MjSpec, urdf: Urdf, findings: Findings) -> None:
+    """Apply the settings on inertias in the `<mujoco><compiler>` element of a description; all others are ignored."""
+    settings = [compiler for each in urdf.element.all("mujoco") if (compiler := each.first("compiler")) is not None]
+    for compiler in settings:
+        for key in ("boundmass", "boundinertia"):
+            if key in compiler.attributes:
+                _set(spec, key, number(compiler.get(key)), compiler, "a number", findings)
+        if "balanceinertia" in compiler.attributes:
+            flag = {"true": True, "false": False}.get(compiler.get("balanceinertia"))
+            _set(spec, "balanceinertia", flag, compiler, "true or false", findings)
+        if "inertiafromgeom" in compiler.attributes:
+            chosen = _FROM_GEOMS.get(compiler.get("inertiafromgeom"))
+            _set(spec, "inertiafromgeom", chosen, compiler, "true, false or auto", findings)
+
+
+def _set(spec: mujoco.MjSpec, key: str, value: object, compiler: Element, legal: str, findings: Findings) -> None:
+    if value is None:
+        text = f"<compiler>: {key} must be {legal}, not {compiler.get(key)[:60]!r}"
+        findings.add("S103", text, compiler.place(key))
+    else:
+        setattr(spec.compiler, key, value)
+
+
+Part = tuple[Shape, MeshFile | None, int]
+"""A shape, the file of its mesh or of the part of the mesh with one colour, and the number of the part."""
+
+
+def _parts(shapes: Sequence[Shape], files: Mapping[Element, Sequence[MeshFile]], findings: Findings) -> Iterator[Part]:
+    """Yield the parts of shapes that become geoms: one for each colour of a mesh, none for a shape with a size of 0."""
+    for shape in shapes:
+        geometry = shape.geometry
+        if isinstance(geometry, Mesh):
+            yield from ((shape, file, index) for index, file in enumerate(files.get(geometry.element, ())))
+        elif 0.0 in _sizes(geometry):  # some descriptions use such shapes as placeholders
+            place = shape.element.first("geometry") or shape.element
+            findings.add("N103", "a shape with a size of 0 is left out", place.children[0].span)
+        else:
+            yield shape, None, 0
+
+
+def _sizes(geometry: Geometry) -> Sequence[float]:
+    """Return the sizes of the geom of a geometry: radius and half lengths, m; none for a mesh."""
+    match geometry:
+        case Box(size):
+            return [length / 2 for length in size]
+        case Sphere(radius):
+            return [radius]
+        case Cylinder(radius, length) | Capsule(radius, length):
+            return [radius, length / 2]
+    return []
+
+
+def _memory(urdf: Urdf, shapes: Mapping[str, Sequence[Part]], library: Library) -> Iterator[tuple[Element, float]]:
+    """Yield the estimated memory (bytes) of each link, joint and shape, with its element; a mesh counts for each scale."""
+    shared: set[tuple[str, object]] = set()
+    for link in urdf.links.values():
+        yield link.element, _PARTS * ELEMENT
+        for shape, file, _ in shapes[link.name]:
+            memory = float(_PARTS * ELEMENT)
+            geometry = shape.geometry
+            if file is not None and isinstance(geometry, Mesh) and (use := (file.key, geometry.scale)) not in shared:
+                shared.add(use)
+                memory += memory_of_file("mesh", library.assets[file.key])
+            yield shape.element, memory
+    for joint in urdf.joints.values():
+        yield joint.element, _PARTS * ELEMENT
+
+
+def _add_bodies(spec: mujoco.MjSpec, urdf: Urdf, top: str) -> dict[str, mujoco.MjsBody]:
+    """Add a body for each link below the body of link `top`, depth first; return them by link name.
+
+    The fixed joints between `top` and the root are turned round. A link named `world` is the world itself.
+    """
+    chain = {joint.name: joint for joint in urdf.carriers(top)}
+    poses: dict[str, Pose] = {joint.parent: relative(joint.pose, NOWHERE) for joint in chain.values()}
+    if chain:
+        poses[top] = urdf.pose_in_root(top)
+    below: dict[str, list[str]] = {name: [] for name in urdf.links}
+    for joint in urdf.joints.values():
+        parent, child = (joint.child, joint.parent) if joint.name in chain else (joint.parent, joint.child)
+        below[parent].append(child)
+        if joint.name not in chain:
+            poses[child] = joint.pose
+    bodies: dict[str, mujoco.MjsBody] = {}
+    pending = [(spec.worldbody, top)]
+    while pending:
+        parent_body, name = pending.pop()
+        body = parent_body.add_body(name=name) if name != WORLD else spec.worldbody
+        position, (x, y, z, w) = poses.get(name, NOWHERE)
+        body.pos, body.quat = position, (w, x, y, z)
+        bodies[name] = body
+        pending.extend((body, child) for child in reversed(below[name]))
+    return bodies
+
+
+def _weigh(body: mujoco.MjsBody, inertial: Inertial) -> None:
+    """Set mass and inertia of a body; moments that are all 0 stay undefined."""
+    position, (x, y, z, w) = inertial.pose
+    body.explicitinertial = True
+    body.mass, body.ipos, body.iquat = inertial.mass, position, (w, x, y, z)
+    if inertial.moments is not None and any(inertial.moments):
+        body.fullinertia = inertial.moments
+
+
+def _add_geoms(
+    spec: mujoco.MjSpec,
+    body: mujoco.MjsBody,
+    parts: Sequence[Part],
+    otherwise: Colour | None,
+    made: dict[str, list[mujoco.MjsMesh]],
+) -> None:
+    """Add the geoms of a link. A visual without a colour, and a collider, get the colour of the visual before it.
+
+    Args:
+        spec: receives the meshes.
+        body: body of the link.
+        parts: parts of the shapes of the link.
+        otherwise: colour of visuals without a material.
+        made: meshes so far with each name, with different scales.
+    """
+    colour: Colour | None = None
+    for shape, file, index in parts:
+        position, (x, y, z, w) = shape.pose
+        geom = body.add_geom(name=f"{shape.name}.{index}", pos=position, quat=(w, x, y, z))
+        geom.info = str(shape.element.span)
+        if shape.visual:
+            geom.contype = geom.conaffinity = 0
+            geom.group, geom.density = _VISUAL_GROUP, 0.0
+            own = shape.colour or (file.colour if file is not None else None) or otherwise
+            colour = own or colour
+        if isinstance(shape.geometry, Mesh) and file is not None:
+            geom.type, geom.meshname = _GEOM.mjGEOM_MESH, _mesh(spec, shape.geometry, file.key, made)
+        else:
+            geom.type, sizes = _TYPES[type(shape.geometry)], _sizes(shape.geometry)
+            geom.size[: len(sizes)] = sizes
+        if colour is not None and colour[0] >= 0:
+            geom.rgba = colour
+
+
+_TYPES: Mapping[type, mujoco.mjtGeom] = {
+    Box: _GEOM.mjGEOM_BOX,
+    Sphere: _GEOM.mjGEOM_SPHERE,
+    Cylinder: _GEOM.mjGEOM_CYLINDER,
+    Capsule: _GEOM.mjGEOM_CAPSULE,
+}
+
+
+def _mesh(spec: mujoco.MjSpec, mesh: Mesh, key: str, made: dict[str, list[mujoco.MjsMesh]]) -> str:
+    """Return the name of the mesh of a file with a scale, which is added unless it is there. Further scales get a number."""
+    name = key.rpartition(".")[0] or key
+    known = made.setdefault(name, [])
+    found = next((each for each in known if tuple(each.scale) == mesh.scale), None)
+    if found is None:
+        found = spec.add_mesh(name=f"{name}{len(known)}" if known else name, file=key, scale=mesh.scale)
+        known.append(found)
+    found.info = str(mesh.element.span)
+    return str(found.name)
+
+
+def _add_joint(body: mujoco.MjsBody, joint: UrdfJoint) -> None:
+    kind = mujoco.mjtJoint.mjJNT_SLIDE if joint.type == "prismatic" else mujoco.mjtJoint.mjJNT_HINGE
+    made = body.add_joint(name=joint.name, type=kind, axis=joint.stated_axis)
+    made.info = str(joint.element.span)
+    made.damping[0], made.frictionloss = joint.losses
+    lower, upper = joint.bounds.lower, joint.bounds.upper
+    made.range = lower or 0.0, upper or 0.0
+    if (lower is None) != (upper is None) or made.range[0] > made.range[1]:
+        made.limited = mujoco.mjtLimited.mjLIMITED_FALSE
+    if joint.bounds.effort:
+        made.actfrcrange = -abs(joint.bounds.effort), abs(joint.bounds.effort)
