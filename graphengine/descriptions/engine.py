@@ -51,6 +51,11 @@ NEITHER = 4
 OWN = 5
 """Geom group to which a robot's geoms are moved while its own sensors cast rays, so that the rays pass through the robot."""
 
+TIGHT_SOLREF = (0.005, 1.0)
+"""MuJoCo's `solref` of a weld or of a mimic joint: time constant (s) and damping ratio."""
+TIGHT_SOLIMP = (0.999, 0.9999)
+"""First values of MuJoCo's `solimp` (impedance); 10 N on a weld, or 30 N on a mimic joint, displace it by micrometres."""
+
 
 def body_names(model: mujoco.MjModel) -> list[str]:
     """Return the names of all bodies of a model, in the order of their ids."""

@@ -1,6 +1,7 @@
 """Writes a robot description onto an MjSpec.
 
-The values are those of MuJoCo's own reader of URDF, to the last bit; links that are only frames, and visuals, are kept. `info` of each element holds its place in the user's file, which MuJoCo's errors repeat.
+The values are those of MuJoCo's own reader of URDF, to the last bit; links that are only frames, and visuals, are kept. `info`
+of each element holds its place in the user's file, which MuJoCo's errors repeat.
 """
 
 from __future__ import annotations

@@ -13,10 +13,9 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
-from graphengine.descriptions.engine import Floats, mujoco
+from graphengine.descriptions.engine import TIGHT_SOLIMP, TIGHT_SOLREF, Floats, mujoco
 from graphengine.devices.rotation import Vector3
 from graphengine.format.stateful import Stateful
-from graphengine.physics.model.robot_model import TIGHT_SOLIMP, TIGHT_SOLREF
 
 _WIDE_AWAKE = -1 - mujoco.mjMINAWAKE
 """MuJoCo's `tree_asleep` of a tree of bodies that is fully awake: it may fall asleep only after some steps at rest."""

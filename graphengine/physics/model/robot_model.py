@@ -9,7 +9,7 @@ import numpy as np
 
 from graphengine.descriptions.actuators.drives import Drive, servos
 from graphengine.descriptions.actuators.mjcf_model import MjcfModel
-from graphengine.descriptions.engine import PICTURES, RAYS, RAYS_AND_PICTURES, mujoco
+from graphengine.descriptions.engine import PICTURES, RAYS, RAYS_AND_PICTURES, TIGHT_SOLIMP, TIGHT_SOLREF, mujoco
 from graphengine.descriptions.files.bounds import MAX_MEMORY, PAIR
 from graphengine.descriptions.files.references import Library
 from graphengine.descriptions.urdf.mujoco_writer import write_robot
@@ -21,10 +21,6 @@ from graphengine.physics.model.robot import RobotInstance
 
 _HARD_SOLREF, _HARD_SOLIMP = (0.004, 1.0), (0.99, 0.999)
 """Solver parameters of joint limits. A drive of 1e4 N m/rad exceeds a limit by 0.3 mrad; with MuJoCo's defaults, by 40 mrad."""
-TIGHT_SOLREF = (0.005, 1.0)
-"""MuJoCo's `solref` of a weld or of a mimic joint: time constant (s) and damping ratio."""
-TIGHT_SOLIMP = (0.999, 0.9999)
-"""First values of MuJoCo's `solimp` (impedance); 10 N on a weld, or 30 N on a mimic joint, displace it by micrometres."""
 
 
 def robot_spec(robot: RobotInstance, library: Library, floor: float, findings: Findings) -> mujoco.MjSpec | None:
