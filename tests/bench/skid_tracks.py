@@ -147,7 +147,8 @@ def measure(scene: Path, friction: float) -> tuple[float, float, float, float]:
         for _ in range(3):
             left, right = spins.drive(0.0, arc[1], spot)
             spot /= (left.yaw - right.yaw) / 2.0 / arc[1]
-    even = replace(base, centre=(0.0, 0.0))
+    x, y = np.mean([(wheel.x, wheel.y) for wheel in base.wheels], axis=0)
+    even = replace(base, centre=(1.2 * x, 1.2 * y))
     return 2 * abs(base.wheels[0].y), spot, turning_track(base, friction, *arc), turning_track(even, friction, *arc)
 
 
