@@ -9,11 +9,12 @@ same arcs, with the masses of the description and with the centre of mass in the
 from __future__ import annotations
 
 import json
-import math
+import operator
 import re
 import sys
 import tempfile
-from dataclasses import replace
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -33,34 +34,82 @@ from tests.bench.public_robots import graphrun
 from tests.physics.bases import Base, Wheel
 from tests.physics.dynamics.coulomb_balance import turning_track
 
-_A200, _PANTHER = (
-    next(one for one in (*ROBOTS, *NEVER_TUNED_TO) if one.name == name) for name in ("Clearpath A200", "Panther")
+
+@dataclass(frozen=True)
+class SkidSteered:
+    """A skid-steered robot whose vendor publishes a track.
+
+    Attributes:
+        robot: its description and the arguments of its vendor's launch file.
+        figures: the vendor's file with the track, in the folder of the clones.
+        keys: names of the numbers in that file.
+        track: the track in m, of these numbers in their order.
+    """
+
+    robot: Robot
+    figures: str
+    keys: tuple[str, ...] = ("wheel_separation", "wheel_separation_multiplier")
+    track: Callable[..., float] = operator.mul
+
+    def vendor(self, clones: Path) -> float:
+        """The vendor's track in m."""
+        text = (clones / self.figures).read_text(encoding="utf-8")
+        return self.track(*(float(re.findall(rf"\b{key}\W+([\d.]+)", text)[0]) for key in self.keys))
+
+
+_A200, _PANTHER, _LEO = (
+    next(one for one in (*ROBOTS, *NEVER_TUNED_TO) if one.name == name)
+    for name in ("Clearpath A200", "Panther", "Leo Rover")
 )
 
 
-def _of_clearpath(name: str) -> Robot:
+def _of_clearpath(name: str) -> SkidSteered:
     arguments = tuple(text.replace("a200", name) for text in _A200.arguments)
-    return replace(_A200, name=f"Clearpath {name.upper()}", file=_A200.file.replace("a200", name), arguments=arguments)
+    robot = replace(_A200, name=f"Clearpath {name.upper()}", file=_A200.file.replace("a200", name), arguments=arguments)
+    return SkidSteered(robot, f"clearpath_common/clearpath_control/config/{name}/control.yaml")
 
 
-SKID_STEERED = {
-    "clearpath_control/config/a200/control.yaml": _A200,
-    "clearpath_control/config/j100/control.yaml": _of_clearpath("j100"),
-    "clearpath_control/config/w200/control.yaml": _of_clearpath("w200"),
-    "husarion_ugv_controller/config/WH01_controller.yaml": replace(_PANTHER, name="Husarion Panther"),
-    "husarion_ugv_controller/config/WH05_controller.yaml": replace(
-        _PANTHER, name="Husarion Lynx", file=_PANTHER.file.replace("panther", "lynx")
+def _of_husarion(name: str, controllers: str) -> SkidSteered:
+    robot = replace(_PANTHER, name=f"Husarion {name.title()}", file=_PANTHER.file.replace("panther", name))
+    return SkidSteered(robot, f"husarion_ugv_ros/husarion_ugv_controller/config/{controllers}")
+
+
+def _rosbot(name: str, package: str) -> SkidSteered:
+    controllers = f"{package}_controller/config/diff_drive_controller.yaml"
+    arguments = ("mecanum:=false", "--controllers", f"{{repository}}/{controllers}")
+    robot = Robot(name, f"husarion/{package}_ros", f"{package}_description/urdf/{package}.urdf.xacro", arguments)
+    return SkidSteered(robot, f"{package}_ros/{controllers}")
+
+
+SKID_STEERED = (
+    *(_of_clearpath(name) for name in ("a200", "j100", "w200")),
+    _of_husarion("panther", "WH01_controller.yaml"),
+    _of_husarion("lynx", "WH05_controller.yaml"),
+    _of_clearpath("a300"),
+    _rosbot("Husarion ROSbot 2R", "rosbot"),
+    _rosbot("Husarion ROSbot XL", "rosbot_xl"),
+    SkidSteered(
+        _LEO,
+        "leocore_firmware_ros2/App/Inc/app/parameters.hpp",
+        ("robot_wheel_separation", "robot_angular_velocity_multiplier"),
     ),
-}
-"""Robots by the file with the parameters of their controllers."""
+    SkidSteered(
+        Robot("Pioneer 3-AT", "MobileRobots/amr-ros-config", "description/urdf/pioneer3at.urdf"),
+        "AriaCoda/params/p3at.p",
+        ("DiffConvFactor",),
+        lambda turn_per_speed: 2.0e-3 / turn_per_speed,
+    ),
+)
+"""The first five were the first list, the others the second; each list was written before its first robot was measured."""
 HEAD = (
     "robot", "distance of wheels, m", "on the spot, m", "slow arcs, m", "Coulomb, slow arcs, m", "Coulomb, even loads, m",
     "vendor, m", "spot - vendor", "slow arcs - vendor", "even loads - vendor",
 )  # fmt: skip
 
 
-def row(robot: Robot, controllers: str, clones: Path, folder: Path) -> list[str]:
+def row(one: SkidSteered, clones: Path, folder: Path) -> list[str]:
     """Import a robot into a folder, measure its tracks, and return the cells of its row."""
+    robot = one.robot
     arguments = [text.format(repository=clones / robot.folder) for text in robot.arguments]
     source = ["--from", str(clones / robot.folder / robot.file), "--package-path", str(clones)]
     made = graphrun("new", "robot", *source, *arguments, folder=folder)
@@ -73,9 +122,7 @@ def row(robot: Robot, controllers: str, clones: Path, folder: Path) -> list[str]
     graphrun("calibrate", scene.name, "--write", folder=scene.parent)
     slow = json.loads(graphrun("calibrate", scene.name, "--format", "json", folder=scene.parent).stdout)["track"]
     distance, spot, exact, even = measure(scene, float(friction))
-    text = (clones / robot.folder / controllers).read_text(encoding="utf-8")
-    keys = "wheel_separation", "wheel_separation_multiplier"
-    vendor = math.prod(float(re.findall(rf"{key}: ([\d.]+)", text)[0]) for key in keys)
+    vendor = one.vendor(clones)
     lengths = [f"{each:.3f}" for each in (distance, spot, slow, exact, even, vendor)]
     return [robot.name, *lengths, *(f"{each / vendor - 1:+.1%}" for each in (spot, slow, even))]
 
@@ -93,30 +140,33 @@ def measure(scene: Path, friction: float) -> tuple[float, float, float, float]:
     )
     with Session(Runner(loaded, RunOptions(domain=0))) as sim:
         drives = DriveRecorder(sim, robot.name, command, (), None)
-        base = _base(sim, [robot.urdf.pose_in_root(robot.urdf.joints[name].child)[0] for name in robot.drives])
         spins = ArcDrives(sim, drives, sim.checkpoint(), inputs)
+        sim.step(60)
+        base = _base(sim)
         spot = turning_track(base, friction, 0.0, arc[1])
         for _ in range(3):
             left, right = spins.drive(0.0, arc[1], spot)
             spot /= (left.yaw - right.yaw) / 2.0 / arc[1]
-    even = replace(base, centre=(0.0, 0.0))
+    x, y = np.mean([(wheel.x, wheel.y) for wheel in base.wheels], axis=0)
+    even = replace(base, centre=(1.2 * x, 1.2 * y))
     return 2 * abs(base.wheels[0].y), spot, turning_track(base, friction, *arc), turning_track(even, friction, *arc)
 
 
-def _base(sim: Session, places: list[tuple[float, float, float]]) -> Base:
-    """The look-alike of a robot at rest for the balance, whose `radius` is the height of the centre of mass."""
+def _base(sim: Session) -> Base:
+    """The look-alike of a robot at rest for the balance: wheels where it touches the floor, `radius` the height of its centre."""
     world = sim._runner.session.services.world
     model, data = world.model, world.data  # type: ignore[attr-defined]
     mujoco.mj_forward(model, data)
     (root,) = np.flatnonzero((model.body_parentid == 0) & (model.body_dofnum == 6))
-    centre, mass = data.subtree_com[root] - data.xpos[root], float(model.body_subtreemass[root])
-    x, y, _ = data.xmat[root].reshape(3, 3).T @ centre
-    wheels = tuple(Wheel(str(number), *place[:2]) for number, place in enumerate(places))
+    place, turn = data.xpos[root], data.xmat[root].reshape(3, 3).T
+    wheels = tuple(Wheel(str(number), *(turn @ (point.pos - place))[:2]) for number, point in enumerate(data.contact))
+    x, y, _ = turn @ (data.subtree_com[root] - place)
+    mass = float(model.body_subtreemass[root])
     return Base("robot", wheels, float(data.subtree_com[root][2]), 0.0, mass / 1.2, centre=(1.2 * x, 1.2 * y))
 
 
 if __name__ == "__main__":
     print("| " + " | ".join(HEAD) + " |\n|" + "---|" * len(HEAD))
-    for path, each in SKID_STEERED.items():
+    for each in SKID_STEERED:
         with tempfile.TemporaryDirectory() as place:
-            print("| " + " | ".join(row(each, path, Path(sys.argv[1]).resolve(), Path(place))) + " |", flush=True)
+            print("| " + " | ".join(row(each, Path(sys.argv[1]).resolve(), Path(place))) + " |", flush=True)

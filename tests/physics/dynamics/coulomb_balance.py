@@ -1,4 +1,4 @@
-"""The planar balance of forces on a base with four skidding wheels, by Coulomb's law."""
+"""The planar balance of forces on a base with skidding wheels, by Coulomb's law."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def balanced(base: Base, along: float, across: float, left: float, right: float)
         ahead, aside, turn = twist
         forces = -mass * turn * (aside + turn * centre[0]), mass * turn * (ahead - turn * centre[1])
         moments = weight * centre - base.radius * np.array(forces)
-        loads = weight / 4 + moments[0] * x / np.sum(x * x) + moments[1] * y / np.sum(y * y)
+        loads = weight / len(x) + moments[0] * x / np.sum(x * x) + moments[1] * y / np.sum(y * y)
         sliding = ahead - turn * y - rims, aside + turn * x
         length = np.sqrt((along * sliding[0]) ** 2 + (across * sliding[1]) ** 2 + rounding**2)
         pull, push = -loads * along**2 * sliding[0] / length, -loads * across**2 * sliding[1] / length

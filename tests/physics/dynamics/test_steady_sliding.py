@@ -30,9 +30,10 @@ def wheels(across: float) -> str:
     return f"materials:\n  wheels: {{dynamic_friction: 1.0, {more}, bind: [{', '.join(FOUR)}]}}\n"
 
 
-def load(project: Project, base: Base, across: float) -> Simulation:
+def load(project: Project, base: Base, across: float, collider: str = "ellipsoid") -> Simulation:
     project.write("world.xml", '<mujoco><worldbody><geom type="plane" size="0 0 1"/></worldbody></mujoco>')
-    base.write(project, wheels(across), 2000.0)
+    for file, text in base.files(wheels(across), 2000.0).items():
+        project.write(file, text.replace(": ellipsoid", f": {collider}"))
     project.write("scene.yaml", ON_THE_FLOOR.format(height=base.radius))
     return project.load().simulation
 
@@ -68,6 +69,21 @@ def test_a_skidding_base_moves_on_arcs_as_the_balance_of_coulomb_forces_says(
         assert math.hypot(*found[:2]) == pytest.approx(math.hypot(*expected[:2]), rel=0.05), (speed, turn)
         assert found[2] == pytest.approx(expected[2], rel=0.05), (speed, turn)
         assert sideslip(found) == pytest.approx(sideslip(expected), abs=math.radians(3.0)), (speed, turn)
+
+
+@pytest.mark.parametrize(("collider", "places"), [("ellipsoid", (0.0,)), ("as_urdf", (0.5, -0.5))])
+def test_ellipsoids_slide_in_the_middle_of_the_wheels_and_cylinders_at_both_rims(
+    project: Project, collider: str, places: tuple[float, ...]
+) -> None:
+    wide = replace(LONG, width=0.2)
+    points = tuple(replace(wheel, y=wheel.y + place * wide.width) for wheel in wide.wheels for place in places)
+    simulation = load(project, wide, 1.0, collider)
+    left, right = rims(wide, 1.0, 0.0, 0.5)
+    found, expected = (
+        drive(simulation, wide, left, right),
+        balanced(replace(wide, wheels=points), 1.0, 1.0, left, right),
+    )
+    assert found[2] == pytest.approx(expected[2], rel=0.01)
 
 
 @pytest.mark.parametrize("across", [0.18, 0.3, 1.0])
