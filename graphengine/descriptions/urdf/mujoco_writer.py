@@ -16,7 +16,7 @@ from graphengine.descriptions.files.xml import Element, number
 from graphengine.descriptions.urdf.inertia import inertials
 from graphengine.descriptions.urdf.shapes import Box, Capsule, Colour, Cylinder, Geometry, Mesh, Shape, Sphere
 from graphengine.descriptions.urdf.urdf import WORLD, Inertial, Urdf, UrdfJoint
-from graphengine.devices.rotation import NOWHERE, Pose, relative
+from graphengine.devices.rotation import NOWHERE, Pose, Quaternion, Vector3, relative
 from graphengine.format.diagnostics import Findings
 
 _GEOM = mujoco.mjtGeom
@@ -154,9 +154,10 @@ def _add_bodies(spec: mujoco.MjSpec, urdf: Urdf, top: str) -> dict[str, mujoco.M
     The fixed joints between `top` and the root are turned round. A link named `world` is the world itself.
     """
     chain = {joint.name: joint for joint in urdf.carriers(top)}
-    poses: dict[str, Pose] = {joint.parent: relative(joint.pose, NOWHERE) for joint in chain.values()}
+    turned: dict[str, Pose] = {joint.parent: relative(joint.pose, NOWHERE) for joint in chain.values()}
     if chain:
-        poses[top] = urdf.pose_in_root(top)
+        turned[top] = urdf.pose_in_root(top)
+    poses: dict[str, Pose] = {}
     below: dict[str, list[str]] = {name: [] for name in urdf.links}
     for joint in urdf.joints.values():
         parent, child = (joint.child, joint.parent) if joint.name in chain else (joint.parent, joint.child)
@@ -168,18 +169,26 @@ def _add_bodies(spec: mujoco.MjSpec, urdf: Urdf, top: str) -> dict[str, mujoco.M
     while pending:
         parent_body, name = pending.pop()
         body = parent_body.add_body(name=name) if name != WORLD else spec.worldbody
-        position, (x, y, z, w) = poses.get(name, NOWHERE)
-        body.pos, body.quat = position, (w, x, y, z)
+        if name in turned:
+            body.pos, (x, y, z, w) = turned[name]
+            body.quat = (w, x, y, z)
+        else:
+            body.pos, body.quat = _at(poses.get(name, NOWHERE))
         bodies[name] = body
         pending.extend((body, child) for child in reversed(below[name]))
     return bodies
 
 
+def _at(pose: Pose) -> tuple[Vector3, Quaternion]:
+    """Return the position and the quaternion (w, x, y, z) of a pose; zeros of the quaternion are positive, as MuJoCo's are."""
+    position, (x, y, z, w) = pose
+    return position, (w + 0.0, x + 0.0, y + 0.0, z + 0.0)
+
+
 def _weigh(body: mujoco.MjsBody, inertial: Inertial) -> None:
     """Set mass and inertia of a body; moments that are all 0 stay undefined."""
-    position, (x, y, z, w) = inertial.pose
-    body.explicitinertial = True
-    body.mass, body.ipos, body.iquat = inertial.mass, position, (w, x, y, z)
+    body.explicitinertial, body.mass = True, inertial.mass
+    body.ipos, body.iquat = _at(inertial.pose)
     if inertial.moments is not None and any(inertial.moments):
         body.fullinertia = inertial.moments
 
@@ -202,8 +211,8 @@ def _add_geoms(
     """
     colour: Colour | None = None
     for shape, file, index in parts:
-        position, (x, y, z, w) = shape.pose
-        geom = body.add_geom(name=f"{shape.name}.{index}", pos=position, quat=(w, x, y, z))
+        position, rotation = _at(shape.pose)
+        geom = body.add_geom(name=f"{shape.name}.{index}", pos=position, quat=rotation)
         geom.info = str(shape.element.span)
         if shape.visual:
             geom.contype = geom.conaffinity = 0
@@ -245,8 +254,9 @@ def _add_joint(body: mujoco.MjsBody, joint: UrdfJoint) -> None:
     made.info = str(joint.element.span)
     made.damping[0], made.frictionloss = joint.losses
     lower, upper = joint.bounds.lower, joint.bounds.upper
-    made.range = lower or 0.0, upper or 0.0
-    if (lower is None) != (upper is None) or made.range[0] > made.range[1]:
-        made.limited = mujoco.mjtLimited.mjLIMITED_FALSE
+    if joint.type != "continuous":
+        made.range = 0.0 if lower is None else lower, 0.0 if upper is None else upper
+        if (lower is None) != (upper is None) or made.range[0] > made.range[1]:
+            made.limited = mujoco.mjtLimited.mjLIMITED_FALSE
     if joint.bounds.effort:
         made.actfrcrange = -abs(joint.bounds.effort), abs(joint.bounds.effort)
