@@ -27,8 +27,8 @@ from graphengine.format.wording import did_you_mean, listing
 from graphengine.runtime.addresses import NodePort, find_port_at, find_ports
 
 if TYPE_CHECKING:
-    from graphengine.runtime.playback import SessionState
     from graphengine.runtime.reloading import Reloaded
+    from graphengine.runtime.run_control import SessionState
     from graphengine.runtime.session_core import SavedSession as InnerCheckpoint
     from graphengine.runtime.session_core import SessionCore as InnerSession
     from graphengine.runtime.ticker import ResetScope

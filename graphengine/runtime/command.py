@@ -31,7 +31,7 @@ class Command(Spec):
     def _apply(self, session: SessionCore) -> Any: ...
 
 
-class Change(Command):
+class ChangeCommand(Command):
     """Base class of the commands that change the world or nodes; recordings contain them when they succeed."""
 
     recorded = True

@@ -25,7 +25,7 @@ from graphengine.format.wording import shown, unknown
 from graphengine.messages.names import join_namespaces
 from graphengine.node.mailbox import find_impulses
 from graphengine.runtime.addresses import find_ports, find_variable_at
-from graphengine.runtime.command import Change, Command, EntityName
+from graphengine.runtime.command import ChangeCommand, Command, EntityName
 from graphengine.runtime.entity_commands import Clearance, Delete, Move, Push, Spawn
 from graphengine.runtime.pacer import SLOWEST
 from graphengine.runtime.session_core import SessionCore
@@ -107,7 +107,7 @@ class Rate(Command):
         session.pace = self.factor
 
 
-class Set(Change):
+class Set(ChangeCommand):
     """Set unwired inputs of nodes to a value; `stop` and `reset` keep the value. After an error, no input has changed."""
 
     address: EntityName
@@ -128,7 +128,7 @@ class Set(Change):
         self._record(session, address=self.address, value=self.value)
 
 
-class Assign(Change):
+class Assign(ChangeCommand):
     """Set a variable of a graph, as a WriteVariable node does; `stop` and a reset of the time restore its initial value."""
 
     graph: EntityName
@@ -143,7 +143,7 @@ class Assign(Change):
         self._record(session, graph=self.graph, variable=self.variable, value=self.value)
 
 
-class Impulse(Change):
+class Impulse(ChangeCommand):
     """Fire an OnImpulseEvent node in the next tick; several impulses before a tick count as one."""
 
     node: EntityName
@@ -156,7 +156,7 @@ class Impulse(Change):
         self._record(session, node=path)
 
 
-class _Keys(Change):
+class _Keys(ChangeCommand):
     keys: Annotated[
         tuple[EntityName, ...], Field(strict=False, min_length=1, max_length=100), BeforeValidator(_several)
     ]

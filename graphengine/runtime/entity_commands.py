@@ -10,11 +10,11 @@ from pydantic import Field, model_validator
 from graphengine.devices import entity as entities
 from graphengine.devices.rotation import Pose, Vector3, from_orientation
 from graphengine.format.spec import Orientation, Positive, RobotUse, Vector
-from graphengine.runtime.command import Change, Command, EntityName
+from graphengine.runtime.command import ChangeCommand, Command, EntityName
 from graphengine.runtime.session_core import SessionCore
 
 
-class _Placing(Change):
+class _Placing(ChangeCommand):
     """Base class of the commands that place an entity at a pose; refused if the entity would overlap others, except a floor."""
 
     force: bool = False
@@ -36,7 +36,7 @@ class Spawn(_Placing):
         return _overlaps(session, self.name)
 
 
-class Delete(Change):
+class Delete(ChangeCommand):
     """Remove a robot, its graphs and its topics."""
 
     name: EntityName
@@ -112,7 +112,7 @@ def _overlaps(session: SessionCore, name: str) -> dict[str, Any]:
     return {"warnings": [text] if text else []}
 
 
-class Push(Change):
+class Push(ChangeCommand):
     """Apply a force or an impulse to a robot or an object, from the next physics step on; an impulse acts evenly over time."""
 
     entity: EntityName

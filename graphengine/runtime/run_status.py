@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, NamedTuple
 
 if TYPE_CHECKING:
-    from graphengine.runtime.playback import SessionState
+    from graphengine.runtime.run_control import SessionState
     from graphengine.runtime.session_core import SessionCore
 
 WINDOW = 1.0

@@ -12,9 +12,9 @@ from graphengine.compiler.graph import Graph
 from graphengine.format.diagnostics import CheckError
 from graphengine.format.errors import GraphError, StateError, TransportError, UsageError
 from graphengine.runtime.graph_run import GraphRun
-from graphengine.runtime.playback import Playback, SessionState
 from graphengine.runtime.reloading import Reloaded, Reloader
 from graphengine.runtime.roster import Roster
+from graphengine.runtime.run_control import RunControl, SessionState
 from graphengine.runtime.ticker import SCOPES, Exchange, ResetScope, Ticker
 
 MAX_HELD = 1000
@@ -35,8 +35,8 @@ class SavedSession:
     play: tuple[SessionState, str, bool]
 
 
-class SessionCore(Playback):
-    """Changes the state of the simulation between two ticks; `Playback` decides when ticks run.
+class SessionCore(RunControl):
+    """Changes the state of the simulation between two ticks; `RunControl` decides when ticks run.
 
     Not thread-safe: only `interrupt` may be called from another thread; all other calls from other threads must be submitted to
     `queue`. Methods that run ticks or change the simulation raise an error if a node calls them within a tick.

@@ -9,7 +9,7 @@ import pytest
 from graphengine.format.errors import StateError
 from graphengine.runtime.command_queue import CommandQueue
 from graphengine.runtime.pacer import Pacer
-from graphengine.runtime.playback import IDLE
+from graphengine.runtime.run_control import IDLE
 from graphengine.runtime.session_core import SessionCore
 from tests.compiler.conftest import MakePlay
 

@@ -35,7 +35,7 @@ class WaitingCommands(Protocol):
         """Reject all waiting and all later commands."""
 
 
-class Playback:
+class RunControl:
     """Runs ticks while the session plays, and single ticks while it is paused.
 
     Args:
