@@ -179,7 +179,7 @@ class Generator:
         return "<inertia " + " ".join(f'{name}="{value}"' for name, value in written.items()) + "/>"
 
     def shape(self, *, solid: bool) -> str:
-        """Return a shape; a shape in six is a placeholder of size zero."""
+        """Return a shape; some are placeholders with a size of zero."""
         zero = self.chance(0.06)
         size = 0.0 if zero else self.between(0.01, 0.3)
         other, third = self.between(0.01, 0.3), self.between(0.01, 0.3)
@@ -328,6 +328,8 @@ class Generator:
         wheel = Link("wheel", mass=1.0, shapes=["cylinder"])
         shape = f'<origin rpy="{QUARTER} 0 0"/><geometry><cylinder radius="0.1" length="0.04"/></geometry>'
         wheel.parts = [f'<inertial><mass value="1"/>{self._inertia(1.0)}</inertial>', f"<collision>{shape}</collision>"]
+        shown = [name for name in self.meshes if name not in ("part.stl", "part.obj")]
+        wheel.parts += [f'<visual><geometry><mesh filename="meshes/{name}"/></geometry></visual>' for name in shown]
         self.links.append(wheel)
         text = '<parent link="body"/><child link="wheel"/><axis xyz="0 1 0"/>'
         joint = Joint(
@@ -349,7 +351,7 @@ class Generator:
         if self.seed % 3:
             links, joints = self.mixed(links), self.mixed(joints)
         content = [*links, *joints] if self.chance(0.5) else [*joints, *links]
-        extra = [COMPILERS[self.seed % len(COMPILERS)]] if self.seed % 2 else []
+        extra = [COMPILERS[self.seed // 2 % len(COMPILERS)]] if self.seed % 2 else []
         extra += [self.one_of(GAZEBO).format(self.one_of(self.links).name) for _ in range(int(3 * self._random()))]
         extra += ["<gazebo><static>true</static></gazebo>"] if self.root == "static" else []
         extra += ['<transmission name="t"><type>SimpleTransmission</type></transmission>'] if self.chance(0.3) else []

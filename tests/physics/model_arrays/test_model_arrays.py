@@ -38,4 +38,5 @@ def test_a_description_gives_the_same_model_as_before(tmp_path: Path, described:
     model = model_of(described, tmp_path)
     arrays = figures(model)
     found = stored().compare(described.name, arrays, arrays if described.format == "sdf" else stored().of_machine)
-    assert not found, f"{described.name}:\n{told(found, model)}\n{RENEW}"
+    if found:
+        pytest.fail(f"{described.name}:\n{told(found, model)}\n{RENEW}", pytrace=False)
