@@ -76,7 +76,7 @@ class Base:
             raise SystemExit("no graph of the robot takes velocity commands")
         instance = scene.world.robots[robot]
         self.sim = sim
-        self.car = any(inputs_named(scene, "maxWheelRotation"))
+        self.car = any(inputs_named(scene.planned, "maxWheelRotation"))
         self.wheel_base = known_wheel_base(scene) or WheelMeter.described_wheel_base(instance)
         self.steering = limit_of(scene, "maxWheelRotation")
         self.drives = DriveRecorder(sim, robot, command, (), self.wheel_base)
@@ -130,7 +130,7 @@ def _limits(scene: LoadedScene, robot: RobotInstance) -> Limits:
     rim = limit_of(scene, "maxWheelSpeed", "maxWheelVelocity") * limit_of(scene, "wheelRadius", "backWheelRadius")
     track, brakes = limit_of(scene, "wheelDistance"), limit_of(scene, "maxDeceleration", "acceleration")
     lever = track / 2
-    if any(inputs_named(scene, "mecanumAngles")):  # mecanum or omni wheels, whose drives have the ramps
+    if any(inputs_named(scene.planned, "mecanumAngles")):  # mecanum or omni wheels, whose drives have the ramps
         joints = [robot.urdf.joints[name] for name, drive in robot.drives.items() if drive.max_acceleration < math.inf]
         places = [robot.urdf.pose_in_root(joint.child)[0] for joint in joints]
         axes = robot.urdf.axes_in_root()
