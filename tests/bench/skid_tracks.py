@@ -136,7 +136,7 @@ def measure(scene: Path, friction: float) -> tuple[float, float, float, float]:
     assert command is not None
     arc = slow_arc(robot, *limits_of(loaded))
     inputs = tuple(
-        f"{graph.name}/{node.id}.{port.name}" for graph, node, port, _ in inputs_named(loaded, "wheelDistance")
+        f"{graph.name}/{node.id}.{port.name}" for graph, node, port, _ in inputs_named(loaded.planned, "wheelDistance")
     )
     with Session(Runner(loaded, RunOptions(domain=0))) as sim:
         drives = DriveRecorder(sim, robot.name, command, (), None)
