@@ -219,15 +219,14 @@ class Library:
             self.memory = memory
         return culprit is None
 
-    def add_memory(self, parts: Iterable[tuple[Element, float]], code: str, more: float) -> bool:
+    def add_memory(self, parts: Iterable[tuple[Element, float]], code: str) -> bool:
         """Add the memory of a robot to `memory`; return False after an error, that it exceeds the limit.
 
         Args:
             parts: elements of the robot's description, and the estimated memory of each, bytes.
             code: code of the error.
-            more: memory that the robot takes in addition, bytes.
         """
-        total = self.memory + more
+        total = self.memory
         for element, memory in parts:
             total += memory
             if total > MAX_MEMORY:

@@ -62,7 +62,7 @@ def write_robot(
     used = [(shape.geometry.element, shape.visual) for shape in meshes if isinstance(shape.geometry, Mesh)]
     files = library.meshes(used, urdf.packages)
     shapes = {name: list(_parts(link.shapes, files, findings)) for name, link in urdf.links.items()}
-    if len(findings.errors) > before or not library.add_memory(_memory(urdf, shapes, library), "S103", more):
+    if len(findings.errors) > before or not library.add_memory(_memory(urdf, shapes, library, more), "S103"):
         return None
     spec.assets = library.assets
     bodies = _add_bodies(spec, urdf, free_link or urdf.root)
@@ -132,18 +132,20 @@ def _sizes(geometry: Geometry) -> Sequence[float]:
     return []
 
 
-def _memory(urdf: Urdf, shapes: Mapping[str, Sequence[Part]], library: Library) -> Iterator[tuple[Element, float]]:
-    """Yield the estimated memory (bytes) of each link, joint and shape, with its element; a mesh counts for each scale."""
-    shared: set[tuple[str, object]] = set()
+def _memory(
+    urdf: Urdf, shapes: Mapping[str, Sequence[Part]], library: Library, more: float
+) -> Iterator[tuple[Element, float]]:
+    """Yield the estimated memory (bytes) of each part of a robot, with its element; a mesh counts once for each scale."""
+    yield urdf.element, more
+    shared: set[tuple[str, Vector3]] = set()
     for link in urdf.links.values():
         yield link.element, _PARTS * ELEMENT
         for shape, file, _ in shapes[link.name]:
-            memory = float(_PARTS * ELEMENT)
-            geometry = shape.geometry
-            if file is not None and isinstance(geometry, Mesh) and (use := (file.key, geometry.scale)) not in shared:
-                shared.add(use)
-                memory += memory_of_file("mesh", library.assets[file.key])
-            yield shape.element, memory
+            yield shape.element, _PARTS * ELEMENT
+            mesh = shape.geometry
+            if file is not None and isinstance(mesh, Mesh) and (file.key, mesh.scale) not in shared:
+                shared.add((file.key, mesh.scale))
+                yield mesh.element, memory_of_file("mesh", library.assets[file.key])
     for joint in urdf.joints.values():
         yield joint.element, _PARTS * ELEMENT
 
