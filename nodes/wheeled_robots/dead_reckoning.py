@@ -8,6 +8,7 @@ yaw (rad, not wrapped).
 from __future__ import annotations
 
 import math
+import struct
 from collections.abc import Sequence
 
 import numpy as np
@@ -18,6 +19,7 @@ Planar = tuple[float, float, float]
 
 NOT_MEASURED = 1e6
 """Variance of z (m2), roll and pitch (rad2), and of their velocities; it is large, as wheel encoders do not measure them."""
+_MATRICES, _ROW, _COVARIANCE = struct.Struct("54d"), struct.Struct("3d"), struct.Struct("9d")
 _NOT_MEASURED = np.diag([0.0, 0.0, NOT_MEASURED, NOT_MEASURED, NOT_MEASURED, 0.0]).ravel()
 
 
@@ -28,9 +30,9 @@ def moved(pose: Planar, motion: Planar) -> Planar:
     initial direction of the motion, rotated by turn / 2.
     """
     (x, y, yaw), (ahead, left, turn) = pose, motion
-    halfway = yaw + turn / 2.0
-    chord = math.sin(turn / 2.0) / (turn / 2.0) if turn else 1.0
-    cosine, sine = chord * math.cos(halfway), chord * math.sin(halfway)
+    half = turn / 2.0
+    chord = math.sin(half) / half if half else 1.0
+    cosine, sine = chord * math.cos(yaw + half), chord * math.sin(yaw + half)
     return x + ahead * cosine - left * sine, y + ahead * sine + left * cosine, yaw + turn
 
 
@@ -45,12 +47,18 @@ def to_origin(point: tuple[float, float]) -> Floats:
 
 
 class Propagation:
-    """Propagates the covariance of a pose; it keeps its matrices from one motion to the next."""
+    """Propagates the covariance of a pose; it keeps its matrices from one motion to the next.
+
+    With the Jacobians F of the pose after a motion by the pose before it and G by the motion, the covariance P becomes
+    F P F^T + (G N) G^T. Two products of larger matrices, whose blocks of zeros and ones only add terms of 0, round like the
+    three products and the sum, in less time: [F P, (G N) G^T] = [F, G N] [P, 0; 0, G^T], and its product with [F^T; 1].
+    """
 
     def __init__(self) -> None:
-        self._numbers = np.zeros(36)
-        by_pose, self._before, by_motion, self._scaled = self._numbers.reshape(4, 3, 3)
-        self._by_pose, self._by_pose_transposed, self._by_motion_transposed = by_pose, by_pose.T, by_motion.T
+        numbers = np.zeros(18 + 36)
+        self._left, self._right = numbers[:18].reshape(3, 6), numbers[18:].reshape(6, 6)
+        self._both, self._last, self._sum = np.zeros((3, 6)), np.vstack([np.eye(3)] * 2), np.zeros((3, 3))
+        self._matrices, self._row, self._result = numbers.data, self._last[2].data, self._sum.data
 
     def propagate(
         self, covariance: Sequence[float], pose: Planar, after: Planar, turn: float, noise: Planar
@@ -69,16 +77,21 @@ class Propagation:
         (x, y, yaw), (after_x, after_y, _), (ahead, left, about) = pose, after, noise
         north, east, halfway = after_y - y, after_x - x, yaw + turn / 2.0
         cosine, sine, half_north, half_east = math.cos(halfway), math.sin(halfway), north / 2.0, east / 2.0
-        self._numbers[:] = (
-            *(1.0, 0.0, -north, 0.0, 1.0, east, 0.0, 0.0, 1.0),
-            *covariance,
-            *(cosine, -sine, -half_north, sine, cosine, half_east, 0.0, 0.0, 1.0),
-            *(cosine * ahead, -sine * left, -half_north * about, sine * ahead, cosine * left, half_east * about),
-            *(0.0, 0.0, about),
+        a, b, c, d, e, f, g, h, i = covariance
+        _MATRICES.pack_into(
+            self._matrices,
+            0,
+            *(1.0, 0.0, -north, cosine * ahead, -sine * left, -half_north * about),
+            *(0.0, 1.0, east, sine * ahead, cosine * left, half_east * about),
+            *(0.0, 0.0, 1.0, 0.0, 0.0, about),
+            *(a, b, c, 0.0, 0.0, 0.0, d, e, f, 0.0, 0.0, 0.0, g, h, i, 0.0, 0.0, 0.0),
+            *(0.0, 0.0, 0.0, cosine, sine, 0.0, 0.0, 0.0, 0.0, -sine, cosine, 0.0),
+            *(0.0, 0.0, 0.0, -half_north, half_east, 1.0),
         )
+        _ROW.pack_into(self._row, 0, -north, east, 1.0)
         # `dot` has half the overhead of `@`, and does not warn of numbers that are not finite
-        of_pose = self._by_pose.dot(self._before).dot(self._by_pose_transposed)
-        (a, b, c), (d, e, f), (g, h, i) = (of_pose + self._scaled.dot(self._by_motion_transposed)).tolist()
+        self._left.dot(self._right, self._both).dot(self._last, self._sum)
+        a, b, c, d, e, f, g, h, i = _COVARIANCE.unpack_from(self._result)
         u, v, w = (b + d) / 2.0, (c + g) / 2.0, (f + h) / 2.0  # symmetric in spite of rounding
         return a, u, v, u, e, w, v, w, i
 

@@ -338,11 +338,11 @@ class ComputeWheelOdometry(RobotNode, type="graphengine.wheeled_robots.ComputeWh
 def _total(window: Sequence[_Moved]) -> _Moved:
     """Return the sum of motions and of their durations; `sum` would round differently from Python 3.12 on."""
     ahead, left, turn, duration = window[0]
-    for more in window[1:]:
-        ahead += more[0]
-        left += more[1]
-        turn += more[2]
-        duration += more[3]
+    for more_ahead, more_left, more_turn, more_duration in window[1:]:
+        ahead += more_ahead
+        left += more_left
+        turn += more_turn
+        duration += more_duration
     return ahead, left, turn, duration
 
 

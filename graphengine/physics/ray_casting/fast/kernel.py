@@ -2,7 +2,11 @@
 
 Neighbouring rays of a lidar hit nearly the same geoms. So rays are grouped in packets: a packet walks a tree once, with the
 bounds of its rays' directions, and each ray is tested against the geoms that the packet reaches. The geom that the last ray of
-the previous packet hit is tested first, because geoms behind it can then be skipped. Each ray walks the tree of a mesh alone.
+the previous packet hit is tested first, because geoms behind it can then be skipped.
+
+Packets of `WIDE` rays walk the tree of a mesh. How many of its rays reach the same triangles depends on the size and distance of
+the triangles and on the angle between the rays, so the work is counted: after `TESTS` tests of boxes and triangles for each ray
+of a packet, packets of `NARROW` rays continue where it stopped, and after as many tests again, single rays do.
 
 The result for a ray is the smallest distance over all geoms, and the geom with the lowest id at that distance; it does not
 depend on trees and packets. Surfaces are the same as those of `mj_ray`. Rays hit closed surfaces from outside and inside, and
@@ -42,16 +46,28 @@ Vector = tuple[float, float, float]
 Roles = NDArray[np.uint8]
 Own = tuple[Roles, float]
 """Role of each geom for the rays, and the distance nearer than which they pass through visible geoms of their own robot, m."""
-Meshes = tuple[Records, Floats, Records]
-"""Nodes of the trees of all meshes; corners of their triangles; memory for nodes that a ray has yet to visit."""
+Meshes = tuple[Records, Floats, Records, Floats]
+"""Nodes of the trees of all meshes; corners of their triangles; memory for nodes that rays have yet to visit, and for lanes.
+
+A lane is a column for one ray of a packet: its direction in the frame of a mesh (3 rows), the distance beyond which hits do not
+matter, and the distance of its first hit on the mesh; infinity if there is none.
+"""
 
 PACKET = 32
-"""Number of rays that walk a tree together."""
+"""Number of rays that walk a tree of geoms together."""
+WIDE, NARROW = 16, 4
+"""Numbers of rays that walk the tree of a mesh together."""
+TESTS = 6
+"""Number of tests of boxes and triangles, per ray, after which a packet in the tree of a mesh is divided."""
+WIDEST = 0.5
+"""Rays do not walk the tree of a mesh together if a component of their unit vectors differs by this number or more."""
 
 TINY = 1e-15
 """MuJoCo's mjMINVAL: numbers with a smaller magnitude count as zero."""
 SEAM = 1e-12
 """Fraction by which triangles extend beyond their edges, so that no ray passes between two neighbours."""
+SLACK = 1e-11
+"""Fraction by which the cone around a triangle is wider than the triangle; it exceeds `SEAM` and the rounding errors."""
 
 BEAM = np.dtype([("way", "f8", 3), ("distance", "f8"), ("geom", "i8")], align=True)
 """A ray: its unit vector in the world frame, and distance (m) and id of the nearest geom that it has hit so far, or -1."""
@@ -93,7 +109,7 @@ def cast(
         stack: memory from `new_stack`.
     """
     start = (origin[0], origin[1], origin[2])
-    own, meshes = (roles, near), (triangles, corners, stack)
+    own, meshes = (roles, near), (triangles, corners, stack, np.empty((5, PACKET)))
     beyond = np.nextafter(far, math.inf)
     packet = np.empty(PACKET, BEAM)
     guess = -1
@@ -140,7 +156,8 @@ def _walk(
     index = 0
     while index < len(tree):
         node = tree[index]
-        if not _reaches(spread, start, node.low, node.high, farthest):
+        low, high = (node.low[0], node.low[1], node.low[2]), (node.high[0], node.high[1], node.high[2])
+        if _reach(spread, start, low, high, farthest) == math.inf:
             index = node.skip
             continue
         if node.item >= 0 and node.item != met and own[0][node.item] != PASSED:
@@ -177,8 +194,8 @@ def _over(bound: float, outwards: float) -> float:
 
 
 @part
-def _reaches(spread: Spread, origin: Vector, low: Floats, high: Floats, farthest: float) -> bool:
-    """Return whether a ray with a direction within the bounds can hit a box within the distance `farthest`.
+def _reach(spread: Spread, origin: Vector, low: Vector, high: Vector, farthest: float) -> float:
+    """Return the distance from which rays with directions within the bounds can hit a box; infinity if not within `farthest`.
 
     At distance t from the origin, the rays span the range from least * t to most * t along each axis. They reach the box where
     most * t >= low and least * t <= high. Each condition bounds t from below or from above, depending on the sign of its factor.
@@ -195,7 +212,7 @@ def _reaches(spread: Spread, origin: Vector, low: Floats, high: Floats, farthest
             nearest = max(nearest, bound)
         else:
             farthest = min(farthest, bound)
-    return nearest <= farthest
+    return nearest if nearest <= farthest else math.inf
 
 
 @part
@@ -210,14 +227,21 @@ def _meet(number: int, geoms: Records, own: Own, packet: Records, count: int, st
     size = (geom.size[0], geom.size[1], geom.size[2])
     roles, near = own
     nearest = near if roles[number] == VISIBLE else 0.0
+    lanes = meshes[3]
+    if kind in (MESH, HFIELD):
+        for index in range(count):
+            beam = packet[index]
+            way = (beam.way[0], beam.way[1], beam.way[2])
+            lanes[0, index], lanes[1, index], lanes[2, index] = _dot(right, way), _dot(up, way), _dot(out, way)
+            lanes[3, index], lanes[4, index] = beam.distance, math.inf
+        _meet_mesh(meshes, geom.mesh, start, count)
     for index in range(count):
         beam = packet[index]
-        way = (beam.way[0], beam.way[1], beam.way[2])
-        way = (_dot(right, way), _dot(up, way), _dot(out, way))
         if kind in (MESH, HFIELD):
-            distance = _nearest_triangle(meshes, geom.mesh, start, way, beam.distance)
+            distance = lanes[4, index]
         else:
-            distance = _distance(kind, size, start, way)
+            way = (beam.way[0], beam.way[1], beam.way[2])
+            distance = _distance(kind, size, start, (_dot(right, way), _dot(up, way), _dot(out, way)))
         if distance >= nearest and (distance < beam.distance or (distance == beam.distance and number < beam.geom)):
             beam.distance, beam.geom = distance, number
 
@@ -325,17 +349,157 @@ def _capsule(size: Vector, start: Vector, way: Vector) -> float:
 
 
 @part
-def _nearest_triangle(meshes: Meshes, root: int, start: Vector, way: Vector, bound: float) -> float:
+def _meet_mesh(meshes: Meshes, root: int, start: Vector, count: int) -> None:
+    """Write the first hits on a mesh to the first lanes.
+
+    Args:
+        meshes: trees, triangles and memory.
+        root: index of the root of the mesh's tree.
+        start: common origin of the rays in the frame of the mesh.
+        count: number of rays.
+    """
+    nodes, corners, stack, lanes = meshes
+    tests = TESTS
+    stack[0].node = root
+    for first in range(0, count, WIDE):
+        end = min(first + WIDE, count)
+        top = _walk_mesh(nodes, corners, stack, lanes, start, first, end, 0, 1, tests)
+        width = NARROW if tests > 0 else WIDE
+        for few in range(first, end if top > 1 else first, width):
+            last = min(few + width, end)
+            height = _walk_mesh(nodes, corners, stack, lanes, start, few, last, 1, top, tests)
+            if height == top:
+                continue
+            tests = 0  # the next rays will hardly agree more
+            for index in range(few, last):
+                way = (lanes[0, index], lanes[1, index], lanes[2, index])
+                for waiting in range(height - 1, top - 1, -1):
+                    distance = _nearest_triangle(meshes, stack[waiting].node, start, way, lanes[3, index], height)
+                    if distance <= lanes[3, index]:
+                        lanes[3, index] = lanes[4, index] = distance
+
+
+@part
+def _walk_mesh(
+    nodes: Records,
+    corners: Floats,
+    stack: Records,
+    lanes: Floats,
+    start: Vector,
+    first: int,
+    end: int,
+    bottom: int,
+    top: int,
+    tests: int,
+) -> int:
+    """Test the packet of the lanes from `first` to `end` against the subtrees that are on the stack from `bottom` to `top`.
+
+    Returns:
+        The height of the stack after at most `tests` tests per lane. The nodes on it from `top` on are left to test.
+    """
+    (spread, difference), farthest = _lanes_spread(lanes, first, end), _lanes_farthest(lanes, first, end)
+    height, tests = top, tests * (end - first) if difference < WIDEST else 0
+    for waiting in range(bottom, top):
+        height = _push(stack, stack[waiting].node, _enter(nodes[stack[waiting].node], spread, start, farthest), height)
+    while height > top:
+        height -= 1
+        index = stack[height].node if stack[height].entry <= farthest else -1
+        while index >= 0:
+            node = nodes[index]
+            tests -= 1 + node.count
+            if tests < 0:
+                return _push(stack, index, 0.0, height)
+            if node.count > 0:
+                farthest = _meet_leaf(corners, lanes, node.first, node.count, start, first, end)
+                break
+            near, far = node.first, node.first + 1
+            entry, later = _enter(nodes[near], spread, start, farthest), _enter(nodes[far], spread, start, farthest)
+            if later < entry:
+                near, far, entry, later = far, near, later, entry
+            height = _push(stack, far, later, height)
+            index = near if entry < math.inf else -1
+    return top
+
+
+@part
+def _push(stack: Records, node: int, entry: float, height: int) -> int:
+    """Put a node on the stack, unless its entry is infinity; return the height of the stack."""
+    if entry == math.inf:
+        return height
+    stack[height].entry, stack[height].node = entry, node
+    return height + 1
+
+
+@part
+def _enter(node: Any, spread: Spread, start: Vector, farthest: float) -> float:
+    """Return the distance from which rays with directions within the bounds can hit the box of a node of a mesh."""
+    low, high = (node.low_x, node.low_y, node.low_z), (node.high_x, node.high_y, node.high_z)
+    return _reach(spread, start, low, high, farthest)
+
+
+@part
+def _lanes_farthest(lanes: Floats, first: int, end: int) -> float:
+    """Return the greatest distance beyond which hits of a packet do not matter."""
+    farthest = 0.0
+    for index in range(first, end):
+        farthest = max(farthest, lanes[3, index])
+    return farthest
+
+
+@part
+def _lanes_spread(lanes: Floats, first: int, end: int) -> tuple[Spread, float]:
+    """Return the bounds of a packet's directions in the frame of the mesh, and their greatest difference along an axis."""
+    x, y, z = -math.inf, -math.inf, -math.inf
+    u, v, w = math.inf, math.inf, math.inf
+    for index in range(first, end):
+        x, y, z = max(x, lanes[0, index]), max(y, lanes[1, index]), max(z, lanes[2, index])
+        u, v, w = min(u, lanes[0, index]), min(v, lanes[1, index]), min(w, lanes[2, index])
+    spread = _over(x, 1.0), _over(y, 1.0), _over(z, 1.0), _over(u, -1.0), _over(v, -1.0), _over(w, -1.0)
+    return spread, max(x - u, y - v, z - w)
+
+
+@part
+def _meet_leaf(corners: Floats, lanes: Floats, row: int, rows: int, start: Vector, first: int, end: int) -> float:
+    """Test a packet against the triangles of a leaf; return its new `_lanes_farthest`.
+
+    The planes through the origin and each edge of a triangle bound a cone. Only the rays in a slightly wider cone are tested
+    further; all rays are if the origin lies in the plane of the triangle, where there is no cone.
+    """
+    x, y, z = lanes[0, first:end], lanes[1, first:end], lanes[2, first:end]
+    bounds, found = lanes[3, first:end], lanes[4, first:end]
+    for triangle in range(row, row + rows):
+        a = (corners[triangle, 0] - start[0], corners[triangle, 1] - start[1], corners[triangle, 2] - start[2])
+        b = (a[0] + corners[triangle, 3], a[1] + corners[triangle, 4], a[2] + corners[triangle, 5])
+        c = (a[0] + corners[triangle, 6], a[1] + corners[triangle, 7], a[2] + corners[triangle, 8])
+        volume, size = _dot(_cross(a, b), c), max(_dot(a, a), _dot(b, b), _dot(c, c))
+        sign = 1.0 if volume >= 0.0 else -1.0
+        outside = -SLACK * size if abs(volume) > SLACK * size * math.sqrt(size) else -math.inf
+        one, two, three, inside = _cross(a, b), _cross(b, c), _cross(c, a), 0
+        for index in range(len(x)):
+            way = (x[index], y[index], z[index])
+            depth = min(sign * _dot(way, one), sign * _dot(way, two), sign * _dot(way, three))
+            inside |= (depth >= outside) << index  # no branch, so that several rays are computed at once
+        for index in range(len(x) if inside else 0):
+            if inside >> index & 1:
+                distance = _triangle(corners, triangle, start, (x[index], y[index], z[index]))
+                if distance <= bounds[index]:
+                    bounds[index] = found[index] = distance
+    return _lanes_farthest(lanes, first, end)
+
+
+@part
+def _nearest_triangle(meshes: Meshes, root: int, start: Vector, way: Vector, bound: float, bottom: int) -> float:
     """Return the distance along a ray to the first triangle of a mesh within the distance `bound`; infinity without a hit.
 
-    The ray is given in the frame of the mesh; `root` is the index of the root of the mesh's tree.
+    The ray is given in the frame of the mesh, and tested against a node `root` and its descendants. The stack above `bottom` is
+    free.
     """
-    nodes, corners, stack = meshes
+    nodes, corners, stack, _ = meshes
     inverse = (_over(way[0], 1.0), _over(way[1], 1.0), _over(way[2], 1.0))
     found = math.inf
     if _entry(nodes[root], start, inverse, bound) == math.inf:
         return found
-    index, depth = root, 0
+    index, depth = root, bottom
     while index >= 0:
         node = nodes[index]
         if node.count == 0:
@@ -354,7 +518,7 @@ def _nearest_triangle(meshes: Meshes, root: int, start: Vector, way: Vector, bou
             if distance <= bound:
                 found = bound = distance
         index = -1
-        while depth > 0 and index < 0:
+        while depth > bottom and index < 0:
             depth -= 1
             if stack[depth].entry <= bound:
                 index = stack[depth].node

@@ -1,8 +1,7 @@
-"""Builds trees of the triangles of meshes, which single rays walk from the nearer to the farther part.
+"""Builds trees of the triangles of meshes, which rays walk from the nearer to the farther part.
 
-A packet of rays reaches far more triangles of a fine mesh than each of its rays, so that meshes are not tested by packets. The
-trees are split by the surface area heuristic: the expected number of tests is the smallest where the areas of both parts, each
-times the number of its triangles, have the smallest sum.
+The trees are split by the surface area heuristic: the expected number of tests is the smallest where the areas of both parts,
+each times the number of its triangles, have the smallest sum.
 
 A tree is an array of nodes; both children of a node are neighbours, so that they are read together.
 """
@@ -37,12 +36,12 @@ MESH_NODE = np.dtype(
 
 
 WAITING = np.dtype([("entry", "f8"), ("node", "i8")], align=True)
-"""A node that a ray has yet to visit, and the distance at which the ray enters its box, m."""
+"""A node that rays have yet to visit, and a distance before which they do not enter its box, m."""
 
 
 def new_stack() -> Records:
-    """Return memory for the nodes that a ray has yet to visit."""
-    return np.empty(DEEPEST, WAITING)
+    """Return memory for the nodes that a wide packet, a narrow packet and a single ray have yet to visit."""
+    return np.empty(3 * (DEEPEST + 1), WAITING)
 
 
 @kernel
