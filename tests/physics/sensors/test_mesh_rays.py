@@ -11,9 +11,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from graphengine.physics.engine import mujoco, sort_geoms
-from graphengine.physics.sensors.own_colliders import OwnColliders
-from tests.physics.sensors.casters import fan, needs_numba, turned
+from graphengine.descriptions.engine import mujoco, sort_geoms
+from graphengine.physics.ray_casting.own_colliders import OwnColliders
+from tests.physics.ray_casting.casters import fan, needs_numba, turned
 
 FAR = 9.0
 Floats = NDArray[np.float64]
@@ -77,7 +77,7 @@ BUNDLES: dict[str, Callable[[np.random.Generator, int], Floats]] = {
 @settings(max_examples=15)
 @given(seed=st.integers(0, 2**32 - 1), cells=st.sampled_from([1, 4, 12, 24]), count=st.sampled_from([1, 3, 16, 33, 70]))
 def test_every_ray_finds_the_first_triangle_bit_for_bit(name: str, seed: int, cells: int, count: int) -> None:
-    from graphengine.physics.sensors.fast.rays import FastRays
+    from graphengine.physics.ray_casting.fast.rays import FastRays
 
     generator = np.random.default_rng(seed)
     heights = generator.uniform(0, 1, (cells + 1) ** 2) * generator.choice([0.0, 0.2, 1.0])
@@ -96,8 +96,8 @@ def test_every_ray_finds_the_first_triangle_bit_for_bit(name: str, seed: int, ce
 
 @needs_numba
 def test_packets_are_divided_when_their_rays_do_not_agree() -> None:
-    from graphengine.physics.sensors.fast import kernel, mesh_tree
-    from graphengine.physics.sensors.fast.rays import FastRays
+    from graphengine.physics.ray_casting.fast import kernel, mesh_tree
+    from graphengine.physics.ray_casting.fast.rays import FastRays
 
     model, data = land(60, np.random.default_rng(2).uniform(0, 1, 61**2))
     rays = FastRays(model, data)
