@@ -281,6 +281,20 @@ def control_plugin(file: str) -> str:
       <parameters>{file}</parameters><ros><remapping>~/cmd_vel:=platform/cmd_vel</remapping></ros></plugin></gazebo>"""
 
 
+def test_repeated_sections_of_a_node_are_one_section_in_which_the_last_value_counts(tmp_path: Path) -> None:
+    more = """
+/**:
+  ros__parameters:
+    linear.x.max_velocity: 0.3
+    linear.x.max_acceleration: 0.6
+/**:
+  ros__parameters:
+    linear.x.max_velocity: 0.4
+"""
+    known = parameters(tmp_path, description(DIFFERENTIAL), CONTROLLERS + more)
+    assert (known["speed"], known["acceleration"]) == (0.4, 0.6)
+
+
 @pytest.mark.parametrize("reference", ["config/bot.yaml", "$(find bot_package)/config/bot.yaml"])
 def test_a_file_that_the_description_names_is_taken_by_itself(tmp_path: Path, reference: str) -> None:
     (tmp_path / "config").mkdir()
