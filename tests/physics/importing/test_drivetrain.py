@@ -276,6 +276,22 @@ def test_a_caster_swivels_freely(tmp_path: Path) -> None:
     assert "guessed: no drive, turns freely: trail_joint; wheels that drive nothing" in said
 
 
+def test_wheels_that_hold_still_without_a_command_are_told(tmp_path: Path) -> None:
+    """A plugin drives the front wheels; the rear wheels take velocities, too, which no controller sends."""
+    front = [wheel.name for wheel in SKID.wheels if wheel.x > 0]
+    rear = [wheel.name for wheel in SKID.wheels if wheel.x < 0]
+    plugin = PLUGIN
+    for side in ("left", "right"):
+        (name,) = (name for name in front if side in name)
+        plugin = plugin.replace(f">{side}_joint<", f">{name}_joint<")
+    commands = interfaces(**{f"{name}_joint": "velocity" for name in (*front, *rear)})
+    said = remarks(imported(tmp_path, description(SKID, plugin, commands)))
+    names = ", ".join(f"{name}_joint" for name in rear)
+    told = "no graph commands these wheels on the floor, whose velocity drives hold them and brake the base"
+    assert f"noticed: {names}: {told}" in said
+    assert told not in remarks(imported(tmp_path, description(SKID, plugin)))
+
+
 def control_plugin(file: str) -> str:
     return f"""<gazebo><plugin filename="gz_ros2_control-system" name="gz_ros2_control::GazeboSimROS2ControlPlugin">
       <parameters>{file}</parameters><ros><remapping>~/cmd_vel:=platform/cmd_vel</remapping></ros></plugin></gazebo>"""
