@@ -28,6 +28,8 @@ EXACT = 0.005
 """Largest relative difference between the reached and the commanded turn rate with the track found."""
 ACCEPTED = 0.05
 """Largest relative difference in the turn rate for which the track of the description's controller is kept."""
+_LONGEST = 15.0
+"""Largest time to reach the speed and turn rate of an arc, s."""
 _RUNS = 5
 """Largest number of tracks, or of limits, that are tried."""
 AHEAD, TURNED = 0.05, 0.1
@@ -153,7 +155,8 @@ def _lower(scene: LoadedScene, name: str, *, guessed: bool) -> list[str]:
     value, comment = float(f"{limit:.3g}"), f"lowered from {first:.4g}, with which arcs are not as commanded"
     if good and write_input(scene, name, "maxAngularSpeed", value, comment):
         return [f"limit of the skid-steered base: turn {value:g} rad/s in place of {first:.4g} rad/s: {outcome}"]
-    return [f"limits too high for the skid-steered base: {outcome}; lower `turn` of its graph"]
+    remedy = "lower `turn` of its graph" if good or not guessed else f"with {turn:.3g} rad/s, it reaches {reached}"
+    return [f"limits too high for the skid-steered base: {outcome}; {remedy}"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -189,7 +192,7 @@ class ArcDrives:
             for address in self.inputs:
                 self.sim.set(address, track)
         self.drives.begin()
-        self.drives.drive_until(command, lambda trace: is_steady(trace, 2, abs(command.yaw)), 10.0)
+        self.drives.drive_until(command, lambda trace: is_steady(trace, command), _LONGEST)
         begin = self.drives.rows - 1
         self.drives.drive(command, 2.0)
         return mean_velocity(self.drives.trace().part(begin))

@@ -114,6 +114,18 @@ def test_a_base_whose_wheels_are_too_slow_for_its_limits_keeps_them(tmp_path: Pa
     assert parameters(path)["turn"] == before["turn"]
 
 
+def test_arcs_are_measured_after_a_slow_ramp(tmp_path: Path) -> None:
+    """At 0.25 m/s2, the base turns steadily long before it drives at its full speed of 1 m/s."""
+    slowly = "    linear.x.max_velocity: 1.0\n    linear.x.max_acceleration: 0.25\n"
+    path, _ = corrected(tmp_path, description(SKID), f"{CONTROLLER}{slowly}")
+    before = parameters(path)["turn"]
+    assert lower_turn(tmp_path / "robots/bot.yaml", "bot", 0.0, [], guessed=True) == []
+    assert parameters(path)["turn"] == before
+    arcs = [each for each in ge.load(path).calibrate().motions if "full_arc" in each.name]
+    assert len(arcs) == 2
+    assert all(each.speed_share is not None and each.speed_share > 0.95 for each in arcs)
+
+
 @pytest.mark.parametrize("limits", ["", "    angular.z.max_velocity: 1.5\n    linear.x.max_velocity: 0.98\n"])
 def test_wheels_without_grip_across_them_get_no_track_and_no_guessed_limit(tmp_path: Path, limits: str) -> None:
     """A limit of 0 in a graph would mean no limit."""
@@ -236,3 +248,4 @@ def test_a_guessed_limit_stays_if_no_lower_one_helps(tmp_path: Path, monkeypatch
     assert parameters(path)["turn"] == before["turn"]
     assert driven == pytest.approx([before["turn"] * 0.8**tries for tries in range(5)])
     assert "it skids and reaches 100% of the speed and 60% of the turn rate" in said
+    assert said.endswith(f"; with {driven[-1]:.3g} rad/s, it reaches 100% of the speed and 60% of the turn rate")
