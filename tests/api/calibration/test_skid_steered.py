@@ -248,4 +248,32 @@ def test_a_guessed_limit_stays_if_no_lower_one_helps(tmp_path: Path, monkeypatch
     assert parameters(path)["turn"] == before["turn"]
     assert driven == pytest.approx([before["turn"] * 0.8**tries for tries in range(5)])
     assert "it skids and reaches 100% of the speed and 60% of the turn rate" in said
-    assert said.endswith(f"; with {driven[-1]:.3g} rad/s, it reaches 100% of the speed and 60% of the turn rate")
+    lowest = (
+        f"on arcs of 0.5 m/s and {driven[-1]:.3g} rad/s, it skids and reaches 100% of the speed and 60% of the turn rate"
+    )
+    assert said.endswith(f"; even {lowest}")
+
+
+def test_a_guessed_limit_is_lowered_at_once_to_where_the_loss_of_speed_is_small(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """On arcs the base loses a speed that is proportional to its turn rate, on slow arcs as on fast ones."""
+    driven: list[tuple[float, float]] = []
+    found = imported(tmp_path, description(SKID))
+    path, known = scene(tmp_path, found), robot_file(found)["graphs"]["base"]["parameters"]
+    per_turn = 0.16 * known["speed"] / known["turn"]
+
+    def drive(_: object, speed: float, turn: float) -> tuple[Twist, Twist]:
+        driven.append((speed, turn))
+        return Twist(x=speed - per_turn * turn, yaw=turn), Twist(x=speed - per_turn * turn, yaw=-turn)
+
+    monkeypatch.setattr("graphengine.api.calibration.arc_track.ArcDrives.drive", drive)
+    (said,) = lower_turn(tmp_path / "robots/bot.yaml", "bot", found.lift, found.outside, guessed=True)
+    assert [turn / known["turn"] for _, turn in driven] == pytest.approx(
+        [1.0, 0.045 / 0.16, 0.3 * 0.045 / 0.16], rel=0.01
+    )
+    assert parameters(path)["turn"] == pytest.approx(known["turn"] * 0.045 / 0.16, rel=0.01)
+    assert (
+        f"on arcs of {known['speed']:.3g} m/s and {known['turn']:.3g} rad/s, it skids and reaches 84% of the speed"
+        in said
+    )
