@@ -248,9 +248,7 @@ def test_a_guessed_limit_stays_if_no_lower_one_helps(tmp_path: Path, monkeypatch
     assert parameters(path)["turn"] == before["turn"]
     assert driven == pytest.approx([before["turn"] * 0.8**tries for tries in range(5)])
     assert "it skids and reaches 100% of the speed and 60% of the turn rate" in said
-    lowest = (
-        f"on arcs of 0.5 m/s and {driven[-1]:.3g} rad/s, it skids and reaches 100% of the speed and 60% of the turn rate"
-    )
+    lowest = f"on arcs of 0.5 m/s and {driven[-1]:.3g} rad/s, it skids and reaches 100% of the speed and 60% of the turn rate"
     assert said.endswith(f"; even {lowest}")
 
 

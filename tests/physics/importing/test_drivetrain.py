@@ -146,6 +146,24 @@ def test_a_base_whose_wheels_are_fixed_is_said_not_to_move(tmp_path: Path) -> No
     assert "nothing moves" not in remarks(imported(tmp_path, description(DIFFERENTIAL, plugin)))
 
 
+@pytest.mark.parametrize(
+    ("kind", "told"),
+    [
+        (
+            "effort",
+            "noticed: nothing moves or holds the robot's joints: they have no drives; --position-drives holds joints",
+        ),
+        ("position", ""),
+    ],
+)
+def test_a_fixed_arm_whose_joints_nothing_holds_is_told(tmp_path: Path, kind: str, told: str) -> None:
+    """Upright, such an arm need not fall in the first seconds."""
+    commands = interfaces(j1=kind, j2=kind)
+    said = remarks(imported(tmp_path, robot(limb("j", 2, base="world"), commands, base="world")))
+    assert told in said
+    assert ("nothing moves" in said) is bool(told)
+
+
 @pytest.mark.parametrize("type_name", ["joint_state_broadcaster/JointStateBroadcaster", "vendor/JointController"])
 def test_a_controller_that_commands_no_joint_leaves_the_joints_their_drives(tmp_path: Path, type_name: str) -> None:
     other = f"controller_manager: {{ros__parameters: {{other: {{type: {type_name}}}}}}}\n"
