@@ -34,8 +34,11 @@ _RUNS = 5
 """Largest number of tracks, or of limits, that are tried."""
 AHEAD, TURNED = 0.05, 0.1
 """Largest relative differences in speed and turn rate that arcs at the limits may have."""
-_LOWER, _LEAST = 0.8, 0.25
-"""Largest and smallest factor by which the limit of the turn rate is lowered at once until arcs are as commanded."""
+_LOWER = 0.8
+"""Factor by which the limit of the turn rate is lowered until arcs are as commanded.
+
+Turns that are much slower can start late: the parts of a rocker move until they push the wheels.
+"""
 
 
 def correct_track(robot_file: Path, name: str, lift: float, allowed: Sequence[Path], *, told: bool) -> str:
@@ -151,7 +154,7 @@ def _lower(scene: LoadedScene, name: str, *, guessed: bool) -> list[str]:
             failed.append(bad)
             if not guessed:
                 break
-            limit *= bad.lowering
+            limit *= _LOWER
     if not failed:
         return []
     value, comment = float(f"{limit:.3g}"), f"lowered from {first:.4g}, with which arcs are not as commanded"
@@ -182,12 +185,6 @@ class _Arcs:
     def good(self) -> bool:
         """Whether the arcs are as commanded."""
         return abs(self.ahead - 1.0) <= AHEAD and abs(self.rate - 1.0) <= TURNED
-
-    @property
-    def lowering(self) -> float:
-        """Factor for the limit of the turn rate: the loss of speed is proportional to the turn rate."""
-        loss = abs(self.ahead - 1.0)
-        return min(_LOWER, max(_LEAST, 0.9 * AHEAD / loss)) if loss > AHEAD else _LOWER
 
     def __str__(self) -> str:
         reached = f"reaches {self.ahead:.0%} of the speed and {self.rate:.0%} of the turn rate"
