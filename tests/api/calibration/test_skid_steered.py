@@ -15,8 +15,8 @@ from graphengine.api.calibration.arc_track import correct_track, lower_turn
 from graphengine.api.calibration.figures import Twist
 from tests.physics.bases import SKID, Base, Wheel
 from tests.physics.dynamics.coulomb_balance import turning_track
-from tests.physics.importing.imported_bases import description, imported, robot_file, scene, slow
-from tests.physics.importing.test_skid_steering import CONTROLLER, LENGTH, LONG, friction
+from tests.physics.importing.imported_bases import PLUGIN, description, imported, robot_file, scene, slow
+from tests.physics.importing.test_skid_steering import CONTROLLER, LENGTH, LONG, TRACK, friction
 
 
 def corrected(folder: Path, text: str, controllers: str = "") -> tuple[Path, str]:
@@ -112,6 +112,14 @@ def test_a_base_whose_wheels_are_too_slow_for_its_limits_keeps_them(tmp_path: Pa
     correct_track(*robot, told=False)
     assert lower_turn(*robot, guessed=True) == []
     assert parameters(path)["turn"] == before["turn"]
+
+
+def test_the_track_of_a_skid_steered_base_with_two_driven_wheels_is_not_said_to_be_wrong(tmp_path: Path) -> None:
+    """Its track is (1 + 0.25^2) times the distance of the wheels, which a base of two wheels would need."""
+    plugin = PLUGIN.replace("left_joint<", "front_left_joint<").replace("right_joint<", "front_right_joint<")
+    path = scene(tmp_path, imported(tmp_path, description(SKID, plugin)))
+    assert parameters(path)["track"] > 1.05 * TRACK
+    assert "W202" not in [finding.code for finding in ge.load(path).findings]
 
 
 def test_arcs_are_measured_after_a_slow_ramp(tmp_path: Path) -> None:
