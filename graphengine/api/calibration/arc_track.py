@@ -28,7 +28,7 @@ EXACT = 0.005
 """Largest relative difference between the reached and the commanded turn rate with the track found."""
 ACCEPTED = 0.05
 """Largest relative difference in the turn rate for which the track of the description's controller is kept."""
-_LONGEST = 15.0
+_RAMP = 15.0
 """Largest time to reach the speed and turn rate of an arc, s."""
 _RUNS = 5
 """Largest number of tracks, or of limits, that are tried."""
@@ -224,7 +224,7 @@ class ArcDrives:
             for address in self.inputs:
                 self.sim.set(address, track)
         self.drives.begin()
-        self.drives.drive_until(command, lambda trace: is_steady(trace, command), _LONGEST)
+        self.drives.drive_until(command, lambda trace: is_steady(trace, command), _RAMP)
         begin = self.drives.rows - 1
         self.drives.drive(command, 2.0)
         return mean_velocity(self.drives.trace().part(begin))
