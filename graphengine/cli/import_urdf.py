@@ -221,12 +221,12 @@ def _with_controllers(origin: Origin | None, arguments: argparse.Namespace, find
     """Return the description with the content of the `--controllers` file, if one is given; return None after an error."""
     if origin is None or arguments.controllers is None:
         return origin
-    from graphengine.format import document
+    from graphengine.physics.importing.controllers_file import load_parameters
 
     path = Path(near(arguments.controllers))
     require_file(path)
     origin.packages.files.note(path)
-    controllers = document.load(path, findings)
+    controllers = load_parameters(path, findings)
     return replace(origin, controllers=controllers) if not findings.errors else None
 
 

@@ -138,10 +138,12 @@ class Document:
         return self.span(*location)
 
 
-def load(path: str | os.PathLike[str], findings: Findings, shown_as: str | None = None) -> Document | None:
+def load(
+    path: str | os.PathLike[str], findings: Findings, shown_as: str | None = None, *, merge_keys: bool = False
+) -> Document | None:
     """Read a YAML file; return None if it cannot be read or parsed. Errors are added to `findings`.
 
-    `shown_as` is the path to show in messages, if it differs from `path`.
+    `shown_as` is the path to show in messages, if it differs from `path`. `merge_keys` is as in `parse`.
     """
     shown = shown_as or os.fspath(path)
     start = Span(Source(shown, ()), 1, 1)
@@ -165,11 +167,15 @@ def load(path: str | os.PathLike[str], findings: Findings, shown_as: str | None 
         what = f"{shown!r} is not UTF-8 text: byte 0x{raw[error.start]:02x}"
         findings.add("G101", what, span, "save the file as UTF-8")
         return None
-    return parse(text, shown, findings)
+    return parse(text, shown, findings, merge_keys=merge_keys)
 
 
-def parse(text: str, shown_as: str, findings: Findings) -> Document | None:
-    """Parse YAML text; return None if it cannot be parsed. Errors are added to `findings`; `shown_as` is the path they show."""
+def parse(text: str, shown_as: str, findings: Findings, *, merge_keys: bool = False) -> Document | None:
+    """Parse YAML text; return None if it cannot be parsed. Errors are added to `findings`; `shown_as` is the path they show.
+
+    With `merge_keys`, a repeated key is no error: mappings are merged, and of other values the last one counts, as in ROS 2
+    parameter files.
+    """
     source = Source(shown_as, tuple(_LINE_END.split(text)))
     if illegal := _ILLEGAL.search(text):
         span = _span_behind(text[: illegal.start()], source)
@@ -181,7 +187,7 @@ def parse(text: str, shown_as: str, findings: Findings) -> Document | None:
     if tags is not None:  # refused here because the parser takes minutes for very many of them
         findings.add("G104", "tags and the directive %TAG are not allowed", Span(source, tags, 1, 4), "remove the line")
         return None
-    builder = _ValueBuilder(source, findings)
+    builder = _ValueBuilder(source, findings, merge_keys=merge_keys)
     try:
         for event in _events(text):
             if not builder.add(event):
@@ -249,9 +255,12 @@ class _Open:
 class _ValueBuilder:
     """Builds values from parser events, with a stack instead of recursion."""
 
-    def __init__(self, source: Source, findings: Findings) -> None:
+    def __init__(self, source: Source, findings: Findings, *, merge_keys: bool) -> None:
         self.source = source
         self.findings = findings
+        self.merge_keys = merge_keys
+        self.merged: dict[int, Value] = {}
+        """Mappings that `_merge` created, by `id`; no anchor refers to them, so they may change."""
         self.root: Value | None = None
         self.stack: list[_Open] = []
         self.anchors: dict[str, tuple[Value, int, int]] = {}
@@ -377,7 +386,9 @@ class _ValueBuilder:
             return True
         assert frame.key is not None
         (key, span), frame.key = frame.key, None
-        if key in frame.value.data:
+        if key in frame.value.data and self.merge_keys:
+            frame.value.data[key] = self._merge(frame.value.data[key], value)
+        elif key in frame.value.data:
             first = frame.value.keys[key]
             self.findings.add(
                 "G103", f"key {key[:80]!r} occurs twice", span, "rename or remove one", related=[(first, "first here")]
@@ -386,3 +397,14 @@ class _ValueBuilder:
             frame.value.data[key] = value
             frame.value.keys[key] = span
         return True
+
+    def _merge(self, first: Value, second: Value) -> Value:
+        """Return two mappings of the same key as one mapping, or else the second value."""
+        if not (isinstance(first.data, dict) and isinstance(second.data, dict)):
+            return second
+        merged = self.merged.get(id(first)) or Value(first.span, dict(first.data), dict(first.keys))
+        self.merged[id(merged)] = merged
+        for key, value in second.data.items():
+            merged.data[key] = self._merge(merged.data[key], value) if key in merged.data else value
+            merged.keys.setdefault(key, second.keys[key])
+        return merged

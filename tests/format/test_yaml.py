@@ -71,6 +71,27 @@ def test_plain_scalars_are_what_the_core_schema_says(scalar: str, value: object)
     assert (found, type(found)) == (value, type(value))
 
 
+@pytest.mark.parametrize(
+    ("text", "merged"),
+    [
+        ("a: 1\nb: 2\na: 3\n", {"a": 3, "b": 2}),
+        (
+            "a: {x: 1, y: {p: 1}}\na: {y: {q: 2}, z: 3}\na: {y: {p: 4}}\n",
+            {"a": {"x": 1, "y": {"p": 4, "q": 2}, "z": 3}},
+        ),
+        ("a: {x: 1}\na: 2\n", {"a": 2}),
+        ("a: [1]\na: [2]\n", {"a": [2]}),
+        ("a: &a {x: 1}\nb: *a\na: {x: 2}\nb: {y: 3}\n", {"a": {"x": 2}, "b": {"x": 1, "y": 3}}),
+    ],
+)
+def test_repeated_keys_merge_in_parameter_files_of_ros(text: str, merged: object) -> None:
+    findings = Findings()
+    found = document.parse(text, "a.yaml", findings, merge_keys=True)
+    assert not findings.items
+    assert found is not None
+    assert found.data == merged
+
+
 def test_not_a_number() -> None:
     assert math.isnan(data("a: .NaN\n")["a"])
 

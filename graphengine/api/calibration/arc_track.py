@@ -24,12 +24,17 @@ EXACT = 0.005
 """Largest relative difference between the reached and the commanded turn rate with the track found."""
 ACCEPTED = 0.05
 """Largest relative difference in the turn rate for which the track of the description's controller is kept."""
+_RAMP = 15.0
+"""Largest time to reach the speed and turn rate of an arc, s."""
 _RUNS = 5
 """Largest number of tracks, or of limits, that are tried."""
 AHEAD, TURNED = 0.05, 0.1
 """Largest relative differences in speed and turn rate that arcs at the limits may have."""
 _LOWER = 0.8
-"""Factor by which the limit of the turn rate is lowered until arcs at the limits are as commanded."""
+"""Factor by which the limit of the turn rate is lowered until arcs are as commanded.
+
+Turns that are much slower can start late: the parts of a rocker move until they push the wheels.
+"""
 
 
 def correct_track(robot_file: Path, name: str, lift: float, allowed: Sequence[Path], *, told: bool) -> str:
@@ -126,26 +131,56 @@ def _lower(scene: LoadedScene, name: str, *, guessed: bool) -> list[str]:
     command, first = find_command(scene.claims, None), limit_of(scene, "maxAngularSpeed")
     if command is None or not max(limits_of(scene)) < math.inf:
         return []
-    limit, outcome = first, ""
+    assert scene.world is not None
+    limit, failed = first, list[_Arcs]()
     with Session(Runner(scene, RunOptions(domain=0))) as sim:
         drives = ArcDrives(sim, DriveRecorder(sim, name, command, (), None), sim.checkpoint())
         for _ in range(_RUNS):
             speed, turn = limits_of(scene, limit)
-            arcs = drives.drive(speed, turn)
-            ahead = max((arc.x / speed for arc in arcs), key=lambda share: abs(share - 1.0))
-            rate = max((abs(arc.yaw) / turn for arc in arcs), key=lambda share: abs(share - 1.0))
-            good = abs(ahead - 1.0) <= AHEAD and abs(rate - 1.0) <= TURNED
-            reached = f"{ahead:.0%} of the speed and {rate:.0%} of the turn rate"
-            outcome = outcome or f"on arcs of {speed:.3g} m/s and {turn:.3g} rad/s, it skids and reaches {reached}"
-            if good or not guessed:
+            tried = (
+                _Arcs.driven(drives, *each) for each in ((speed, turn), slow_arc(scene.world.robots[name], speed, turn))
+            )
+            bad = next((arcs for arcs in tried if not arcs.good), None)
+            if bad is None:
+                break
+            failed.append(bad)
+            if not guessed:
                 break
             limit *= _LOWER
-    if good and limit == first:
+    if not failed:
         return []
     value, comment = float(f"{limit:.3g}"), f"lowered from {first:.4g}, with which arcs are not as commanded"
-    if good and write_input(scene, name, "maxAngularSpeed", value, comment):
-        return [f"limit of the skid-steered base: turn {value:g} rad/s in place of {first:.4g} rad/s: {outcome}"]
-    return [f"limits too high for the skid-steered base: {outcome}; lower `turn` of its graph"]
+    if bad is None and write_input(scene, name, "maxAngularSpeed", value, comment):
+        return [f"limit of the skid-steered base: turn {value:g} rad/s in place of {first:.4g} rad/s: {failed[0]}"]
+    remedy = f"even {failed[-1]}" if bad is not None and guessed else "lower `turn` of its graph"
+    return [f"limits too high for the skid-steered base: {failed[0]}; {remedy}"]
+
+
+@dataclass(frozen=True, slots=True)
+class _Arcs:
+    """Test arcs to both sides: the command, and the shares of its speed and turn rate that are farthest from 1."""
+
+    speed: float
+    turn: float
+    ahead: float
+    rate: float
+
+    @staticmethod
+    def driven(drives: ArcDrives, speed: float, turn: float) -> _Arcs:
+        """Drive test arcs with a speed (m/s) and turn rate (rad/s)."""
+        arcs = drives.drive(speed, turn)
+        ahead = max((arc.x / speed for arc in arcs), key=lambda share: abs(share - 1.0))
+        rate = max((abs(arc.yaw) / turn for arc in arcs), key=lambda share: abs(share - 1.0))
+        return _Arcs(speed, turn, ahead, rate)
+
+    @property
+    def good(self) -> bool:
+        """Whether the arcs are as commanded."""
+        return abs(self.ahead - 1.0) <= AHEAD and abs(self.rate - 1.0) <= TURNED
+
+    def __str__(self) -> str:
+        reached = f"reaches {self.ahead:.0%} of the speed and {self.rate:.0%} of the turn rate"
+        return f"on arcs of {self.speed:.3g} m/s and {self.turn:.3g} rad/s, it skids and {reached}"
 
 
 @dataclass(frozen=True, slots=True)
@@ -181,7 +216,7 @@ class ArcDrives:
             for address in self.inputs:
                 self.sim.set(address, track)
         self.drives.begin()
-        self.drives.drive_until(command, lambda trace: is_steady(trace, 2, abs(command.yaw)), 10.0)
+        self.drives.drive_until(command, lambda trace: is_steady(trace, command), _RAMP)
         begin = self.drives.rows - 1
         self.drives.drive(command, 2.0)
         return mean_velocity(self.drives.trace().part(begin))

@@ -303,9 +303,8 @@ class _Calibrator:
             gravity: gravity of a slope, m/s2; then the motion counts for no geometry and no odometry.
         """
         component = {"straight": 0, "sideways": 1, "turn": 2}[kind]
-        command = (twist.x, twist.y, twist.yaw)[component]
         self._begin(gravity)
-        steady = self._drives.drive_until(twist, lambda trace: is_steady(trace, component, command), LONGEST_RAMP)
+        steady = self._drives.drive_until(twist, lambda trace: is_steady(trace, twist), LONGEST_RAMP)
         begin = self._drives.rows - 1
         if kind == "turn":
             self._drive_a_turn(twist, begin)

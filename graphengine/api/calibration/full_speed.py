@@ -107,7 +107,7 @@ def stop(drives: DriveRecorder, scene: LoadedScene, speed: float) -> Stop:
     """
     limit, _ = limits_of(scene)
     speed = limit if limit < math.inf else speed
-    drives.drive_until(Twist(x=speed), lambda trace: is_steady(trace, 0, speed), _LONGEST)
+    drives.drive_until(Twist(x=speed), lambda trace: is_steady(trace, Twist(x=speed)), _LONGEST)
     reached = mean_velocity(drives.trace(round(0.5 / drives.dt))).x
     begin = drives.rows - 1
     drives.drive_until(STILL, _stands, _LONGEST, block=0.25)

@@ -42,10 +42,11 @@ def mean_velocity(trace: Trace) -> Twist:
     return Twist(x, y, yaw)
 
 
-def is_steady(trace: Trace, component: int, command: float) -> bool:
-    """Return whether the mean velocities of both halves of a motion differ by at most 0.2 % of the command."""
-    first, second = np.array_split(increments(trace.base)[:, component] / trace.dt, 2)
-    return bool(abs(second.mean() - first.mean()) <= 0.002 * abs(command))
+def is_steady(trace: Trace, command: Twist) -> bool:
+    """Return whether the mean velocities of both halves of a motion differ by at most 0.2 % of each commanded component."""
+    first, second = (half.mean(0) for half in np.array_split(increments(trace.base) / trace.dt, 2))
+    wanted = np.abs([command.x, command.y, command.yaw])
+    return bool((np.abs(second - first) <= 0.002 * wanted)[wanted > 0.0].all())
 
 
 def settle_time(trace: Trace, component: int, reached: float) -> float | None:

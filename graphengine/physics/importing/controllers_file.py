@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from pathlib import Path
 
 from graphengine.descriptions.robot_files.draft import Draft, Remark
 from graphengine.format.diagnostics import Findings, Span
@@ -73,6 +74,11 @@ class Controller:
         """Return the value of a boolean parameter, or `default` if it is missing or not a boolean."""
         value = self.values.get(name)
         return value.data if value is not None and isinstance(value.data, bool) else default
+
+
+def load_parameters(path: Path, findings: Findings, shown_as: str | None = None) -> Document | None:
+    """Read a ROS 2 parameter file, in which a node such as `/**` may have several sections; return None after an error."""
+    return load(path, findings, shown_as, merge_keys=True)
 
 
 def controllers(draft: Draft) -> list[Controller]:
@@ -163,7 +169,7 @@ def _open(draft: Draft, reference: str, span: Span) -> Document | None:
         return None
     findings = Findings()
     packages.files.note(path)
-    document = load(path, findings, str(packages.files.shown(path)))
+    document = load_parameters(path, findings, str(packages.files.shown(path)))
     for finding in findings.items:
         draft.lost.append(Remark(f"{told}: {finding.message}", finding.span or span))
     return document if not findings.errors else None

@@ -42,8 +42,8 @@ def fill(draft: Draft) -> None:
         joint_drives.fill(draft, commands, wheels, drivetrain)
     joint_graphs.fill(draft, known, drivetrain)
     _tell_fixed(draft, wheels)
-    if drivetrain is None and draft.urdf.mjcf is None and not draft.fixed_base and draft.urdf.root != WORLD:
-        _tell_undriven(draft)
+    if drivetrain is None and draft.urdf.mjcf is None:
+        _tell_undriven(draft, efforts=[joint for joint, each in commands.items() if "effort" in each.ranges])
 
 
 def _mark_dragging(draft: Draft, drivetrain: Drivetrain) -> None:
@@ -84,12 +84,25 @@ def _tell_fixed(draft: Draft, wheels: Sequence[BaseWheel]) -> None:
         draft.noticed.append(Remark(text, first.element.span))
 
 
-def _tell_undriven(draft: Draft) -> None:
-    """Add a remark that nothing moves the robot, if no joint has a drive."""
+def _tell_undriven(draft: Draft, efforts: Sequence[str]) -> None:
+    """Add a remark that nothing moves the robot, if no joint has a drive; for a fixed robot, if its joints would move.
+
+    Args:
+        draft: receives the remark.
+        efforts: names of the joints that take effort commands.
+    """
+    moving = draft.urdf.moving()
     if any("drive" in entry.value for entry in draft.sections["joints"].values()):
         return
-    joints = "its joints have no drives" if draft.urdf.moving() else "none of its joints moves"
-    text = f"nothing moves or holds the robot: {joints}, and no wheels that drive a base were found"
+    if not (draft.fixed_base or draft.urdf.root == WORLD):
+        joints = "its joints have no drives" if moving else "none of its joints moves"
+        text = f"nothing moves or holds the robot: {joints}, and no wheels that drive a base were found"
+    elif moving:
+        text = "nothing moves or holds the robot's joints: they have no drives"
+    else:
+        return
+    if efforts:
+        text += "; --position-drives holds joints that take efforts"
     draft.noticed.append(Remark(text, draft.urdf.links[draft.urdf.root].element.span))
 
 

@@ -78,6 +78,9 @@ def fill(
         if each.start:
             claim = says("joints", name, "start", value=each.start)
             draft.carried.append(Remark(f"start position {each.start:g}", each.span, claim, ("joint", printable(name))))
+    held = [joint for decision, joints in decisions.items() if decision.kind == "velocity" for joint in joints]
+    if drivetrain is not None:
+        _tell_braking(draft, [joint for joint in held if joint.name not in driven], wheels)
     drives = [entry.value.get("drive", {}) for entry in draft.sections["joints"].values()]
     if gains := sorted({drive["damping"] for drive in drives if drive.get("damping") and not drive.get("stiffness")}):
         told = ", ".join(f"{damping:g}" for damping in gains)
@@ -87,6 +90,17 @@ def fill(
         remark = Remark(f"{_TOLD[decision.kind]}: {names}; {decision.why}", joints[0].element.span)
         remark = replace(remark, claim=_drives([joint.name for joint in joints], decision.kind))
         (draft.guessed if decision.guessed else draft.carried).append(remark)
+
+
+def _tell_braking(draft: Draft, joints: Sequence[UrdfJoint], wheels: Sequence[BaseWheel]) -> None:
+    """Add a remark on wheels on the floor with velocity drives that no graph commands: they brake the base."""
+    standing = {wheel.joint for wheel in wheels}
+    if braking := [joint for joint in joints if joint.name in standing]:
+        names = ", ".join(printable(joint.name) for joint in braking)
+        text = (
+            f"{names}: no graph commands these wheels on the floor, whose velocity drives hold them and brake the base"
+        )
+        draft.noticed.append(Remark(text, braking[0].element.span))
 
 
 def _carrying(draft: Draft) -> dict[str, float]:

@@ -5,9 +5,10 @@ A link that rests on the floor and does not roll forward would brake the robot, 
 
 from __future__ import annotations
 
+import copy
 import math
 from collections import defaultdict
-from collections.abc import Collection
+from collections.abc import Collection, Mapping
 
 import numpy as np
 
@@ -31,6 +32,10 @@ SECONDS = 2.0
 """Simulated time, s."""
 MEASURED = 0.25
 """Last part of the simulated time, over which contact forces are averaged, s."""
+PROBE = 1.0
+"""Largest acceleration with which the robot is simulated to find how its load shifts from wheel to wheel, m/s2."""
+SETTLED = 0.5
+"""Time in which the load has shifted, s."""
 STIFF = 1e5
 """Damping of joints without a drive, N m s/rad or N s/m; it keeps an arm in its pose while the base comes to rest."""
 LEANING = 1.0
@@ -72,7 +77,7 @@ def fill(draft: Draft) -> None:
     wheels = {link for wheel in standing for link in (wheel.link, *wheel.rollers.links)}
     forces = _forces(model, data)
     _tell_idle(draft, standing, forces)
-    _tell_slipping(draft, driven, forces)
+    _tell_slipping(draft, driven, model, data, forces)
     near = [link for link in _near(draft, model, data) if link not in wheels]
     _free(draft, {link: force for link, force in forces.items() if link not in wheels}, near, sum(forces.values()))
 
@@ -153,25 +158,53 @@ def _tell_idle(draft: Draft, standing: list[WheelShape], forces: dict[str, float
         draft.noticed.append(Remark(f"{text}; they do not drive the base, and a mecanum base slides on a slope"))
 
 
-def _tell_slipping(draft: Draft, wheels: list[WheelShape], forces: dict[str, float]) -> None:
-    """Add a remark on limits of the acceleration with which the driven wheels slip."""
+def _tell_slipping(
+    draft: Draft, wheels: list[WheelShape], model: mujoco.MjModel, data: mujoco.MjData, forces: dict[str, float]
+) -> None:
+    """Add remarks on limits of the acceleration with which the driven wheels slip as the robot drives forward."""
     graph = draft.sections["graphs"].get(GRAPH)
     known = graph.value["parameters"] if graph is not None else {}
-    held = sum(
-        forces.get(link, 0.0) * _friction(draft, link)
+    frictions = {
+        link: _friction(draft, link)
         for wheel in wheels
         if _has_drive(draft, wheel)
         for link in (wheel.link, *wheel.rollers.links)
-    )
-    if not held:
-        return
-    grip = held / sum(forces.values()) * GRAVITY
-    beyond = [
-        f"{name} {known[name]:g} m/s2" for name in ("acceleration", "deceleration") if known.get(name, 0.0) > grip
-    ]
-    if beyond:
-        text = f"the driven wheels grip up to {grip:.2g} m/s2 and slip beyond, so the robot starts and stops later than with "
-        draft.noticed.append(Remark(text + " and ".join(beyond)))
+    }
+    held = _held(frictions, forces)
+    for name, verb, sign in (("acceleration", "starts", -1.0), ("deceleration", "stops", 1.0)):
+        limit = known.get(name, 0.0)
+        if not (held and limit):
+            continue
+        tried = min(PROBE, held / 2.0)
+        shifted = _held(frictions, _forces_under(model, data, sign * tried))
+        # the load shifts in proportion to the acceleration, until the driven wheels carry all weight
+        share = min((shifted - held) / tried, 1.0 - held / (max(frictions.values()) * GRAVITY))
+        grip = held / (1.0 - share)
+        if limit > grip:
+            text = f"the driven wheels grip up to {grip:.2g} m/s2 as the robot {verb}, and slip beyond, "
+            draft.noticed.append(Remark(f"{text}so it {verb} later than with {name} {limit:g} m/s2"))
+
+
+def _held(frictions: Mapping[str, float], forces: Mapping[str, float]) -> float:
+    """Return the acceleration (m/s2) that the friction of links can exert on the robot.
+
+    Args:
+        frictions: friction coefficient between each driven wheel and the floor, by the name of the link.
+        forces: vertical force (N) of the floor on each link that touches it, by name.
+    """
+    held = sum(forces.get(link, 0.0) * friction for link, friction in frictions.items())
+    return held / sum(forces.values()) * GRAVITY if held else 0.0
+
+
+def _forces_under(model: mujoco.MjModel, data: mujoco.MjData, along: float) -> dict[str, float]:
+    """Return the vertical forces as `_forces` does, with an additional acceleration (m/s2) along x in the robot's frame."""
+    braked, gravity = copy.copy(data), model.opt.gravity.copy()
+    model.opt.gravity[0] = along
+    for _ in range(round(SETTLED / STEP)):
+        mujoco.mj_step(model, braked)
+    forces = _forces(model, braked)
+    model.opt.gravity[:] = gravity
+    return forces
 
 
 def _has_drive(draft: Draft, wheel: WheelShape) -> bool:

@@ -118,10 +118,14 @@ class RobotInstance:
     def wheel_distance(self) -> float | None:
         """Distance (m) along the axle between the centres of the two driven wheels.
 
-        None unless exactly two wheels are driven, with different centres.
+        None unless exactly two wheels are driven, with different centres, and they do not slide sideways, as skid-steered wheels
+        do: such a base turns as if its wheels were farther apart.
         """
-        driven = self.urdf.wheels((j for j in self.moving if j.name in self.drives), wheel_shapes(self.spec))
-        return track(driven) if len(driven) == 2 else None
+        sliding = {link for each in self.spec.materials.values() if each.steady_sliding for link in each.bind}
+        joints = [joint for joint in self.moving if joint.name in self.drives]
+        driven = self.urdf.wheels(joints, wheel_shapes(self.spec))
+        slides = any(self.urdf.joints[wheel.joint].child in sliding for wheel in driven)
+        return track(driven) if len(driven) == 2 and not slides else None
 
 
 def wheel_shapes(spec: RobotSpec) -> dict[str, tuple[float, float]]:

@@ -68,7 +68,15 @@ def test_a_velocity_that_keeps_changing_does_not_settle() -> None:
     speed = 1.0 + 0.2 * np.sin(np.arange(400) * DT * 2.0)
     base = np.column_stack((np.r_[0.0, np.cumsum(speed * DT)], np.zeros(401), np.zeros(401)))
     assert measuring.settle_time(trace(base, base), 0, 1.0) is None
-    assert not measuring.is_steady(trace(base, base), 0, 1.0)
+    assert not measuring.is_steady(trace(base, base), Twist(x=1.0))
+
+
+def test_all_commanded_components_are_to_be_steady() -> None:
+    ramp = np.minimum(np.arange(1, 401) * DT / 2.0, 1.0)
+    base = np.column_stack((np.r_[0.0, np.cumsum(ramp * DT)], np.zeros(401), 0.0 * np.arange(401)))
+    assert not measuring.is_steady(trace(base, base).part(100), Twist(x=1.0, yaw=1.0))
+    assert measuring.is_steady(trace(base, base).part(100), Twist(yaw=1.0))
+    assert measuring.is_steady(trace(base, base).part(250), Twist(x=1.0, yaw=1.0))
 
 
 def test_a_turn_about_another_point_comes_back_after_one_turn() -> None:

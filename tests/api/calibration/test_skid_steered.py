@@ -15,8 +15,8 @@ from graphengine.api.calibration.arc_track import correct_track, lower_turn
 from graphengine.api.calibration.figures import Twist
 from tests.physics.bases import SKID, Base, Wheel
 from tests.physics.dynamics.coulomb_balance import turning_track
-from tests.physics.importing.imported_bases import description, imported, robot_file, scene, slow
-from tests.physics.importing.test_skid_steering import CONTROLLER, LENGTH, LONG, friction
+from tests.physics.importing.imported_bases import PLUGIN, description, imported, robot_file, scene, slow
+from tests.physics.importing.test_skid_steering import CONTROLLER, LENGTH, LONG, TRACK, friction
 
 
 def corrected(folder: Path, text: str, controllers: str = "") -> tuple[Path, str]:
@@ -112,6 +112,26 @@ def test_a_base_whose_wheels_are_too_slow_for_its_limits_keeps_them(tmp_path: Pa
     correct_track(*robot, told=False)
     assert lower_turn(*robot, guessed=True) == []
     assert parameters(path)["turn"] == before["turn"]
+
+
+def test_the_track_of_a_skid_steered_base_with_two_driven_wheels_is_not_said_to_be_wrong(tmp_path: Path) -> None:
+    """Its track is (1 + 0.25^2) times the distance of the wheels, which a base of two wheels would need."""
+    plugin = PLUGIN.replace("left_joint<", "front_left_joint<").replace("right_joint<", "front_right_joint<")
+    path = scene(tmp_path, imported(tmp_path, description(SKID, plugin)))
+    assert parameters(path)["track"] > 1.05 * TRACK
+    assert "W202" not in [finding.code for finding in ge.load(path).findings]
+
+
+def test_arcs_are_measured_after_a_slow_ramp(tmp_path: Path) -> None:
+    """At 0.25 m/s2, the base turns steadily long before it drives at its full speed of 1 m/s."""
+    slowly = "    linear.x.max_velocity: 1.0\n    linear.x.max_acceleration: 0.25\n"
+    path, _ = corrected(tmp_path, description(SKID), f"{CONTROLLER}{slowly}")
+    before = parameters(path)["turn"]
+    assert lower_turn(tmp_path / "robots/bot.yaml", "bot", 0.0, [], guessed=True) == []
+    assert parameters(path)["turn"] == before
+    arcs = [each for each in ge.load(path).calibrate().motions if "full_arc" in each.name]
+    assert len(arcs) == 2
+    assert all(each.speed_share is not None and each.speed_share > 0.95 for each in arcs)
 
 
 @pytest.mark.parametrize("limits", ["", "    angular.z.max_velocity: 1.5\n    linear.x.max_velocity: 0.98\n"])
@@ -236,3 +256,30 @@ def test_a_guessed_limit_stays_if_no_lower_one_helps(tmp_path: Path, monkeypatch
     assert parameters(path)["turn"] == before["turn"]
     assert driven == pytest.approx([before["turn"] * 0.8**tries for tries in range(5)])
     assert "it skids and reaches 100% of the speed and 60% of the turn rate" in said
+    lowest = f"on arcs of 0.5 m/s and {driven[-1]:.3g} rad/s, it skids and reaches 100% of the speed and 60% of the turn rate"
+    assert said.endswith(f"; even {lowest}")
+
+
+def test_a_guessed_limit_is_lowered_until_slow_arcs_are_as_commanded_too(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The base loses speed on slow arcs only, until the limit is 0.8 of 0.8 of the guessed one."""
+    driven: list[tuple[float, float]] = []
+    found = imported(tmp_path, description(SKID))
+    path, known = scene(tmp_path, found), robot_file(found)["graphs"]["base"]["parameters"]
+
+    def drive(_: object, speed: float, turn: float) -> tuple[Twist, Twist]:
+        driven.append((speed / known["speed"], turn / known["turn"]))
+        loses = speed < known["speed"] and turn > 0.2 * known["turn"]
+        reached = 0.84 * speed if loses else speed
+        return Twist(x=reached, yaw=turn), Twist(x=reached, yaw=-turn)
+
+    monkeypatch.setattr("graphengine.api.calibration.arc_track.ArcDrives.drive", drive)
+    (said,) = lower_turn(tmp_path / "robots/bot.yaml", "bot", found.lift, found.outside, guessed=True)
+    rates = [(1.0, 1.0), (0.3, 0.3), (1.0, 0.8), (0.3, 0.24), (1.0, 0.64), (0.3, 0.192)]
+    assert np.array(driven) == pytest.approx(np.array(rates), rel=0.01)
+    assert parameters(path)["turn"] == pytest.approx(0.64 * known["turn"], rel=0.01)
+    assert (
+        f"on arcs of {0.3 * known['speed']:.3g} m/s and {0.3 * known['turn']:.3g} rad/s, it skids and reaches 84%"
+        in said
+    )

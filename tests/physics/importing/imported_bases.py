@@ -10,8 +10,8 @@ import yaml
 from graphengine.descriptions.files.packages import Packages
 from graphengine.descriptions.files.xml import parse
 from graphengine.format.diagnostics import Findings
-from graphengine.format.document import load
 from graphengine.format.files import Files
+from graphengine.physics.importing.controllers_file import load_parameters
 from graphengine.physics.importing.import_robot import Imported, Origin, import_robot
 from graphengine.physics.importing.robot_source import Wishes, read_source
 from tests.physics.bases import MECANUM, SKID, Base, Wheel
@@ -139,7 +139,7 @@ def attempt(folder: Path, text: str, controllers: str = "") -> tuple[Imported | 
     document = None
     if controllers:
         (folder / "controllers.yaml").write_text(controllers, encoding="utf-8")
-        document = load(folder / "controllers.yaml", findings, "controllers.yaml")
+        document = load_parameters(folder / "controllers.yaml", findings, "controllers.yaml")
         if findings.errors:
             return None, findings
     target = folder / "robots" / "bot.yaml"

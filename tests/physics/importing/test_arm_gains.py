@@ -81,6 +81,37 @@ def test_without_effort_limits_gains_follow_from_inertia_and_weight(tmp_path: Pa
     assert drives(found)["j2"]["stiffness"] > 5000
 
 
+def test_without_effort_limits_a_light_joint_withstands_the_motion_of_the_others(tmp_path: Path) -> None:
+    """Two joints about parallel axes: M12 of the second is larger than its own M22 by m l1 l2 cos q2."""
+    control = "".join(f'<joint name="{name}"><command_interface name="position"/></joint>' for name in ("a", "b"))
+    control = f'<ros2_control name="arm" type="system">{control}</ros2_control>'
+    links = beam("upper", 0.01, 1.0) + beam("lower", 1.0, 0.2)
+    limits: dict[str, Any] = {"lower": -0.01, "upper": 0.01, "effort": None}
+    joints = joint("a", "base_link", "upper", "0 0 .05", "0 1 0", **limits)
+    joints += joint("b", "upper", "lower", "0 0 1", "0 1 0", **limits)
+    found = imported(tmp_path, robot(links, joints, control))
+    own = 1.0 * 0.1**2 + 1.0 * 0.2**2 / 12 + 1e-4
+    coupled = own + 1.0 * 1.0 * 0.1
+    assert drives(found)["b"]["stiffness"] == pytest.approx((own + coupled) * (2 * math.pi * 5) ** 2, rel=0.01)
+    assert found.draft.entry("joints", "b").hint.startswith("5.0 Hz")
+
+
+@pytest.mark.parametrize(("velocity", "told"), [(2.0, False), (4.0, True)])
+def test_a_joint_that_needs_long_to_stop_from_its_speed_limit_is_noticed(
+    tmp_path: Path, velocity: float, told: bool
+) -> None:
+    """About a vertical axis, with 9 kg of a beam of 1 m and an effort of 30 N m: v2 I / 2 M."""
+    turned = beam("arm", 9.0, 1.0).replace('xyz="0 0 0.5"', 'xyz="0.5 0 0"')
+    found = imported(
+        tmp_path, robot(turned, joint("j", "base_link", "arm", "0 0 .05", "0 0 1", effort=30, velocity=velocity))
+    )
+    way = velocity**2 * (9.0 * 0.5**2 + 9.0 * 0.03**2 + 1e-4) / (2 * 30.0)
+    assert (way > 0.5) is told
+    slow = [remark.text for remark in found.draft.noticed if "need a long way to stop" in remark.text]
+    assert bool(slow) is told
+    assert all(f"j ({way:.2g} from {velocity:g}/s)" in text for text in slow)
+
+
 def test_wheels_casters_and_followers_have_no_such_gains(tmp_path: Path) -> None:
     finger = limb("finger", 1, base="j6_link", effort=5)
     mimic = '<mimic joint="finger1" multiplier="1"/></joint>'

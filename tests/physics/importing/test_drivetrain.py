@@ -146,6 +146,24 @@ def test_a_base_whose_wheels_are_fixed_is_said_not_to_move(tmp_path: Path) -> No
     assert "nothing moves" not in remarks(imported(tmp_path, description(DIFFERENTIAL, plugin)))
 
 
+@pytest.mark.parametrize(
+    ("kind", "told"),
+    [
+        (
+            "effort",
+            "noticed: nothing moves or holds the robot's joints: they have no drives; --position-drives holds joints",
+        ),
+        ("position", ""),
+    ],
+)
+def test_a_fixed_arm_whose_joints_nothing_holds_is_told(tmp_path: Path, kind: str, told: str) -> None:
+    """Upright, such an arm need not fall in the first seconds."""
+    commands = interfaces(j1=kind, j2=kind)
+    said = remarks(imported(tmp_path, robot(limb("j", 2, base="world"), commands, base="world")))
+    assert told in said
+    assert ("nothing moves" in said) is bool(told)
+
+
 @pytest.mark.parametrize("type_name", ["joint_state_broadcaster/JointStateBroadcaster", "vendor/JointController"])
 def test_a_controller_that_commands_no_joint_leaves_the_joints_their_drives(tmp_path: Path, type_name: str) -> None:
     other = f"controller_manager: {{ros__parameters: {{other: {{type: {type_name}}}}}}}\n"
@@ -276,9 +294,39 @@ def test_a_caster_swivels_freely(tmp_path: Path) -> None:
     assert "guessed: no drive, turns freely: trail_joint; wheels that drive nothing" in said
 
 
+def test_wheels_that_hold_still_without_a_command_are_told(tmp_path: Path) -> None:
+    """A plugin drives the front wheels; the rear wheels take velocities, too, which no controller sends."""
+    front = [wheel.name for wheel in SKID.wheels if wheel.x > 0]
+    rear = [wheel.name for wheel in SKID.wheels if wheel.x < 0]
+    plugin = PLUGIN
+    for side in ("left", "right"):
+        (name,) = (name for name in front if side in name)
+        plugin = plugin.replace(f">{side}_joint<", f">{name}_joint<")
+    commands = interfaces(**{f"{name}_joint": "velocity" for name in (*front, *rear)})
+    said = remarks(imported(tmp_path, description(SKID, plugin, commands)))
+    names = ", ".join(f"{name}_joint" for name in rear)
+    told = "no graph commands these wheels on the floor, whose velocity drives hold them and brake the base"
+    assert f"noticed: {names}: {told}" in said
+    assert told not in remarks(imported(tmp_path, description(SKID, plugin)))
+
+
 def control_plugin(file: str) -> str:
     return f"""<gazebo><plugin filename="gz_ros2_control-system" name="gz_ros2_control::GazeboSimROS2ControlPlugin">
       <parameters>{file}</parameters><ros><remapping>~/cmd_vel:=platform/cmd_vel</remapping></ros></plugin></gazebo>"""
+
+
+def test_repeated_sections_of_a_node_are_one_section_in_which_the_last_value_counts(tmp_path: Path) -> None:
+    more = """
+/**:
+  ros__parameters:
+    linear.x.max_velocity: 0.3
+    linear.x.max_acceleration: 0.6
+/**:
+  ros__parameters:
+    linear.x.max_velocity: 0.4
+"""
+    known = parameters(tmp_path, description(DIFFERENTIAL), CONTROLLERS + more)
+    assert (known["speed"], known["acceleration"]) == (0.4, 0.6)
 
 
 @pytest.mark.parametrize("reference", ["config/bot.yaml", "$(find bot_package)/config/bot.yaml"])

@@ -39,13 +39,43 @@ def test_a_caster_that_rolls_only_sideways_slides_too(tmp_path: Path, plugin: bo
     assert told == "19.8 N, 17% of the weight, rest on roller, which rolls only sideways"
 
 
-@pytest.mark.parametrize(("limit", "told"), [(8.0, False), (8.3, True)])
-def test_an_acceleration_beyond_the_grip_of_the_driven_wheels_is_told(tmp_path: Path, limit: float, told: bool) -> None:
-    """10 kg of 12 stand on the driven wheels, whose friction is 1: 8.17 m/s2."""
-    plugin = f"<max_linear_acceleration>{limit}</max_linear_acceleration></plugin>"
-    robot = imported(tmp_path, rover(CASTER, ROLLER[ROLLER.index("<gazebo>") :].replace("</plugin>", plugin)))
-    said = "the driven wheels grip up to 8.2 m/s2 and slip beyond, so the robot starts and stops later than with"
-    assert (f"{said} acceleration {limit:g} m/s2 and deceleration {limit:g} m/s2" in noticed(robot)) is told
+@pytest.mark.parametrize("ahead", [False, True])
+def test_an_acceleration_beyond_the_grip_of_the_driven_wheels_is_told(tmp_path: Path, ahead: bool) -> None:
+    """A load of M a h / l shifts to a caster behind the wheels as the robot starts, and to one ahead of them as it stops.
+
+    10 kg of 12 stand on the driven wheels, whose friction is 1. The centre of mass is h above the floor, the caster at l.
+    """
+    held, height, length = 9.81 * 10 / 12, (10 * 0.15 + 2 * 0.1) / 12, 0.25
+    less = held / (1 + height / length)
+    chassis, caster = CHASSIS, CASTER
+    if ahead:
+        chassis, caster = chassis.replace("-.05 0 .05", ".05 0 .05"), caster.replace("-.25", ".25")
+        chassis = chassis.replace("-.1 0 .06", ".1 0 .06")
+    assert 5.15 < less < 5.25 < 7.0 < held
+    plugin = "<max_linear_acceleration>7</max_linear_acceleration></plugin>"
+    drive = ROLLER[ROLLER.index("<gazebo>") :].replace("</plugin>", plugin)
+    robot = imported(tmp_path, rover(caster, drive, chassis=chassis))
+    verb, limit = ("stops", "deceleration") if ahead else ("starts", "acceleration")
+    said = f"the driven wheels grip up to 5.2 m/s2 as the robot {verb}, and slip beyond, so it {verb} later than with"
+    assert [text for text in noticed(robot) if "slip" in text] == [f"{said} {limit} 7 m/s2"]
+
+
+@pytest.mark.parametrize(("limit", "told"), [(9.7, 0), (9.9, 2)])
+def test_the_driven_wheels_hold_at_most_all_weight(tmp_path: Path, limit: float, told: int) -> None:
+    """Four driven wheels carry all weight, in whichever way it shifts."""
+    four = [
+        wheel(f"{end}_{side}", y).replace('origin xyz="0', f'origin xyz="{x}')
+        for end, x in (("front", 0.2), ("rear", -0.2))
+        for side, y in (("left", 0.2), ("right", -0.2))
+    ]
+    names = "".join(
+        f"<{side}_joint>{end}_{side}_joint</{side}_joint>" for end in ("front", "rear") for side in ("left", "right")
+    )
+    plugin = f"""<gazebo><plugin filename="gz-sim-diff-drive-system" name="gz::sim::systems::DiffDrive">{names}
+      <wheel_separation>.4</wheel_separation><wheel_radius>.1</wheel_radius>
+      <max_linear_acceleration>{limit}</max_linear_acceleration></plugin></gazebo>"""
+    robot = imported(tmp_path, rover(plugin, wheels="".join(four)))
+    assert len([text for text in noticed(robot) if text.startswith("the driven wheels grip up to 9.8 m/s2")]) == told
 
 
 def test_driven_wheels_above_the_floor_are_told(tmp_path: Path) -> None:
