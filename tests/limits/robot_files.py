@@ -304,7 +304,7 @@ def _(gain: float) -> bool:
 @limit("physics.importing.arm_gains._MOST", step=1e8)
 def _(stiffness: float) -> bool:
     joint = SimpleNamespace(effort=stiffness * arm_gains.DEVIATION, losses=(0.0, 0.0), velocity=None)
-    return arm_gains._gains(joint, arm_gains.Load(1.0, 1.0))[0] == stiffness  # type: ignore[arg-type]
+    return arm_gains._gains(joint, arm_gains.Load(1.0, 1.0, 1.0))[0] == stiffness  # type: ignore[arg-type]
 
 
 @limit("descriptions.sdf.sdf_shells.MAX_PLATES", at=8)
