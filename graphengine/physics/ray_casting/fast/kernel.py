@@ -156,8 +156,7 @@ def _walk(
     index = 0
     while index < len(tree):
         node = tree[index]
-        low, high = (node.low[0], node.low[1], node.low[2]), (node.high[0], node.high[1], node.high[2])
-        if _reach(spread, start, low, high, farthest) == math.inf:
+        if _reach(spread, start, node.low, node.high, farthest) == math.inf:
             index = node.skip
             continue
         if node.item >= 0 and node.item != met and own[0][node.item] != PASSED:
@@ -194,7 +193,7 @@ def _over(bound: float, outwards: float) -> float:
 
 
 @part
-def _reach(spread: Spread, origin: Vector, low: Vector, high: Vector, farthest: float) -> float:
+def _reach(spread: Spread, origin: Vector, low: Floats | Vector, high: Floats | Vector, farthest: float) -> float:
     """Return the distance from which rays with directions within the bounds can hit a box; infinity if not within `farthest`.
 
     At distance t from the origin, the rays span the range from least * t to most * t along each axis. They reach the box where
@@ -227,23 +226,33 @@ def _meet(number: int, geoms: Records, own: Own, packet: Records, count: int, st
     size = (geom.size[0], geom.size[1], geom.size[2])
     roles, near = own
     nearest = near if roles[number] == VISIBLE else 0.0
-    lanes = meshes[3]
     if kind in (MESH, HFIELD):
-        for index in range(count):
-            beam = packet[index]
-            way = (beam.way[0], beam.way[1], beam.way[2])
-            lanes[0, index], lanes[1, index], lanes[2, index] = _dot(right, way), _dot(up, way), _dot(out, way)
-            lanes[3, index], lanes[4, index] = beam.distance, math.inf
+        _enter_lanes(packet, count, right, up, out, meshes[3])
         _meet_mesh(meshes, geom.mesh, start, count)
+        for index in range(count):
+            _keep(packet[index], number, meshes[3][4, index], nearest)
+        return
     for index in range(count):
         beam = packet[index]
-        if kind in (MESH, HFIELD):
-            distance = lanes[4, index]
-        else:
-            way = (beam.way[0], beam.way[1], beam.way[2])
-            distance = _distance(kind, size, start, (_dot(right, way), _dot(up, way), _dot(out, way)))
-        if distance >= nearest and (distance < beam.distance or (distance == beam.distance and number < beam.geom)):
-            beam.distance, beam.geom = distance, number
+        way = (beam.way[0], beam.way[1], beam.way[2])
+        _keep(beam, number, _distance(kind, size, start, (_dot(right, way), _dot(up, way), _dot(out, way))), nearest)
+
+
+@part
+def _keep(beam: Any, number: int, distance: float, nearest: float) -> None:
+    """Write a hit to a ray if it is nearer than the hit so far, or as near and on a geom with a lower id."""
+    if distance >= nearest and (distance < beam.distance or (distance == beam.distance and number < beam.geom)):
+        beam.distance, beam.geom = distance, number
+
+
+@part
+def _enter_lanes(packet: Records, count: int, right: Vector, up: Vector, out: Vector, lanes: Floats) -> None:
+    """Write the rays of a packet to lanes; `right`, `up` and `out` are the axes of the mesh in the world frame."""
+    for index in range(count):
+        beam = packet[index]
+        way = (beam.way[0], beam.way[1], beam.way[2])
+        lanes[0, index], lanes[1, index], lanes[2, index] = _dot(right, way), _dot(up, way), _dot(out, way)
+        lanes[3, index], lanes[4, index] = beam.distance, math.inf
 
 
 @part
