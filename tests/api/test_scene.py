@@ -112,13 +112,13 @@ def test_a_graph_that_needs_a_scene_is_refused_without_one() -> None:
 
 def test_an_occupancy_map_is_an_array_and_the_files_that_graphrun_map_writes(scene: ge.Scene, tmp_path: Path) -> None:
     area: dict[str, Any] = {"bounds": ((-2.0, -1.0), (2.0, 1.0)), "cell": 0.5}
-    floor = scene.occupancy_map(tmp_path / "floor", **area)
+    floor = ge.bringup.occupancy_map(scene, tmp_path / "floor", **area)
     assert (floor.cells == 0).all()
     assert floor.cells.shape == (4, 8)
     assert sorted(path.name for path in tmp_path.iterdir()) == ["floor.png", "floor.yaml"]
-    around = scene.occupancy_map(**area, heights=(0.05, 0.62), include=["/dd100"], free=[(1.5, 0.5)])
+    around = ge.bringup.occupancy_map(scene, **area, heights=(0.05, 0.62), include=["/dd100"], free=[(1.5, 0.5)])
     assert around.cells[2, 4] == 100
-    assert scene.occupancy_map(**area, heights=(0.5, 1.0), convention="isaac").window == (0.25, 1.25)
+    assert ge.bringup.occupancy_map(scene, **area, heights=(0.5, 1.0), convention="isaac").window == (0.25, 1.25)
 
 
 @pytest.mark.parametrize(
@@ -132,10 +132,10 @@ def test_an_occupancy_map_is_an_array_and_the_files_that_graphrun_map_writes(sce
 )
 def test_a_map_that_makes_no_sense_is_refused(scene: ge.Scene, arguments: dict[str, Any], words: str) -> None:
     with pytest.raises(ge.UsageError) as caught:
-        scene.occupancy_map(**arguments)
+        ge.bringup.occupancy_map(scene, **arguments)
     assert words in str(caught.value)
 
 
 def test_a_graph_without_a_scene_has_no_map() -> None:
     with pytest.raises(ge.UsageError, match="without a scene and has no map"):
-        ge.load("clock").occupancy_map()
+        ge.bringup.occupancy_map(ge.load("clock"))

@@ -21,18 +21,18 @@ from typing import Any
 import yaml
 
 import graphengine as ge
-from graphengine.api.calibration.calibrator import choose_robot
-from graphengine.api.calibration.drive_recorder import STILL, DriveRecorder, FallenError
-from graphengine.api.calibration.figures import Twist
-from graphengine.api.calibration.flat_scene import on_flat_floor
-from graphengine.api.calibration.measuring import mean_velocity
-from graphengine.api.calibration.omni_geometry import is_oblique
-from graphengine.api.calibration.robot_interface import find_command, inputs_named, known_wheel_base, limit_of
-from graphengine.api.calibration.wheel_geometry import WheelMeter
 from graphengine.api.run_options import RunOptions
 from graphengine.api.runner import Runner
 from graphengine.api.scene import loaded_of
 from graphengine.api.session import Session
+from graphengine.bringup.calibration.calibrator import choose_robot
+from graphengine.bringup.calibration.drive_recorder import STILL, DriveRecorder, FallenError
+from graphengine.bringup.calibration.figures import Twist
+from graphengine.bringup.calibration.flat_scene import on_flat_floor
+from graphengine.bringup.calibration.measuring import mean_velocity
+from graphengine.bringup.calibration.omni_geometry import is_oblique
+from graphengine.bringup.calibration.robot_interface import find_command, inputs_named, known_wheel_base, limit_of
+from graphengine.bringup.calibration.wheel_geometry import WheelMeter
 from graphengine.physics.model.robot import RobotInstance
 from graphengine.scene.loaded_scene import LoadedScene
 

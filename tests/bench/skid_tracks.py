@@ -20,14 +20,14 @@ from pathlib import Path
 import numpy as np
 
 import graphengine as ge
-from graphengine.api.calibration.arc_track import ArcDrives
-from graphengine.api.calibration.drive_recorder import DriveRecorder
-from graphengine.api.calibration.full_speed import limits_of, slow_arc
-from graphengine.api.calibration.robot_interface import find_command, inputs_named
 from graphengine.api.run_options import RunOptions
 from graphengine.api.runner import Runner
 from graphengine.api.scene import loaded_of
 from graphengine.api.session import Session
+from graphengine.bringup.calibration.arc_track import ArcDrives
+from graphengine.bringup.calibration.drive_recorder import DriveRecorder
+from graphengine.bringup.calibration.full_speed import limits_of, slow_arc
+from graphengine.bringup.calibration.robot_interface import find_command, inputs_named
 from graphengine.descriptions.engine import mujoco
 from tests.bench.public_descriptions import NEVER_TUNED_TO, ROBOTS, Robot
 from tests.bench.public_robots import graphrun
