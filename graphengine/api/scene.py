@@ -7,13 +7,18 @@ from dataclasses import dataclass
 from os import PathLike
 from pathlib import Path
 from types import MappingProxyType
+from typing import TYPE_CHECKING
 
 from graphengine.api.run_options import Log, RunOptions, log_to_logging
 from graphengine.api.runner import Runner
 from graphengine.api.session import Session
+from graphengine.format.errors import UsageError
 from graphengine.messages.names import join_namespaces
 from graphengine.node.dropped_values import BadValues
 from graphengine.scene.loaded_scene import LoadedScene
+
+if TYPE_CHECKING:
+    from graphengine.physics.loaded_world import LoadedWorld
 
 
 @dataclass(frozen=True, slots=True)
@@ -149,6 +154,18 @@ class Scene:
 def loaded_of(scene: Scene) -> LoadedScene:
     """Return the internal LoadedScene of a scene, which has details that `Scene` does not expose."""
     return scene._loaded
+
+
+def world_of(scene: Scene) -> LoadedWorld:
+    """Return the world of a scene at time 0, with its robots and its MuJoCo model.
+
+    Raises:
+        UsageError: a graph was loaded without a scene.
+    """
+    loaded = loaded_of(scene)
+    if loaded.world is None:
+        raise UsageError(f"{loaded.path} is a graph without a scene and has no world; give a scene")
+    return loaded.world
 
 
 def modules_of(scene: Scene) -> Sequence[str]:

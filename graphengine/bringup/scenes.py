@@ -16,7 +16,6 @@ if TYPE_CHECKING:
     from graphengine.bringup.calibration.figures import Calibration
     from graphengine.bringup.maps.localizability import Localizability
     from graphengine.bringup.maps.map_files import Convention, Format
-    from graphengine.physics.loaded_world import LoadedWorld
     from graphengine.physics.occupancy.occupancy_map import OccupancyMap, Point, Rectangle
 
 
@@ -66,6 +65,7 @@ def occupancy_map(
         PrimError: there is no prim at a path in `select`, `include` or `exclude`.
         UsageError: an argument is invalid, or a graph was loaded without a scene.
     """
+    from graphengine.api.scene import world_of
     from graphengine.bringup.maps.map_files import Convention, Format, isaac_window, write_map
     from graphengine.physics.occupancy.occupancy_map import MapRequest, make_map
 
@@ -75,7 +75,7 @@ def occupancy_map(
     ):
         if value not in legal:
             raise UsageError(f"{name}: unknown value {value!r}; {listing(legal)}")
-    world = _world(scene)
+    world = world_of(scene)
     request = MapRequest(heights, cell, bounds, select, origin, free, include, exclude)
     if convention == "isaac":
         request = replace(request, window=isaac_window(heights, cell))
@@ -124,12 +124,13 @@ def localizability(
         UsageError: the robot or lidar does not exist, the robot has several lidars and `lidar` is None, the lidar is not
             level, the map has no free place, or a graph was loaded without a scene.
     """
+    from graphengine.api.scene import world_of
     from graphengine.bringup.maps.localizability import localizability
     from graphengine.bringup.maps.localizability_report import write_report
     from graphengine.bringup.maps.robot_lidar import robot_lidar
 
-    world = _world(scene)
-    sensor, radius = robot_lidar(world, robot, lidar)
+    world = world_of(scene)
+    sensor, radius = robot_lidar(world.simulation, world.robots, robot, lidar)
     result = localizability(chart, sensor, radius, spacing=spacing, scans=scans, alpha=alpha, progress=progress)
     if path is not None:
         write_report(result, chart, Path(path))
@@ -167,21 +168,6 @@ def calibrate(
         CheckError: the robot or one of its graphs has errors in the scene with the flat floor.
         UsageError: an argument is invalid, or the robot or its command topic is ambiguous.
     """
-    from graphengine.api.scene import loaded_of, modules_of
     from graphengine.bringup.calibration.calibrator import calibrate
 
-    return calibrate(loaded_of(scene), robot, command_topic, speed, turn_speed, seed=seed, modules=modules_of(scene))
-
-
-def _world(scene: Scene) -> LoadedWorld:
-    """Return the world of a scene at time 0.
-
-    Raises:
-        UsageError: a graph was loaded without a scene.
-    """
-    from graphengine.api.scene import loaded_of
-
-    loaded = loaded_of(scene)
-    if loaded.world is None:
-        raise UsageError(f"{loaded.path} is a graph without a scene and has no map; give a scene")
-    return loaded.world
+    return calibrate(scene, robot, command_topic, speed, turn_speed, seed=seed)

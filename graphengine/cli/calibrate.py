@@ -94,18 +94,16 @@ def execute(arguments: argparse.Namespace) -> int:
 
 
 def _calibrate(scene: Scene, arguments: argparse.Namespace) -> Calibration:
-    from graphengine.api.scene import loaded_of
     from graphengine.bringup.calibration.calibrator import calibrate
 
     with share_of("calibrating") as advance:
         return calibrate(
-            loaded_of(scene),
+            scene,
             arguments.robot,
             arguments.command_topic,
             arguments.speed,
             arguments.turn_speed,
             seed=arguments.seed,
-            modules=arguments.modules,
             log=log_problem,
             progress=advance,
         )
@@ -123,10 +121,9 @@ def _draw(result: Calibration, path: Path) -> None:
 
 
 def _write(scene: Scene, result: Calibration) -> None:
-    from graphengine.api.scene import loaded_of
     from graphengine.bringup.calibration.write_back import write_figures
 
-    changes, notes = write_figures(loaded_of(scene), result)
+    changes, notes = write_figures(scene, result)
     for change in changes:
         print(clean(f"{near(str(change.path))}: {change.node}: {change.old:g} -> {change.new:g}"), file=sys.stderr)
     for note in notes:

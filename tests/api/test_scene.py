@@ -137,5 +137,5 @@ def test_a_map_that_makes_no_sense_is_refused(scene: ge.Scene, arguments: dict[s
 
 
 def test_a_graph_without_a_scene_has_no_map() -> None:
-    with pytest.raises(ge.UsageError, match="without a scene and has no map"):
+    with pytest.raises(ge.UsageError, match="without a scene and has no world"):
         ge.bringup.occupancy_map(ge.load("clock"))

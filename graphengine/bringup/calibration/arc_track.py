@@ -8,8 +8,8 @@ from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from pathlib import Path
 
-from graphengine.api.run_options import RunOptions
-from graphengine.api.runner import Runner
+from graphengine.api.scene import Scene, loaded_of, world_of
+from graphengine.api.scene_loading import load
 from graphengine.api.session import Checkpoint, Session
 from graphengine.bringup.calibration.drive_recorder import DriveRecorder, FallenError
 from graphengine.bringup.calibration.figures import Calibration, Twist
@@ -18,7 +18,6 @@ from graphengine.bringup.calibration.full_speed import limits_of, slow_arc
 from graphengine.bringup.calibration.measuring import is_steady, mean_velocity
 from graphengine.bringup.calibration.robot_interface import find_command, inputs_named, limit_of
 from graphengine.bringup.calibration.write_back import write_figures, write_input
-from graphengine.scene.loaded_scene import LoadedScene, Options
 
 EXACT = 0.005
 """Largest relative difference between the reached and the commanded turn rate with the track found."""
@@ -74,30 +73,27 @@ def lower_turn(robot_file: Path, name: str, lift: float, allowed: Sequence[Path]
             return [f"arcs at the limits: {error}"]
 
 
-def _on_flat_floor(
-    robot_file: Path, name: str, lift: float, allowed: Sequence[Path]
-) -> AbstractContextManager[LoadedScene]:
+def _on_flat_floor(robot_file: Path, name: str, lift: float, allowed: Sequence[Path]) -> AbstractContextManager[Scene]:
     """Return a context manager that yields a scene with a robot on a flat floor."""
     place = robot_file.absolute()
     robots = {name: {"use": str(place), "position": [0.0, 0.0, lift]}}
     outside = [place.parent, *([place.parent.parent] if place.parent.name == "robots" else []), *allowed]
-    options = Options(allowed=[each.absolute() for each in outside])
-    return flat_scene("track", "track", options, {"robots": robots})
+    allow = [each.absolute() for each in outside]
+    return flat_scene("track", "track", lambda path: load(path, allow=allow, rays="mujoco"), {"robots": robots})
 
 
-def _correct(scene: LoadedScene, name: str, *, told: bool) -> str:
+def _correct(scene: Scene, name: str, *, told: bool) -> str:
     inputs = {
-        f"{graph.name}/{node.id}.{port.name}": value
-        for graph, node, port, value in inputs_named(scene.planned, "wheelDistance")
+        f"{graph.name}/{node.id}.{port}": value
+        for graph, node, port, value in inputs_named(loaded_of(scene).planned, "wheelDistance")
     }
-    assert scene.world is not None
-    speed, turn = slow_arc(scene.world.robots[name], *limits_of(scene))
-    command = find_command(scene.claims, None)
+    speed, turn = slow_arc(world_of(scene).robots[name], *limits_of(scene))
+    command = find_command(scene.topics, None)
     if not inputs or command is None or not 0.0 < turn < math.inf or not speed < math.inf:
         return "track: not measured, because its graph has no command topic or no limits, or its wheels no grip across them"
     before = float(next(iter(inputs.values())))
     tried: list[tuple[float, float]] = []
-    with Session(Runner(scene, RunOptions(domain=0))) as sim:
+    with scene.session(domain=0) as sim:
         arcs = ArcDrives(sim, DriveRecorder(sim, name, command, (), None), sim.checkpoint(), tuple(inputs))
         while len(tried) < _RUNS and not (tried and _error(tried[-1]) <= EXACT):
             track = tried[-1][0] / tried[-1][1] if tried else before
@@ -122,12 +118,12 @@ def _error(drive: tuple[float, float]) -> float:
     return abs(drive[1] - 1.0)
 
 
-def _lower(scene: LoadedScene, name: str, *, guessed: bool) -> list[str]:
-    command, first = find_command(scene.claims, None), limit_of(scene, "maxAngularSpeed")
+def _lower(scene: Scene, name: str, *, guessed: bool) -> list[str]:
+    command, first = find_command(scene.topics, None), limit_of(scene, "maxAngularSpeed")
     if command is None or not max(limits_of(scene)) < math.inf:
         return []
     limit, outcome = first, ""
-    with Session(Runner(scene, RunOptions(domain=0))) as sim:
+    with scene.session(domain=0) as sim:
         drives = ArcDrives(sim, DriveRecorder(sim, name, command, (), None), sim.checkpoint())
         for _ in range(_RUNS):
             speed, turn = limits_of(scene, limit)

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import replace
 
-from graphengine.api.run_options import Log, RunOptions, log_to_logging
-from graphengine.api.runner import Runner
+from graphengine.api.run_options import Log, log_to_logging
+from graphengine.api.scene import Scene, loaded_of, world_of
 from graphengine.api.session import Checkpoint, Session
 from graphengine.bringup.calibration import diagnosis, full_speed, imu_noise
 from graphengine.bringup.calibration.drive_recorder import STILL, DriveRecorder, FallenError
@@ -39,7 +39,6 @@ from graphengine.devices.rotation import Vector3
 from graphengine.format.errors import UsageError
 from graphengine.format.wording import listing, unknown
 from graphengine.physics.model.robot import RobotInstance
-from graphengine.scene.loaded_scene import LoadedScene
 
 SPEED, TURN_SPEED = 0.3, 0.6
 """Default speed (m/s) and turn rate (rad/s) of the commands."""
@@ -58,14 +57,13 @@ def no_progress(_: float) -> None:
 
 
 def calibrate(
-    scene: LoadedScene,
+    scene: Scene,
     robot: str | None = None,
     command_topic: str | None = None,
     speed: float = SPEED,
     turn_speed: float = TURN_SPEED,
     *,
     seed: int = 0,
-    modules: Sequence[str] = (),
     log: Log = log_to_logging,
     progress: Progress = no_progress,
 ) -> Calibration:
@@ -78,7 +76,6 @@ def calibrate(
         speed: speed to command, m/s; lowered to the limits of the robot's controllers.
         turn_speed: turn rate to command, rad/s; lowered to the limits of the robot's controllers.
         seed: seed of all random generators.
-        modules: names of Python modules with node types.
         log: function called with severity, prim path and text of each log message of a node.
         progress: function called with the completed share of the work, 0 to 1.
 
@@ -91,18 +88,17 @@ def calibrate(
             raise UsageError(f"{name}: expected a number above 0, got {value!r}")
     chosen = choose_robot(scene, robot)
     with on_flat_floor(scene, chosen) as flat:
-        command = find_command(flat.claims, command_topic)
+        command = find_command(flat.topics, command_topic)
         if command is None:
             reason = diagnosis.no_command(scene, flat)
             return Calibration(chosen.name, "", "", speed, turn_speed, moves=False, notes=(reason,))
         speed = min(speed, limit_of(flat, "maxLinearSpeed"), full_speed.rim_speed(flat))
         turn_speed = min(turn_speed, limit_of(flat, "maxAngularSpeed"))
-        options = RunOptions(seed=seed, domain=0, log=log)
-        with Session(Runner(flat, options, modules)) as sim:
+        with flat.session(seed=seed, domain=0, log=log) as sim:
             return _Calibrator(sim, flat, chosen.name, command, speed, turn_speed, progress).run()
 
 
-def choose_robot(scene: LoadedScene, name: str | None) -> RobotInstance:
+def choose_robot(scene: Scene, name: str | None) -> RobotInstance:
     """Return the robot to calibrate: the robot `name`, or by default the first robot of the scene.
 
     Without a name, all robots must have the same robot file.
@@ -110,9 +106,10 @@ def choose_robot(scene: LoadedScene, name: str | None) -> RobotInstance:
     Raises:
         UsageError: the scene has no robot, no robot has the name, or no name is given and the robot files differ.
     """
-    robots = scene.world.robots if scene.world is not None else {}
+    world = loaded_of(scene).world
+    robots = world.robots if world is not None else {}
     if not robots:
-        raise UsageError(f"{scene.path}: there is no robot to calibrate; give a scene with a robot")
+        raise UsageError(f"{loaded_of(scene).path}: there is no robot to calibrate; give a scene with a robot")
     if name is not None:
         if name not in robots:
             raise UsageError(unknown("robot", name, robots))
@@ -128,21 +125,20 @@ class _Calibrator:
     def __init__(
         self,
         sim: Session,
-        scene: LoadedScene,
+        scene: Scene,
         robot: str,
         command: CommandTopic,
         speed: float,
         turn_speed: float,
         progress: Progress,
     ) -> None:
-        assert scene.world is not None
         self._sim = sim
         self._progress = progress
-        self._imus = published(scene.claims, IMU)
-        instance = scene.world.robots[robot]
+        self._imus = published(scene.topics, IMU)
+        instance = world_of(scene).robots[robot]
         self._wheel_base = known_wheel_base(scene) or WheelMeter.described_wheel_base(instance)
         self._arc_radius = _arc_radius(self._wheel_base, limit_of(scene, "maxWheelRotation"))
-        odometry = published(scene.claims, ODOMETRY)
+        odometry = published(scene.topics, ODOMETRY)
         self._drives = DriveRecorder(sim, robot, command, odometry, self._wheel_base)
         self._wheels = WheelMeter(instance, self._drives.articulation.joint_names)
         self._meters = {topic: OdometryMeter(topic) for topic in odometry}

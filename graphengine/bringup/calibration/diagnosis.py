@@ -7,19 +7,19 @@ from collections import defaultdict
 
 import numpy as np
 
+from graphengine.api.scene import Scene
 from graphengine.api.session import Session
 from graphengine.bringup.calibration.drive_recorder import DriveRecorder
 from graphengine.bringup.calibration.figures import Twist
 from graphengine.bringup.calibration.robot_interface import COMMAND_TYPES
 from graphengine.bringup.calibration.wheel_geometry import WheelMeter
 from graphengine.format.wording import listing
-from graphengine.scene.loaded_scene import LoadedScene
 
 SLOWEST = 1e-3
 """Smallest speed at which a robot without a command counts as moving, m/s and rad/s."""
 
 
-def no_command(scene: LoadedScene, alone: LoadedScene) -> str:
+def no_command(scene: Scene, alone: Scene) -> str:
     """Return the reason why a robot has no command topic.
 
     Args:
@@ -28,9 +28,9 @@ def no_command(scene: LoadedScene, alone: LoadedScene) -> str:
     """
     names = ", ".join(COMMAND_TYPES).replace("/msg/", "/")
     text = f"no command topic: no graph of the robot file subscribes to {names}"
-    if any(claim.direction == "subscribe" and claim.message_type in COMMAND_TYPES for claim in scene.claims):
+    if any(claim.direction == "subscribe" and claim.message_type in COMMAND_TYPES for claim in scene.topics):
         return f"{text}; graphs of the scene are not run: list the graph below `graphs:` of the robot file"
-    if not alone.planned:
+    if not alone.graphs:
         return f"{text}; the robot file has no graphs"
     return text
 

@@ -7,6 +7,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from graphengine.api.scene import Scene
 from graphengine.bringup.calibration.drive_recorder import STILL, DriveRecorder, Trace
 from graphengine.bringup.calibration.figures import Stop, Twist
 from graphengine.bringup.calibration.measuring import displacement, is_steady, mean_velocity
@@ -14,7 +15,6 @@ from graphengine.bringup.calibration.robot_interface import ACKERMANN, limit_of
 from graphengine.bringup.robots.skid_steering import GRAVITY, HELD
 from graphengine.devices.rotation import Vector3
 from graphengine.physics.model.robot import RobotInstance
-from graphengine.scene.loaded_scene import LoadedScene
 
 SLOW = 0.3
 """Speed and turn rate of the slow arcs, as a share of the limits."""
@@ -26,13 +26,13 @@ _PARKED, _LONGEST = 2.0, 15.0
 """Time for which a parked robot is watched, and maximum time to reach or leave full speed, s."""
 
 
-def rim_speed(scene: LoadedScene) -> float:
+def rim_speed(scene: Scene) -> float:
     """Return the largest speed of the wheels' rims that a robot's controllers allow, m/s; infinite without a limit."""
     radius = limit_of(scene, "wheelRadius", "backWheelRadius")
     return limit_of(scene, "maxWheelSpeed", "maxWheelVelocity") * radius
 
 
-def limits_of(scene: LoadedScene, turn: float = math.inf) -> tuple[float, float]:
+def limits_of(scene: Scene, turn: float = math.inf) -> tuple[float, float]:
     """Return the speed (m/s) and turn rate (rad/s) that a robot's controllers allow at the same time; infinite without limits.
 
     Where the wheels cannot reach both, both are scaled down, as graphs of bases do.
@@ -70,7 +70,7 @@ def slow_arc(robot: RobotInstance, speed: float, turn: float) -> tuple[float, fl
 
 
 def arcs(
-    scene: LoadedScene, robot: RobotInstance, command_type: str, radius: float, *, steered: bool
+    scene: Scene, robot: RobotInstance, command_type: str, radius: float, *, steered: bool
 ) -> Iterator[tuple[str, Twist]]:
     """Yield the names and commands of the arcs at 0.3 and 1.0 of the limits; none if the speed has no limit.
 
@@ -97,7 +97,7 @@ def tilted(direction: Vector3) -> Vector3:
     return GRAVITY * math.sin(SLOPE) * x, GRAVITY * math.sin(SLOPE) * y, -GRAVITY * math.cos(SLOPE)
 
 
-def stop(drives: DriveRecorder, scene: LoadedScene, speed: float) -> Stop:
+def stop(drives: DriveRecorder, scene: Scene, speed: float) -> Stop:
     """Drive straight at full speed, stop, and return the distance until the robot stands.
 
     Args:

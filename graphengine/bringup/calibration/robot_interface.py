@@ -9,13 +9,12 @@ from typing import Any
 
 import numpy as np
 
+from graphengine.api.scene import Scene, loaded_of
 from graphengine.bringup.calibration.figures import Twist
 from graphengine.compiler.graph import Graph, Instance
 from graphengine.format.errors import UsageError
 from graphengine.format.wording import did_you_mean, listing
 from graphengine.messages.endpoints import EndpointClaim
-from graphengine.node.port import Port
-from graphengine.scene.loaded_scene import LoadedScene
 
 TWIST, TWIST_STAMPED = "geometry_msgs/msg/Twist", "geometry_msgs/msg/TwistStamped"
 ACKERMANN = "ackermann_msgs/msg/AckermannDriveStamped"
@@ -82,8 +81,8 @@ def published(claims: Sequence[EndpointClaim], message_type: str) -> list[str]:
     return sorted({c.topic for c in claims if c.direction == "publish" and c.message_type == message_type})
 
 
-def inputs_named(graphs: Iterable[Graph], *names: str) -> Iterator[tuple[Graph, Instance, Port, Any]]:
-    """Yield each unwired input that has one of these names, as (graph, node instance, port, value).
+def inputs_named(graphs: Iterable[Graph], *names: str) -> Iterator[tuple[Graph, Instance, str, Any]]:
+    """Yield each unwired input that has one of these names, as (graph, node instance, name of the input, value).
 
     Inputs whose value is neither a number nor an array of numbers are left out.
     """
@@ -96,20 +95,20 @@ def inputs_named(graphs: Iterable[Graph], *names: str) -> Iterator[tuple[Graph, 
                 value = instance.value(port.field)
                 is_number = isinstance(value, int | float) and not isinstance(value, bool)
                 if is_number or (isinstance(value, np.ndarray) and value.ndim == 1):
-                    yield graph, instance, port, value
+                    yield graph, instance, port.name, value
 
 
-def limit_of(scene: LoadedScene, *names: str) -> float:
+def limit_of(scene: Scene, *names: str) -> float:
     """Return the lowest absolute value of all inputs with these names. 0 means no limit; without limits, return infinity."""
     return min(_numbers(scene, *names), default=math.inf)
 
 
-def known_wheel_base(scene: LoadedScene) -> float | None:
+def known_wheel_base(scene: Scene) -> float | None:
     """Return the absolute value of the first nonzero input `wheelBase` in the graphs, m; None if there is no such input."""
     return next(_numbers(scene, "wheelBase"), None)
 
 
-def _numbers(scene: LoadedScene, *names: str) -> Iterator[float]:
+def _numbers(scene: Scene, *names: str) -> Iterator[float]:
     """Yield the absolute values of the inputs with these names, without zeros; arrays are flattened."""
-    for *_, value in inputs_named(scene.planned, *names):
+    for *_, value in inputs_named(loaded_of(scene).planned, *names):
         yield from (abs(float(one)) for one in np.atleast_1d(value) if one)

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from graphengine.api.scene import Scene, loaded_of, world_of
 from graphengine.bringup.calibration.figures import Calibration, Covariances
 from graphengine.bringup.calibration.robot_interface import inputs_named
 from graphengine.compiler.graph import Graph, Instance
@@ -19,7 +20,6 @@ from graphengine.format.document import Document, Location
 from graphengine.format.errors import UsageError
 from graphengine.format.files import near
 from graphengine.format.yaml_patch import PatchError, set_value
-from graphengine.scene.loaded_scene import LoadedScene
 
 SLIPPING = 0.2
 """Maximum slip of straight motions for which rolling radius, track and wheel base are written; larger slip distorts them."""
@@ -65,7 +65,7 @@ class _Place:
     location: Location
 
 
-def write_figures(scene: LoadedScene, calibration: Calibration) -> tuple[list[Change], list[str]]:
+def write_figures(scene: Scene, calibration: Calibration) -> tuple[list[Change], list[str]]:
     """Write the measured wheel radius, track, wheel base and covariances into the files that set these inputs.
 
     Returns:
@@ -96,7 +96,7 @@ def write_figures(scene: LoadedScene, calibration: Calibration) -> tuple[list[Ch
     return written, notes
 
 
-def write_input(scene: LoadedScene, robot: str, name: str, value: float, comment: str) -> bool:
+def write_input(scene: Scene, robot: str, name: str, value: float, comment: str) -> bool:
     """Write a number into the robot's file that sets an input of its graphs; return whether a file sets it.
 
     Args:
@@ -106,9 +106,8 @@ def write_input(scene: LoadedScene, robot: str, name: str, value: float, comment
         value: new value.
         comment: comment beside the value.
     """
-    assert scene.world is not None
-    file = scene.world.robots[robot].file
-    for graph, instance, _, _ in inputs_named(scene.planned, name):
+    file = world_of(scene).robots[robot].file
+    for graph, instance, _, _ in inputs_named(loaded_of(scene).planned, name):
         place = _find_place(graph, instance, name, None, file) if graph.name.partition("/")[0] == robot else None
         if place is not None:
             path = Path(place.document.source.path)
@@ -121,10 +120,9 @@ def write_input(scene: LoadedScene, robot: str, name: str, value: float, comment
     return False
 
 
-def find_changes(scene: LoadedScene, calibration: Calibration) -> tuple[list[Change], list[str]]:
+def find_changes(scene: Scene, calibration: Calibration) -> tuple[list[Change], list[str]]:
     """Return a change for each input whose value differs from the measured one, and notes on inputs that cannot be written."""
-    assert scene.world is not None
-    file = scene.world.robots[calibration.robot].file
+    file = world_of(scene).robots[calibration.robot].file
     changes: dict[tuple[Path, Location], Change] = {}
     notes = []
     slipping = [one.name for one in calibration.motions if one.kind == "straight" and abs(one.slip or 0.0) > SLIPPING]
@@ -157,7 +155,7 @@ def find_changes(scene: LoadedScene, calibration: Calibration) -> tuple[list[Cha
     return list(changes.values()), notes
 
 
-def _wanted(scene: LoadedScene, result: Calibration) -> Iterator[tuple[Graph, Instance, str, int | None, float, float]]:
+def _wanted(scene: Scene, result: Calibration) -> Iterator[tuple[Graph, Instance, str, int | None, float, float]]:
     """Yield each input that a measurement can replace, as (graph, node, input, array index or None, old value, new value)."""
     figures = {
         **dict.fromkeys(("wheelRadius", "frontWheelRadius", "backWheelRadius"), result.wheel_radius),
@@ -165,22 +163,22 @@ def _wanted(scene: LoadedScene, result: Calibration) -> Iterator[tuple[Graph, In
         "wheelBase": result.wheel_base,
         **dict.fromkeys(_COVARIANCES),
     }
-    for graph, instance, port, old in inputs_named(scene.planned, *figures):
+    for graph, instance, name, old in inputs_named(loaded_of(scene).planned, *figures):
         if graph.name.partition("/")[0] != result.robot:
             continue
-        new = figures[port.name]
-        if port.name in _COVARIANCES:
-            new = getattr(_covariances(scene, result, graph), _COVARIANCES[port.name])
-        elif port.name == "wheelDistance" and new is not None:
+        new = figures[name]
+        if name in _COVARIANCES:
+            new = getattr(_covariances(scene, result, graph), _COVARIANCES[name])
+        elif name == "wheelDistance" and new is not None:
             siblings = {other.name: instance.value(other.field) for other in instance.cls.fields.values()}
             new = _without_factors(new, siblings, result)
         if new is None:
             continue
         if isinstance(old, np.ndarray):
             for index, value in enumerate(old.tolist()):
-                yield graph, instance, port.name, index, float(value), new
+                yield graph, instance, name, index, float(value), new
         else:
-            yield graph, instance, port.name, None, float(old), new
+            yield graph, instance, name, None, float(old), new
 
 
 def _without_factors(track: float, inputs: Mapping[str, Any], result: Calibration) -> float:
@@ -193,12 +191,12 @@ def _without_factors(track: float, inputs: Mapping[str, Any], result: Calibratio
     return track / (float(inputs.get("wheelDistanceMultiplier", 1.0)) or 1.0)
 
 
-def _covariances(scene: LoadedScene, result: Calibration, graph: Graph) -> Covariances:
+def _covariances(scene: Scene, result: Calibration, graph: Graph) -> Covariances:
     """Return the covariances measured for the graph's odometry topic; if it publishes no odometry, for any topic of the robot.
 
     Of several topics, the one with the largest variance of the distance counts.
     """
-    topics = {claim.topic for claim in scene.claims if claim.direction == "publish" and claim.graph == graph.name}
+    topics = {claim.topic for claim in scene.topics if claim.direction == "publish" and claim.graph == graph.name}
     own = [one for one in result.odometry if one.topic in topics] or list(result.odometry)
     known = [one.covariances for one in own if one.covariances.distance_variance is not None]
     return max(known, key=lambda one: one.distance_variance or 0.0, default=Covariances())
@@ -262,9 +260,9 @@ def _lead_out(
     return _Place(holder, given) if isinstance(value.data, int | float) else None
 
 
-def _ships(scene: LoadedScene, change: Change) -> bool:
+def _ships(scene: Scene, change: Change) -> bool:
     """Return whether a change is in a file that ships with the package."""
-    base, path = scene.files.base.resolve(), change.path.resolve()
+    base, path = loaded_of(scene).files.base.resolve(), change.path.resolve()
     return any(path.is_relative_to(base / folder) for folder in ("graphs", "scenes"))
 
 

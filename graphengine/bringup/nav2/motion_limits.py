@@ -9,13 +9,13 @@ from typing import Literal
 
 import numpy as np
 
+from graphengine.api.scene import Scene, loaded_of, world_of
 from graphengine.bringup.calibration.figures import Calibration, Kind
 from graphengine.bringup.calibration.robot_interface import inputs_named
 from graphengine.bringup.nav2.sourced import NAV2, Sourced
 from graphengine.compiler.graph import Graph, Instance
 from graphengine.descriptions.engine import body_names
 from graphengine.physics.model.robot import RobotInstance
-from graphengine.scene.loaded_scene import LoadedScene
 
 Kinematics = Literal["differential", "omni", "ackermann"]
 
@@ -70,7 +70,7 @@ class MotionLimits:
         return self.turning_radius.value > 0.0
 
 
-def motion_limits(scene: LoadedScene, robot: RobotInstance, graphs: Collection[str]) -> MotionLimits:
+def motion_limits(scene: Scene, robot: RobotInstance, graphs: Collection[str]) -> MotionLimits:
     """Return the motion limits of a robot.
 
     Args:
@@ -79,7 +79,7 @@ def motion_limits(scene: LoadedScene, robot: RobotInstance, graphs: Collection[s
         graphs: names of the robot's graphs.
     """
     inputs = _Inputs(
-        [graph for graph in scene.planned if graph.name in graphs or graph.name.startswith(f"{robot.name}/")]
+        [graph for graph in loaded_of(scene).planned if graph.name in graphs or graph.name.startswith(f"{robot.name}/")]
     )
     kinematics = inputs.kinematics()
     radius, base, track = (inputs.first(*names) for names in (_RADIUS, ("wheelBase",), ("wheelDistance", "trackWidth")))
@@ -166,8 +166,8 @@ class _Inputs:
     def limits(self, *names: str) -> list[Sourced[float]]:
         """Return the absolute values of the inputs with these names; values of 0 mean no limit and are left out."""
         return [
-            Sourced(abs(float(number)), f"{_place(graph, instance)}.{port.name}")
-            for graph, instance, port, value in inputs_named(self._graphs, *names)
+            Sourced(abs(float(number)), f"{_place(graph, instance)}.{name}")
+            for graph, instance, name, value in inputs_named(self._graphs, *names)
             if instance.cls.type_name in _CONTROLLERS
             for number in np.atleast_1d(value)
             if abs(number) > 0.0
@@ -213,14 +213,13 @@ def _turning_radius(
     return Sourced(1.1 * radius, f"wheel base, track and steering limit ({steering.source}), plus 10 % for corrections")
 
 
-def _acceleration_by_force(scene: LoadedScene, robot: RobotInstance) -> list[Sourced[float]]:
+def _acceleration_by_force(scene: Scene, robot: RobotInstance) -> list[Sourced[float]]:
     """Return the accelerations that the wheel drives and the grip of the wheels allow, m/s2; none if the drives have no limit."""
-    assert scene.world is not None
     wheels = {name: radius for name, radius in robot.wheel_radii.items() if name in robot.drives}
     force = sum(robot.drives[name].max_force / radius for name, radius in wheels.items())
     if not wheels or not math.isfinite(force):
         return []
-    model = scene.world.simulation.model
+    model = world_of(scene).simulation.model
     own = [name.startswith(f"{robot.name}/") for name in body_names(model)]
     mass = float(model.body_mass[own].sum())
     by_force = Sourced(SHARE_OF_FORCE * force / mass, f"max_force of {len(wheels)} drives, mass {mass:.3g} kg")

@@ -6,6 +6,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+from graphengine.api.scene import Scene, loaded_of, world_of
 from graphengine.bringup.calibration.amcl_noise import amcl_alphas
 from graphengine.bringup.calibration.calibrator import calibrate
 from graphengine.bringup.calibration.figures import Calibration
@@ -22,7 +23,6 @@ from graphengine.format.errors import UsageError
 from graphengine.format.wording import unknown
 from graphengine.physics.model.robot import RobotInstance
 from graphengine.physics.occupancy.occupancy_map import MapRequest, NoObstaclesError, make_map
-from graphengine.scene.loaded_scene import LoadedScene
 
 CELL = 0.05
 """Side of a cell of the map, m."""
@@ -52,13 +52,12 @@ class Nav2Files:
 
 
 def nav2_files(
-    scene: LoadedScene,
+    scene: Scene,
     *,
     robots: Sequence[str] = (),
     choices: Choices = DEFAULTS,
     slam: bool = False,
     calibrated: bool = True,
-    modules: Sequence[str] = (),
     progress: Progress = lambda _, __: None,
 ) -> Nav2Files:
     """Return the files for the robots of a scene. If there are several robots, each has a folder with its name.
@@ -69,7 +68,6 @@ def nav2_files(
         choices: distribution, controller, tolerances and machine.
         slam: whether slam_toolbox builds the map and localizes the robot, instead of map_server and AMCL.
         calibrated: whether to calibrate the robots, which measures AMCL's noise parameters and the speeds that they reach.
-        modules: names of Python modules with node types.
         progress: function called with the name of the robot that is being calibrated and the completed share, 0 to 1.
 
     Raises:
@@ -85,7 +83,7 @@ def nav2_files(
     for place, robot in enumerate(chosen):
         kind = robot.placement.use.use
         if kind not in measured:
-            measured[kind] = _calibrated(scene, robot, modules, progress) if calibrated else None
+            measured[kind] = _calibrated(scene, robot, progress) if calibrated else None
         if (result := measured[kind]) is not None:
             limits, slower = reached(facts[place].limits, result)
             facts[place] = replace(facts[place], limits=limits)
@@ -96,30 +94,31 @@ def nav2_files(
         alphas = None if slam else _alphas(measured[robot.placement.use.use], notes)
         texts = _robot_files(scene, one, choices, alphas, in_fleet=len(facts) > 1)
         contents |= {folder / name: text.encode() for name, text in texts.items()}
-    name = scene.path.stem
+    name = scene.name
     if len(facts) > 1:
         contents[Path("nav2.launch.py")] = fleet_launch(facts, name, slam=slam).encode()
     if not slam:
         contents |= _map(scene, facts, notes)
     notes += [note for one in facts for note in unknown_covariances(scene, one)]
-    described = {claim.topic for claim in scene.claims}.issuperset(one.topic("robot_description") for one in facts)
-    readme = readme_file(name, facts, slam=slam, robot_state=scene.options.robot_state, described=described)
+    described = {claim.topic for claim in scene.topics}.issuperset(one.topic("robot_description") for one in facts)
+    readme = readme_file(name, facts, slam=slam, robot_state=loaded_of(scene).options.robot_state, described=described)
     contents[Path("README.md")] = readme.encode()
     return Nav2Files(contents, tuple(facts), tuple(notes))
 
 
-def _chosen(scene: LoadedScene, names: Sequence[str]) -> list[RobotInstance]:
-    robots = scene.world.robots if scene.world is not None else {}
+def _chosen(scene: Scene, names: Sequence[str]) -> list[RobotInstance]:
+    world = loaded_of(scene).world
+    robots = world.robots if world is not None else {}
     if not robots:
-        raise UsageError(f"{scene.path}: there is no robot to navigate; give a scene with a robot")
+        raise UsageError(f"{loaded_of(scene).path}: there is no robot to navigate; give a scene with a robot")
     for name in names:
         if name not in robots:
             raise UsageError(unknown("robot", name, robots))
     return [robots[name] for name in names or robots]
 
 
-def _calibrated(scene: LoadedScene, robot: RobotInstance, modules: Sequence[str], progress: Progress) -> Calibration:
-    return calibrate(scene, robot.name, modules=modules, progress=lambda share: progress(robot.name, share))
+def _calibrated(scene: Scene, robot: RobotInstance, progress: Progress) -> Calibration:
+    return calibrate(scene, robot.name, progress=lambda share: progress(robot.name, share))
 
 
 def _alphas(result: Calibration | None, notes: list[str]) -> Sourced[Alphas]:
@@ -136,9 +135,9 @@ def _alphas(result: Calibration | None, notes: list[str]) -> Sourced[Alphas]:
 
 
 def _robot_files(
-    scene: LoadedScene, robot: RobotFacts, choices: Choices, alphas: Sourced[Alphas] | None, *, in_fleet: bool
+    scene: Scene, robot: RobotFacts, choices: Choices, alphas: Sourced[Alphas] | None, *, in_fleet: bool
 ) -> dict[str, str]:
-    name, slam = scene.path.stem, alphas is None
+    name, slam = scene.name, alphas is None
     return {
         "nav2_params.yaml": nav2_parameters(robot, choices, alphas, name),
         "nav2.launch.py": robot_launch(robot, name, slam=slam, in_fleet=in_fleet),
@@ -146,23 +145,22 @@ def _robot_files(
     }
 
 
-def _map(scene: LoadedScene, robots: Sequence[RobotFacts], notes: list[str]) -> dict[Path, bytes]:
+def _map(scene: Scene, robots: Sequence[RobotFacts], notes: list[str]) -> dict[Path, bytes]:
     """Return the image and YAML file of the occupancy map, which shows obstacles up to the highest robot or scan plane."""
-    assert scene.world is not None
     scans = [scan.height for robot in robots for scan in robot.scans]
     window = scan_window(scans, [robot.height for robot in robots])
     floor = robots[0].floor
     starts = [robot.pose[:2] for robot in robots]
     request = MapRequest((floor + window[0], floor + window[1]), CELL, seeds=starts)
     try:
-        made = make_map(scene.world, request)
+        made = make_map(world_of(scene), request)
     except NoObstaclesError:
         notes.append(f"the map is empty, {OPEN_FLOOR:g} m around the robots: AMCL cannot find a robot in it")
         corners = [op(start[axis] for start in starts) for op in (min, max) for axis in (0, 1)]
         west, south, east, north = (
             value + sign * OPEN_FLOOR for value, sign in zip(corners, (-1, -1, 1, 1), strict=True)
         )
-        made = make_map(scene.world, replace(request, bounds=((west, south), (east, north))))
+        made = make_map(world_of(scene), replace(request, bounds=((west, south), (east, north))))
     return map_files(made, Path("map"), "pgm")
 
 

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from graphengine.api.scene import Scene, loaded_of, world_of
 from graphengine.bringup.calibration.robot_interface import (
     ACKERMANN,
     COMMAND_TYPES,
@@ -25,7 +26,6 @@ from graphengine.messages.endpoints import EndpointClaim
 from graphengine.messages.names import join_namespaces
 from graphengine.physics.model.footprint import Point, circle_radius, collider_points, convex_hull, radii, simplified
 from graphengine.physics.model.robot import RobotInstance
-from graphengine.scene.loaded_scene import LoadedScene
 
 TRANSFORMS = "tf2_msgs/msg/TFMessage"
 _ODOMETRY_NODE = "isaacsim.ros2.bridge.ROS2PublishOdometry"
@@ -83,13 +83,12 @@ class RobotFacts:
         return "/".join(["", *filter(None, [self.namespace]), name])
 
 
-def robot_facts(scene: LoadedScene, robot: RobotInstance) -> RobotFacts:
+def robot_facts(scene: Scene, robot: RobotInstance) -> RobotFacts:
     """Return the properties of a robot that Nav2's configuration needs.
 
     Raises:
         UsageError: Nav2 cannot drive the robot; the message lists everything that is missing and how to add it.
     """
-    assert scene.world is not None
     claims = _claims_of(scene, robot)
     missing: list[str] = []
     command = _command(claims, missing)
@@ -105,7 +104,7 @@ def robot_facts(scene: LoadedScene, robot: RobotInstance) -> RobotFacts:
         )
     scans = scan_sources(scene, claims)
     if not scans:
-        missing.append(_no_scan(robot, scene.stage, claims))
+        missing.append(_no_scan(robot, world_of(scene).stage, claims))
     elif base_frame is not None:
         reached = _connected(base_frame, [*edges, *_description_edges(claims, robot)])
         missing += [
@@ -117,7 +116,7 @@ def robot_facts(scene: LoadedScene, robot: RobotInstance) -> RobotFacts:
     if missing or command is None or odometry is None or base_frame is None:
         raise UsageError("\n  ".join([f"{robot.name}: Nav2 cannot drive this robot", *missing]))
     frame_prim = _frame_prim(scene, robot, base_frame)
-    position, orientation = scene.world.simulation.frame(frame_prim).pose()
+    position, orientation = world_of(scene).simulation.frame(frame_prim).pose()
     ahead = rotate(orientation, (1.0, 0.0, 0.0))
     yaw = math.atan2(ahead[1], ahead[0])
     points = _outline_points(scene, robot)
@@ -127,7 +126,9 @@ def robot_facts(scene: LoadedScene, robot: RobotInstance) -> RobotFacts:
     tf_topic, tf_static_topic = _transform_topics(claims)
     return RobotFacts(
         robot.name,
-        join_namespaces(scene.stage.namespaces(scene.stage.find(robot.prim_path).facts["base_link"])).strip("/"),
+        join_namespaces(
+            world_of(scene).stage.namespaces(world_of(scene).stage.find(robot.prim_path).facts["base_link"])
+        ).strip("/"),
         command.topic,
         command.message_type != TWIST,
         odometry.topic,
@@ -145,9 +146,9 @@ def robot_facts(scene: LoadedScene, robot: RobotInstance) -> RobotFacts:
     )
 
 
-def unknown_covariances(scene: LoadedScene, robot: RobotFacts) -> Iterator[str]:
+def unknown_covariances(scene: Scene, robot: RobotFacts) -> Iterator[str]:
     """Yield a note if the covariances of a robot's odometry are all zero, which filters such as robot_localization misread."""
-    claim = next(one for one in scene.claims if (one.topic, one.direction) == (robot.odometry_topic, "publish"))
+    claim = next(one for one in scene.topics if (one.topic, one.direction) == (robot.odometry_topic, "publish"))
     for node in _nodes_without_covariances(scene, claim):
         yield (
             f"the covariances of {claim.topic} are all zero: AMCL ignores them, but robot_localization takes the "
@@ -156,9 +157,9 @@ def unknown_covariances(scene: LoadedScene, robot: RobotFacts) -> Iterator[str]:
         )
 
 
-def _nodes_without_covariances(scene: LoadedScene, claim: EndpointClaim) -> Iterator[str]:
+def _nodes_without_covariances(scene: Scene, claim: EndpointClaim) -> Iterator[str]:
     """Yield the name of the ROS2PublishOdometry node of an endpoint if this node publishes covariances of zero."""
-    for graph in scene.planned:
+    for graph in loaded_of(scene).planned:
         for instance in graph.instances:
             if f"{graph.prim_path}/{instance.id}" != claim.node or instance.cls.type_name != _ODOMETRY_NODE:
                 continue
@@ -168,7 +169,7 @@ def _nodes_without_covariances(scene: LoadedScene, claim: EndpointClaim) -> Iter
                 yield f"{graph.name}/{instance.id}"
 
 
-def _odometry(scene: LoadedScene, claims: Sequence[EndpointClaim], parents: Set[str]) -> EndpointClaim | None:
+def _odometry(scene: Scene, claims: Sequence[EndpointClaim], parents: Set[str]) -> EndpointClaim | None:
     """Return the odometry of a robot: if possible one whose frame is among the `parents` in TF, and one with covariances."""
 
     def rank(claim: EndpointClaim) -> tuple[bool, bool]:
@@ -177,14 +178,13 @@ def _odometry(scene: LoadedScene, claims: Sequence[EndpointClaim], parents: Set[
     return min(_published(claims, ODOMETRY), key=rank, default=None)
 
 
-def _claims_of(scene: LoadedScene, robot: RobotInstance) -> list[EndpointClaim]:
+def _claims_of(scene: Scene, robot: RobotInstance) -> list[EndpointClaim]:
     """Return the topics of a robot's nodes, or of all nodes if the scene has only one robot.
 
     Topics whose names have fewer parts come first.
     """
-    assert scene.world is not None
-    alone = len(scene.world.robots) == 1
-    own = [claim for claim in scene.claims if alone or at_or_below(claim.node, robot.prim_path)]
+    alone = len(world_of(scene).robots) == 1
+    own = [claim for claim in scene.topics if alone or at_or_below(claim.node, robot.prim_path)]
     return sorted(own, key=lambda claim: (claim.topic.count("/"), claim.topic, claim.node))
 
 
@@ -223,7 +223,7 @@ def _description_edges(claims: Sequence[EndpointClaim], robot: RobotInstance) ->
 
 
 def _base_frame(
-    scene: LoadedScene, robot: RobotInstance, odometry: EndpointClaim | None, edges: Sequence[tuple[str, str]]
+    scene: Scene, robot: RobotInstance, odometry: EndpointClaim | None, edges: Sequence[tuple[str, str]]
 ) -> str | None:
     """Return a child of the odometry frame in TF, preferably the robot's base link; None if the odometry frame has no child."""
     if odometry is None:
@@ -274,17 +274,16 @@ def _transform_topics(claims: Sequence[EndpointClaim]) -> tuple[str, str]:
     return moving, next((topic for topic in topics if topic.endswith("_static")), f"{moving}_static")
 
 
-def _frame_prim(scene: LoadedScene, robot: RobotInstance, frame: str) -> Prim:
+def _frame_prim(scene: Scene, robot: RobotInstance, frame: str) -> Prim:
     """Return the robot's prim with this TF frame name; if there is no such prim, the prim of the base link."""
-    prim = scene.stage.find(robot.prim_path)
+    prim = world_of(scene).stage.find(robot.prim_path)
     name = frame.rpartition("/")[2]
     found = [one for one in prim.descendants() if one.frame_name == name and one.carrier()[0]]
-    return found[0] if found else scene.stage.find(prim.facts["base_link"])
+    return found[0] if found else world_of(scene).stage.find(prim.facts["base_link"])
 
 
-def _outline_points(scene: LoadedScene, robot: RobotInstance) -> Floats:
-    assert scene.world is not None
-    simulation = scene.world.simulation
+def _outline_points(scene: Scene, robot: RobotInstance) -> Floats:
+    simulation = world_of(scene).simulation
     points = collider_points(simulation.model, simulation.data, robot.name)
     if len(points) < 3:
         raise UsageError(

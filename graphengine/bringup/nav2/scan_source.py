@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
+from graphengine.api.scene import Scene, loaded_of, world_of
 from graphengine.compiler.graph import Graph
 from graphengine.devices.stage import Prim
 from graphengine.messages.endpoints import EndpointClaim
-from graphengine.scene.loaded_scene import LoadedScene
 
 SCAN = "sensor_msgs/msg/LaserScan"
 
@@ -38,9 +38,8 @@ class ScanSource:
         return replace(self, height=self.height - floor)
 
 
-def scan_sources(scene: LoadedScene, claims: Sequence[EndpointClaim]) -> list[ScanSource]:
+def scan_sources(scene: Scene, claims: Sequence[EndpointClaim]) -> list[ScanSource]:
     """Return the LaserScan topics that the graphs publish, sorted from the widest to the narrowest field of view."""
-    assert scene.world is not None
     found: dict[str, ScanSource] = {}
     for claim in claims:
         if claim.direction != "publish" or claim.message_type != SCAN or claim.topic in found:
@@ -48,20 +47,20 @@ def scan_sources(scene: LoadedScene, claims: Sequence[EndpointClaim]) -> list[Sc
         prim = _lidar(scene, claim)
         if prim is not None:
             (first, last, _), ranges = prim.facts["angles"], prim.facts["ranges"]
-            (_, _, height), _ = scene.world.simulation.frame(prim).pose()
+            (_, _, height), _ = world_of(scene).simulation.frame(prim).pose()
             rate = claim.rate or prim.facts.get("rate", 10.0)
             found[claim.topic] = ScanSource(claim.topic, claim.frame_id, ranges, last - first, rate, height)
     return sorted(found.values(), key=lambda scan: (-scan.view, scan.topic))
 
 
-def _lidar(scene: LoadedScene, claim: EndpointClaim) -> Prim | None:
+def _lidar(scene: Scene, claim: EndpointClaim) -> Prim | None:
     """Return the lidar whose prim path is nearest upstream of the publishing node; None if no lidar is found."""
-    for graph in scene.planned:
+    for graph in loaded_of(scene).planned:
         if claim.node.startswith(f"{graph.prim_path}/"):
             node = claim.node.removeprefix(f"{graph.prim_path}/")
             for path in _upstream_paths(graph, node):
-                if path in scene.stage:
-                    prims = (prim for prim in scene.stage.find(path).descendants() if "angles" in prim.facts)
+                if path in world_of(scene).stage:
+                    prims = (prim for prim in world_of(scene).stage.find(path).descendants() if "angles" in prim.facts)
                     if (prim := next(prims, None)) is not None:
                         return prim
     return None

@@ -78,7 +78,6 @@ def execute(arguments: argparse.Namespace) -> int:
 
 
 def _make(scene: Scene, arguments: argparse.Namespace) -> Nav2Files:
-    from graphengine.api.scene import loaded_of
     from graphengine.bringup.nav2.choices import Choices
     from graphengine.bringup.nav2.nav2_files import nav2_files
 
@@ -91,12 +90,11 @@ def _make(scene: Scene, arguments: argparse.Namespace) -> Nav2Files:
     )
     with share_of("calibrating") as advance:
         return nav2_files(
-            loaded_of(scene),
+            scene,
             robots=arguments.robots,
             choices=choices,
             slam=arguments.slam,
             calibrated=not arguments.no_calibrate,
-            modules=arguments.modules,
             progress=lambda _, share: advance(share),
         )
 

@@ -9,7 +9,6 @@ from pathlib import Path
 import pytest
 
 import graphengine as ge
-from graphengine.api.scene import loaded_of
 from graphengine.bringup.calibration.figures import Calibration, Covariances, Motion, Odometry, Twist
 from graphengine.bringup.calibration.write_back import write_figures
 from tests.bringup.calibration import bases
@@ -23,7 +22,7 @@ MEASURED = Calibration(
 def test_a_skid_steered_base_turns_as_told_after_its_effective_track_was_written(tmp_path: Path) -> None:
     base = bases.skid_steered(tmp_path).write()
     scene = ge.load(base.scene)
-    changes, notes = write_figures(loaded_of(scene), ge.bringup.calibrate(scene))
+    changes, notes = write_figures(scene, ge.bringup.calibrate(scene))
     assert {change.node for change in changes} == {"drive/Drive.wheelRadius", "drive/Drive.wheelDistance"}
     assert notes == []
     assert ge.bringup.calibrate(ge.load(base.scene)).outside(0.01) == ()
@@ -32,7 +31,7 @@ def test_a_skid_steered_base_turns_as_told_after_its_effective_track_was_written
 def test_a_number_in_a_graph_is_replaced_below_a_comment_and_the_rest_stays(tmp_path: Path) -> None:
     base = bases.skid_steered(tmp_path).write()
     before = (tmp_path / "drive.yaml").read_text(encoding="utf-8")
-    write_figures(loaded_of(ge.load(base.scene)), MEASURED)
+    write_figures(ge.load(base.scene), MEASURED)
     comment = "      # graphrun calibrate: measured at 0.3 m/s and 0.6 rad/s\n"
     expected = before.replace("      wheelRadius: 0.05 ", f"{comment}      wheelRadius: 0.049123 ")
     expected = expected.replace("      wheelDistance: 0.3\n", f"{comment}      wheelDistance: 0.61235\n")
@@ -43,7 +42,7 @@ def test_a_parameter_is_replaced_or_added_where_the_robot_file_uses_the_graph(tm
     base = bases.differential(tmp_path)
     base.graphs["drive"] = "{use: drive.yaml, parameters: {wheels: [left_joint, right_joint], radius: 0.05}}"
     base.write()
-    write_figures(loaded_of(ge.load(base.scene)), MEASURED)
+    write_figures(ge.load(base.scene), MEASURED)
     text = (tmp_path / "bot.yaml").read_text(encoding="utf-8")
     assert "parameters: {wheels: [left_joint, right_joint], radius: 0.049123, distance: 0.61235}" in text
     assert text.startswith("# A base of a test.\n")
@@ -60,7 +59,7 @@ def test_a_parameter_of_a_graph_in_a_graph_is_replaced_in_the_robot_file(tmp_pat
         text.replace("default: /bot}", "default: /bot}, r: {type: double, default: 0.05}"), encoding="utf-8"
     )
     base.graphs["outer"] = "{use: outer.yaml, parameters: {r: 0.05}}"
-    changes, notes = write_figures(loaded_of(ge.load(base.write().scene)), MEASURED)
+    changes, notes = write_figures(ge.load(base.write().scene), MEASURED)
     assert [(change.path.name, change.location[-1], change.new) for change in changes] == [("bot.yaml", "r", 0.049123)]
     assert len(notes) == 1
     assert notes[0].startswith("outer/Inner/DiffController.wheelDistance: not written")
@@ -69,7 +68,7 @@ def test_a_parameter_of_a_graph_in_a_graph_is_replaced_in_the_robot_file(tmp_pat
 def test_the_geometry_of_wheels_that_slip_is_not_written(tmp_path: Path) -> None:
     base = bases.differential(tmp_path).write()
     slips = Motion("forward", "straight", Twist(x=0.3), Twist(x=0.1), 0.33, slip=0.67)
-    changes, notes = write_figures(loaded_of(ge.load(base.scene)), replace(MEASURED, motions=(slips,)))
+    changes, notes = write_figures(ge.load(base.scene), replace(MEASURED, motions=(slips,)))
     assert changes == []
     assert notes == ["wheel radius, track and wheel base are not written: the wheels slip (forward)"]
 
@@ -78,12 +77,12 @@ def test_what_is_right_already_is_left_alone(tmp_path: Path) -> None:
     base = bases.differential(tmp_path).write()
     right = Calibration("bot", "", "", 0.3, 0.6, moves=True, wheel_radius=bases.RADIUS * 1.0004, track=bases.TRACK)
     before = (tmp_path / "bot.yaml").read_bytes()
-    assert write_figures(loaded_of(ge.load(base.scene)), right) == ([], [])
+    assert write_figures(ge.load(base.scene), right) == ([], [])
     assert (tmp_path / "bot.yaml").read_bytes() == before
 
 
 def test_files_that_ship_are_refused_and_nothing_is_written() -> None:
-    scene = loaded_of(ge.load("dd100_flat"))
+    scene = ge.load("dd100_flat")
     path = ROOT / "graphs" / "dd100" / "cmd_vel.yaml"
     before = path.read_bytes()
     wrong = Calibration("dd100", "", "", 0.3, 0.6, moves=True, wheel_radius=0.06)
@@ -103,7 +102,7 @@ def test_a_copy_of_a_shipped_robot_is_written(tmp_path: Path) -> None:
         "scene: s\nworld: worlds/flat_grid.xml\nrobots: {dd100: {use: robot.yaml}}\n", encoding="utf-8"
     )
     wrong = Calibration("dd100", "", "", 0.3, 0.6, moves=True, wheel_radius=0.06)
-    changes, _ = write_figures(loaded_of(ge.load(tmp_path / "scene.yaml")), wrong)
+    changes, _ = write_figures(ge.load(tmp_path / "scene.yaml"), wrong)
     assert [change.path.name for change in changes] == ["cmd_vel.yaml"]
     assert "wheelRadius: 0.06  " in (tmp_path / "graphs" / "cmd_vel.yaml").read_text(encoding="utf-8")
 
@@ -115,7 +114,7 @@ def test_a_mecanum_base_is_written_to_its_robot_file_for_the_controller_and_for_
         "bot", "", "", 0.3, 0.6, moves=True, kinematics="mecanum", wheel_radius=0.049, track=0.64,
         odometry=(Odometry("/odom", "base_link", covariances=variances),),
     )  # fmt: skip
-    changes, notes = write_figures(loaded_of(ge.load(base.scene)), measured)
+    changes, notes = write_figures(ge.load(base.scene), measured)
     assert [(change.path.name, change.location[-1], change.new) for change in changes] == [
         ("bot.yaml", "radius", 0.049),
         ("bot.yaml", "track", 0.34),  # without the wheel base
@@ -137,7 +136,7 @@ def test_covariances_are_added_to_an_odometry_of_the_user(tmp_path: Path) -> Non
     base.write()
     odometry = Odometry("/odom", "base_link", covariances=Covariances(1e-4, 1e-5, 0.0))
     result = Calibration("bot", "", "", 0.3, 0.6, moves=True, odometry=(odometry,))
-    write_figures(loaded_of(ge.load(base.scene)), result)
+    write_figures(ge.load(base.scene), result)
     text = (tmp_path / "odom.yaml").read_text(encoding="utf-8")
     assert "wheelDistance: 0.3, distanceVariance: 0.0001, headingVarianceByDistance: 1.0e-05}" in text
     ge.load(base.scene)
@@ -149,4 +148,4 @@ def test_without_covariance_inputs_no_covariance_is_written(tmp_path: Path) -> N
     base.write()
     odometry = Odometry("/odom", "base_link", covariances=Covariances(1e-4, 1e-5, 1e-6))
     result = Calibration("bot", "", "", 0.3, 0.6, moves=True, odometry=(odometry,))
-    assert write_figures(loaded_of(ge.load(base.scene)), result) == ([], [])
+    assert write_figures(ge.load(base.scene), result) == ([], [])

@@ -190,7 +190,8 @@ def test_the_window_follows_the_heading_and_the_mount() -> None:
 
 
 def test_the_lidar_of_the_dd100_is_as_in_its_profile(ship: Ship) -> None:
-    lidar, radius = robot_lidar(ship("dd100_hall_pair.yaml"), "dd100_0001")
+    world = ship("dd100_hall_pair.yaml")
+    lidar, radius = robot_lidar(world.simulation, world.robots, "dd100_0001")
     assert (lidar.first, lidar.field) == pytest.approx((math.radians(-137.5), math.radians(275)), abs=1e-6)
     assert (lidar.near, lidar.far) == (0.05, 64.0)
     assert 0.2 < radius < 0.3  # half of its width

@@ -13,7 +13,6 @@ import pytest
 import yaml
 
 import graphengine as ge
-from graphengine.api.scene import loaded_of
 from graphengine.bringup.nav2.choices import CONTROLLERS, Choices
 from graphengine.bringup.nav2.nav2_files import nav2_files
 from graphengine.format.errors import UsageError
@@ -31,7 +30,7 @@ def files_of(scene: str | Path, **options: Any) -> dict[str, str]:
     choices = {
         name: options.pop(name) for name in ("distribution", "busy", "controller", "yaw_tolerance") if name in options
     }
-    made = nav2_files(loaded_of(ge.load(scene)), **{"calibrated": False, "choices": Choices(**choices), **options})
+    made = nav2_files(ge.load(scene), **{"calibrated": False, "choices": Choices(**choices), **options})
     return {str(path): content.decode() for path, content in made.contents.items() if path.suffix != ".pgm"}
 
 
@@ -87,7 +86,7 @@ def test_a_robot_that_can_turn_on_the_spot_does_so_before_it_follows_a_new_path(
 
 def test_a_lower_limit_in_the_graph_lowers_the_speed() -> None:
     scene = ge.load("dd100_flat", set={"DiffController.maxLinearSpeed": 0.4})
-    text = nav2_files(loaded_of(scene), calibrated=False).contents[Path("nav2_params.yaml")].decode()
+    text = nav2_files(scene, calibrated=False).contents[Path("nav2_params.yaml")].decode()
     line = next(line for line in text.splitlines() if "max_vel_x" in line)
     assert line.strip() == "max_vel_x: 0.4  # dd100/cmd_vel/DiffController.maxLinearSpeed"
 
@@ -218,7 +217,7 @@ def test_the_goal_tolerance_of_yaw_is_tight_with_dwb_and_can_be_chosen() -> None
 
 
 def test_the_speeds_of_a_robot_that_is_slower_than_told_are_those_that_it_reaches() -> None:
-    scene = loaded_of(ge.load("tutorial/navigation", robot_state=True))
+    scene = ge.load("tutorial/navigation", robot_state=True)
     told, made = (nav2_files(scene, calibrated=calibrated) for calibrated in (False, True))
     limits = [files.robots[0].limits for files in (told, made)]
     assert limits[1].speed.value / limits[0].speed.value == pytest.approx(0.049 / 0.1, abs=0.01)
@@ -229,9 +228,9 @@ def test_the_speeds_of_a_robot_that_is_slower_than_told_are_those_that_it_reache
 
 
 def test_covariances_that_are_all_zero_are_reported_with_the_remedy(tmp_path: Path) -> None:
-    ground_truth = nav2_files(loaded_of(ge.load("dd100_flat")), calibrated=False)
+    ground_truth = nav2_files(ge.load("dd100_flat"), calibrated=False)
     assert any("/dd100_0000/odom are all zero" in note and "wheel_odometry.yaml" in note for note in ground_truth.notes)
-    wheels = nav2_files(loaded_of(ge.load(mobile_bases.mecanum(tmp_path).write().scene)), calibrated=False)
+    wheels = nav2_files(ge.load(mobile_bases.mecanum(tmp_path).write().scene), calibrated=False)
     assert not any("all zero" in note for note in wheels.notes)
 
 
