@@ -25,8 +25,8 @@ from graphengine.format.errors import UsageError
 from graphengine.format.files import near
 
 if TYPE_CHECKING:
-    from graphengine.api.calibration.figures import Calibration, ImuNoise, Motion, Odometry
     from graphengine.api.scene import Scene
+    from graphengine.bringup.calibration.figures import Calibration, ImuNoise, Motion, Odometry
 
 BOUND = 0.02
 
@@ -94,25 +94,23 @@ def execute(arguments: argparse.Namespace) -> int:
 
 
 def _calibrate(scene: Scene, arguments: argparse.Namespace) -> Calibration:
-    from graphengine.api.calibration.calibrator import calibrate
-    from graphengine.api.scene import loaded_of
+    from graphengine.bringup.calibration.calibrator import calibrate
 
     with share_of("calibrating") as advance:
         return calibrate(
-            loaded_of(scene),
+            scene,
             arguments.robot,
             arguments.command_topic,
             arguments.speed,
             arguments.turn_speed,
             seed=arguments.seed,
-            modules=arguments.modules,
             log=log_problem,
             progress=advance,
         )
 
 
 def _draw(result: Calibration, path: Path) -> None:
-    from graphengine.api.calibration.square_picture import draw
+    from graphengine.bringup.calibration.square_picture import draw
     from graphengine.format.atomic_write import write_together
 
     if not result.squares:
@@ -123,10 +121,9 @@ def _draw(result: Calibration, path: Path) -> None:
 
 
 def _write(scene: Scene, result: Calibration) -> None:
-    from graphengine.api.calibration.write_back import write_figures
-    from graphengine.api.scene import loaded_of
+    from graphengine.bringup.calibration.write_back import write_figures
 
-    changes, notes = write_figures(loaded_of(scene), result)
+    changes, notes = write_figures(scene, result)
     for change in changes:
         print(clean(f"{near(str(change.path))}: {change.node}: {change.old:g} -> {change.new:g}"), file=sys.stderr)
     for note in notes:
@@ -137,7 +134,7 @@ def _write(scene: Scene, result: Calibration) -> None:
 
 def _check(result: Calibration, bound: float) -> int:
     """Print the motions whose speed is out of bounds, a long stop and creep; return the exit code: 1 if there are any, else 0."""
-    from graphengine.api.calibration.figures import CREEP, STOP_MARGIN
+    from graphengine.bringup.calibration.figures import CREEP, STOP_MARGIN
 
     outside = result.outside(bound)
     for motion in outside:
@@ -273,7 +270,7 @@ def _odometry(one: Odometry) -> Iterator[Sequence[str]]:
 
 
 def _amcl(result: Calibration) -> Iterator[Sequence[str]]:
-    from graphengine.api.calibration.amcl_noise import LEAST, amcl_alphas
+    from graphengine.bringup.calibration.amcl_noise import LEAST, amcl_alphas
 
     yield "AMCL", f"measured parameters for nav2_amcl, at least {LEAST[0]:g}, as a filter needs noise"
     for index, value in enumerate(amcl_alphas(result), 1):

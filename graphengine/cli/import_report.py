@@ -14,8 +14,8 @@ from graphengine.format.files import near
 from graphengine.format.wording import listing, quoted
 
 if TYPE_CHECKING:
+    from graphengine.bringup.robots.import_robot import Imported
     from graphengine.descriptions.robot_files.draft import Remark
-    from graphengine.physics.importing.import_robot import Imported
 
 LONGEST = 12
 """Maximum number of lines for remarks of one kind; the robot file has all remarks."""

@@ -31,7 +31,7 @@ from graphengine.format.files import Files, installed_packages, near, require_fi
 from graphengine.ros.domain import Domain
 
 if TYPE_CHECKING:
-    from graphengine.physics.importing.import_robot import Imported, Origin
+    from graphengine.bringup.robots.import_robot import Imported, Origin
 
 WAIT = 10.0
 """Default time to wait for a description from the network, s."""
@@ -108,7 +108,7 @@ def add_source_arguments(parser: argparse.ArgumentParser) -> None:
 
 def execute(arguments: argparse.Namespace) -> int:
     """Write the robot file, or with `--args` list the xacro arguments; return 0, or 1 if the description has errors."""
-    from graphengine.physics.importing.import_robot import import_robot
+    from graphengine.bringup.robots.import_robot import import_robot
 
     if arguments.list_arguments:
         return _list_arguments(arguments)
@@ -131,7 +131,7 @@ def execute(arguments: argparse.Namespace) -> int:
 
 def corrections(imported: Imported, robot_file: Path) -> list[str]:
     """Measure the track of a skid-steered robot in test drives, and arcs at its limits; return lines on what was written."""
-    from graphengine.api.calibration.arc_track import correct_track, lower_turn
+    from graphengine.bringup.calibration.arc_track import correct_track, lower_turn
 
     told = imported.draft.controller_track
     if told is None or not imported.free:
@@ -205,9 +205,9 @@ def find_origin(arguments: argparse.Namespace, target: Path, findings: Findings)
 
 
 def _from_network(arguments: argparse.Namespace, target: Path, findings: Findings) -> Origin | None:
+    from graphengine.bringup.robots.import_robot import Origin
     from graphengine.descriptions.files.packages import Packages
     from graphengine.descriptions.files.xml import parse
-    from graphengine.physics.importing.import_robot import Origin
 
     text, told = _remote(arguments)
     element = parse(text.encode(), told, findings, "S103")
@@ -221,7 +221,7 @@ def _with_controllers(origin: Origin | None, arguments: argparse.Namespace, find
     """Return the description with the content of the `--controllers` file, if one is given; return None after an error."""
     if origin is None or arguments.controllers is None:
         return origin
-    from graphengine.physics.importing.controllers_file import load_parameters
+    from graphengine.bringup.robots.controllers_file import load_parameters
 
     path = Path(near(arguments.controllers))
     require_file(path)
@@ -231,12 +231,12 @@ def _with_controllers(origin: Origin | None, arguments: argparse.Namespace, find
 
 
 def _from_file(arguments: argparse.Namespace, target: Path, findings: Findings) -> Origin | None:
+    from graphengine.bringup.robots.import_robot import Origin
+    from graphengine.bringup.robots.robot_source import Wishes, read_source
     from graphengine.descriptions.files.packages import Packages
     from graphengine.descriptions.files.xml import read
     from graphengine.descriptions.sdf.sdf_files import is_sdf
     from graphengine.descriptions.xacro import xacro
-    from graphengine.physics.importing.import_robot import Origin
-    from graphengine.physics.importing.robot_source import Wishes, read_source
 
     path = Path(near(arguments.file))
     require_file(path)
@@ -270,9 +270,9 @@ def _from_file(arguments: argparse.Namespace, target: Path, findings: Findings) 
 
 def _list_arguments(arguments: argparse.Namespace) -> int:
     """Print the arguments of a xacro file; return 0, or 1 if the file cannot be read."""
+    from graphengine.bringup.robots.robot_source import arguments_of
     from graphengine.descriptions.files.packages import Packages
     from graphengine.descriptions.files.xml import read
-    from graphengine.physics.importing.robot_source import arguments_of
 
     if not arguments.file:
         raise UsageError("--args: give a file; only a xacro file has arguments to list")

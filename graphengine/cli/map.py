@@ -81,6 +81,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def execute(arguments: argparse.Namespace) -> int:
     """Write the files of the map, and with `--localizability` also its files; return 0, or 1 if the scene has errors."""
+    from graphengine.bringup import occupancy_map
+
     path = find_file(arguments.scene)
     stem = _stem(arguments.output, path)
     _refuse_others(path)
@@ -88,7 +90,8 @@ def execute(arguments: argparse.Namespace) -> int:
     begin, bounds = time.perf_counter(), arguments.bounds
     try:
         with progress("mapping"):
-            made = scene.occupancy_map(
+            made = occupancy_map(
+                scene,
                 stem,
                 heights=tuple(arguments.z),
                 cell=arguments.cell,
@@ -118,14 +121,16 @@ def _localizability(scene: Scene, made: OccupancyMap, stem: Path, arguments: arg
     Raises:
         UsageError: there is no such robot or lidar, or the localizability cannot be measured with this lidar or map.
     """
-    from graphengine.physics.occupancy.localizability_report import summary
+    from graphengine.bringup import localizability
+    from graphengine.bringup.maps.localizability_report import summary
 
     begin = time.perf_counter()
     target = stem.with_name(f"{stem.name}_localizability")
     robot, lidar = arguments.robot, arguments.lidar
     with share_of("localizability") as advance:
         try:
-            result = scene.localizability(
+            result = localizability(
+                scene,
                 made,
                 target,
                 robot=robot,

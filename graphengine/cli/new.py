@@ -49,8 +49,8 @@ def execute(arguments: argparse.Namespace) -> int:
 def _from_description(arguments: argparse.Namespace, project: Project) -> int:
     from dataclasses import replace
 
+    from graphengine.bringup.robots.import_robot import import_robot
     from graphengine.cli.first_run import SECONDS, first_run
-    from graphengine.physics.importing.import_robot import import_robot
 
     import_urdf.check_source(arguments)
     findings = Findings()

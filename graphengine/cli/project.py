@@ -18,7 +18,7 @@ from graphengine.format.wording import quoted
 from graphengine.format.yaml_text import scalar
 
 if TYPE_CHECKING:
-    from graphengine.physics.importing.import_robot import Imported
+    from graphengine.bringup.robots.import_robot import Imported
 
 
 @dataclass(frozen=True, slots=True)
@@ -163,7 +163,7 @@ class Project:
 
     def _add_ros2_control(self, imported: Imported) -> bool:
         """Add a xacro file for ros2_control with the commanded joints; return False if the robot has no such joints."""
-        from graphengine.physics.importing import topic_based
+        from graphengine.bringup.robots import topic_based
 
         joints = commanded(imported)
         if joints:

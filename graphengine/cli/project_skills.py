@@ -13,8 +13,8 @@ from graphengine.cli.common import table
 from graphengine.format.yaml_text import flow
 
 if TYPE_CHECKING:
+    from graphengine.bringup.robots.import_robot import Imported
     from graphengine.descriptions.urdf.urdf import UrdfJoint
-    from graphengine.physics.importing.import_robot import Imported
 
 _BASE, _STAND, _TRAJECTORY = "base", "stand", "arm/trajectory.yaml"
 """Names of the graphs that drive the base and hold the legs of an imported robot, and the graph file that moves its arm."""
@@ -142,7 +142,7 @@ def _arms(imported: Imported) -> dict[str, Mapping[str, Any]]:
 
 
 def _reach(imported: Imported, name: str, parameters: Mapping[str, Any]) -> Skill:
-    from graphengine.physics.importing.arm_pose import raised_pose
+    from graphengine.bringup.robots.arm_pose import raised_pose
 
     pose = raised_pose(imported.robot, parameters["joints"])
     controller = parameters.get("controller", "joint_trajectory_controller")

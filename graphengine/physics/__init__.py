@@ -10,5 +10,4 @@ Each entry of this list imports only from the entries above it:
 - `simulation`: implements `devices.backend.World` completely.
 - `loading`: builds a `loaded_world` from a scene file; robots can be added to that world and removed from it.
 - `views`: shows a scene to users. `occupancy`: computes the occupancy map of a scene.
-  `importing`: imports a robot description as a robot file.
 """

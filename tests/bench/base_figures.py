@@ -21,20 +21,17 @@ from typing import Any
 import yaml
 
 import graphengine as ge
-from graphengine.api.calibration.calibrator import choose_robot
-from graphengine.api.calibration.drive_recorder import STILL, DriveRecorder, FallenError
-from graphengine.api.calibration.figures import Twist
-from graphengine.api.calibration.flat_scene import on_flat_floor
-from graphengine.api.calibration.measuring import mean_velocity
-from graphengine.api.calibration.omni_geometry import is_oblique
-from graphengine.api.calibration.robot_interface import find_command, inputs_named, known_wheel_base, limit_of
-from graphengine.api.calibration.wheel_geometry import WheelMeter
-from graphengine.api.run_options import RunOptions
-from graphengine.api.runner import Runner
-from graphengine.api.scene import loaded_of
+from graphengine.api.scene import Scene, loaded_of, world_of
 from graphengine.api.session import Session
+from graphengine.bringup.calibration.calibrator import choose_robot
+from graphengine.bringup.calibration.drive_recorder import STILL, DriveRecorder, FallenError
+from graphengine.bringup.calibration.figures import Twist
+from graphengine.bringup.calibration.flat_scene import on_flat_floor
+from graphengine.bringup.calibration.measuring import mean_velocity
+from graphengine.bringup.calibration.omni_geometry import is_oblique
+from graphengine.bringup.calibration.robot_interface import find_command, inputs_named, known_wheel_base, limit_of
+from graphengine.bringup.calibration.wheel_geometry import WheelMeter
 from graphengine.physics.model.robot import RobotInstance
-from graphengine.scene.loaded_scene import LoadedScene
 
 SLOPE = 5.0
 """Slope of the tilted floor, degrees."""
@@ -69,14 +66,13 @@ class Limits:
 class Base:
     """The base of a running scene."""
 
-    def __init__(self, sim: Session, scene: LoadedScene, robot: str) -> None:
-        assert scene.world is not None
-        command = find_command(scene.claims, None)
+    def __init__(self, sim: Session, scene: Scene, robot: str) -> None:
+        command = find_command(scene.topics, None)
         if command is None:
             raise SystemExit("no graph of the robot takes velocity commands")
-        instance = scene.world.robots[robot]
+        instance = world_of(scene).robots[robot]
         self.sim = sim
-        self.car = any(inputs_named(scene.planned, "maxWheelRotation"))
+        self.car = any(inputs_named(loaded_of(scene).planned, "maxWheelRotation"))
         self.wheel_base = known_wheel_base(scene) or WheelMeter.described_wheel_base(instance)
         self.steering = limit_of(scene, "maxWheelRotation")
         self.drives = DriveRecorder(sim, robot, command, (), self.wheel_base)
@@ -126,11 +122,13 @@ class Base:
         self.drives.begin()
 
 
-def _limits(scene: LoadedScene, robot: RobotInstance) -> Limits:
+def _limits(scene: Scene, robot: RobotInstance) -> Limits:
     rim = limit_of(scene, "maxWheelSpeed", "maxWheelVelocity") * limit_of(scene, "wheelRadius", "backWheelRadius")
     track, brakes = limit_of(scene, "wheelDistance"), limit_of(scene, "maxDeceleration", "acceleration")
     lever = track / 2
-    if any(inputs_named(scene.planned, "mecanumAngles")):  # mecanum or omni wheels, whose drives have the ramps
+    if any(
+        inputs_named(loaded_of(scene).planned, "mecanumAngles")
+    ):  # mecanum or omni wheels, whose drives have the ramps
         joints = [robot.urdf.joints[name] for name, drive in robot.drives.items() if drive.max_acceleration < math.inf]
         places = [robot.urdf.pose_in_root(joint.child)[0] for joint in joints]
         axes = robot.urdf.axes_in_root()
@@ -142,7 +140,7 @@ def _limits(scene: LoadedScene, robot: RobotInstance) -> Limits:
 
 
 @contextmanager
-def on_slope(scene: Path, across: bool) -> Iterator[LoadedScene]:
+def on_slope(scene: Path, across: bool) -> Iterator[Scene]:
     """The project's scene on a tilted floor, with the robot across it, or facing upwards."""
     data = yaml.safe_load(scene.read_text(encoding="utf-8"))
     (robot,) = data["robots"].values()
@@ -158,19 +156,19 @@ def on_slope(scene: Path, across: bool) -> Iterator[LoadedScene]:
     data |= {"world": "slope.xml", "graphs": {}}
     path = scene.parent / "slope.yaml"
     path.write_text(yaml.safe_dump(data))
-    yield loaded_of(ge.load(path))
+    yield ge.load(path)
 
 
 def figures(scene: Path) -> dict[str, Any]:
     """Measure the base of a scene."""
-    opened = loaded_of(ge.load(scene))
+    opened = ge.load(scene)
     robot = choose_robot(opened, None)
     found: dict[str, Any] = {}
-    with on_flat_floor(opened, robot) as flat, Session(Runner(flat, RunOptions(domain=0))) as sim:
+    with on_flat_floor(opened, robot) as flat, flat.session(domain=0) as sim:
         base = Base(sim, flat, robot.name)
         found |= _on_the_flat(base)
     for across in (False, True):
-        with on_slope(scene, across) as tilted, Session(Runner(tilted, RunOptions(domain=0))) as sim:
+        with on_slope(scene, across) as tilted, tilted.session(domain=0) as sim:
             found |= _on_the_slope(Base(sim, tilted, robot.name), "across" if across else "up", found["speed"])
     return found
 

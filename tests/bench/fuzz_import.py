@@ -24,6 +24,7 @@ from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
+from graphengine.bringup.robots.import_robot import import_robot
 from graphengine.cli import import_urdf, make_parser
 from graphengine.descriptions.files.xml import Element, parse, write
 from graphengine.descriptions.mjcf import mjcf, mjcf_trial
@@ -32,7 +33,6 @@ from graphengine.format.errors import GraphError
 from graphengine.format.files import Files, shipped
 from graphengine.format.spec import SceneSpec
 from graphengine.format.spec_reader import read
-from graphengine.physics.importing.import_robot import import_robot
 from graphengine.physics.loading import load_world
 
 SLOW = 5.0

@@ -20,14 +20,12 @@ from pathlib import Path
 import numpy as np
 
 import graphengine as ge
-from graphengine.api.calibration.arc_track import ArcDrives
-from graphengine.api.calibration.drive_recorder import DriveRecorder
-from graphengine.api.calibration.full_speed import limits_of, slow_arc
-from graphengine.api.calibration.robot_interface import find_command, inputs_named
-from graphengine.api.run_options import RunOptions
-from graphengine.api.runner import Runner
-from graphengine.api.scene import loaded_of
+from graphengine.api.scene import loaded_of, world_of
 from graphengine.api.session import Session
+from graphengine.bringup.calibration.arc_track import ArcDrives
+from graphengine.bringup.calibration.drive_recorder import DriveRecorder
+from graphengine.bringup.calibration.full_speed import limits_of, slow_arc
+from graphengine.bringup.calibration.robot_interface import find_command, inputs_named
 from graphengine.descriptions.engine import mujoco
 from tests.bench.public_descriptions import NEVER_TUNED_TO, ROBOTS, Robot
 from tests.bench.public_robots import graphrun
@@ -129,16 +127,16 @@ def row(one: SkidSteered, clones: Path, folder: Path) -> list[str]:
 
 def measure(scene: Path, friction: float) -> tuple[float, float, float, float]:
     """The distance of the wheels and the tracks: measured on the spot, and on slow arcs by the balance, also with even loads."""
-    loaded = loaded_of(ge.load(scene))
-    assert loaded.world is not None
-    (robot,) = loaded.world.robots.values()
-    command = find_command(loaded.claims, None)
+    loaded = ge.load(scene)
+    (robot,) = world_of(loaded).robots.values()
+    command = find_command(loaded.topics, None)
     assert command is not None
     arc = slow_arc(robot, *limits_of(loaded))
     inputs = tuple(
-        f"{graph.name}/{node.id}.{port.name}" for graph, node, port, _ in inputs_named(loaded.planned, "wheelDistance")
+        f"{graph.name}/{node.id}.{port}"
+        for graph, node, port, _ in inputs_named(loaded_of(loaded).planned, "wheelDistance")
     )
-    with Session(Runner(loaded, RunOptions(domain=0))) as sim:
+    with loaded.session(domain=0) as sim:
         drives = DriveRecorder(sim, robot.name, command, (), None)
         spins = ArcDrives(sim, drives, sim.checkpoint(), inputs)
         sim.step(60)

@@ -8,20 +8,16 @@ from pathlib import Path
 import pytest
 
 import graphengine as ge
-from graphengine.api.calibration.figures import Twist
-from graphengine.api.run_options import RunOptions
-from graphengine.api.runner import Runner
-from graphengine.api.scene import loaded_of
-from graphengine.api.session import Session
+from graphengine.bringup.calibration.figures import Twist
 from tests.bench.base_figures import Base, outside
+from tests.bringup.robots.imported_bases import CAR, DIFFERENTIAL, description, imported, scene, slow
 from tests.physics.bases import MECANUM
-from tests.physics.importing.imported_bases import CAR, DIFFERENTIAL, description, imported, scene, slow
 
 
 def base_of(folder: Path, text: str) -> Base:
     """The base of an imported description."""
-    loaded = loaded_of(ge.load(scene(folder, imported(folder, text))))
-    with Session(Runner(loaded, RunOptions(domain=0))) as sim:
+    loaded = ge.load(scene(folder, imported(folder, text)))
+    with loaded.session(domain=0) as sim:
         return Base(sim, loaded, "bot")
 
 

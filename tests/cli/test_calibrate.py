@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.api.calibration import bases
+from tests.bringup.calibration import bases
 from tests.cli.harness import Graphrun
 
 

@@ -8,9 +8,9 @@ from pathlib import Path
 import pytest
 
 from graphengine.cli.first_run import MOST_TOLD, _worst, first_run
+from tests.bringup.robots.imported_arms import BALL, arm, bolted
+from tests.bringup.robots.imported_bases import DIFFERENTIAL, description, interfaces
 from tests.cli.harness import Graphrun
-from tests.physics.importing.imported_arms import BALL, arm, bolted
-from tests.physics.importing.imported_bases import DIFFERENTIAL, description, interfaces
 
 STILTS = """<mujoco model="stilts">
   <compiler angle="radian" autolimits="true"/>

@@ -7,9 +7,9 @@ from pathlib import Path
 import pytest
 import yaml
 
+from tests.bringup.robots.imported_bases import DIFFERENTIAL, PLUGIN, sdf
 from tests.cli.harness import Graphrun
 from tests.cli.test_import_urdf import TETRAHEDRON
-from tests.physics.importing.imported_bases import DIFFERENTIAL, PLUGIN, sdf
 
 LID = """<sdf version="1.8"><model name="lid"><link name="lid">
 <inertial><mass>.1</mass><inertia><ixx>.001</ixx><iyy>.001</iyy><izz>.001</izz></inertia></inertial>

@@ -17,8 +17,8 @@ from graphengine.format.spec import SceneSpec
 from graphengine.format.spec_reader import read
 from graphengine.physics.loaded_world import LoadedWorld
 from graphengine.physics.loading import load_world
+from tests.bringup.maps.map_server import ReadMap, read_map
 from tests.cli.harness import Graphrun, process
-from tests.physics.occupancy.map_server import ReadMap, read_map
 
 ROOM = """<mujoco><worldbody>
   <geom type="plane" size="0 0 1"/>

@@ -11,9 +11,9 @@ from typing import Any
 import pytest
 import yaml
 
-from tests.api.nav2 import mobile_bases
+from tests.bringup.maps.map_server import read_map
+from tests.bringup.nav2 import mobile_bases
 from tests.cli.harness import Graphrun
-from tests.physics.occupancy.map_server import read_map
 
 NAMES = {"README.md", "map.pgm", "map.yaml", "nav2.launch.py", "nav2_params.yaml", "view.rviz"}
 

@@ -13,8 +13,8 @@ from xml.etree import ElementTree
 
 import pytest
 
-from graphengine.api.navigation.goal_list import NavigationGoal
-from graphengine.api.navigation.navigator import Navigator
+from graphengine.bringup.navigation.goal_list import NavigationGoal
+from graphengine.bringup.navigation.navigator import Navigator
 from graphengine.control.client import Client, find
 from graphengine.format.errors import TransportError
 from graphengine.ros.action_caller import ActionCaller
@@ -187,7 +187,7 @@ def test_a_goal_that_takes_too_long_is_canceled(goals: Graphrun, nav2: Nav2) -> 
 def test_a_server_that_is_gone_ends_all(
     goals: Graphrun, nav2: Nav2, peer: DdsTransport, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("graphengine.api.navigation.navigator.LOST", 0.5)
+    monkeypatch.setattr("graphengine.bringup.navigation.navigator.LOST", 0.5)
 
     def die(server: Nav2Peer, goal: bytes) -> None:
         nav2_peer.dawdle(server, goal)
@@ -219,7 +219,7 @@ def test_a_result_that_cannot_be_decoded_fails_its_goal_alone(
 def test_a_goal_whose_answer_is_lost_is_sent_once_more(
     goals: Graphrun, nav2: Nav2, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("graphengine.api.navigation.navigator.ANSWER", 0.5)
+    monkeypatch.setattr("graphengine.bringup.navigation.navigator.ANSWER", 0.5)
     server = nav2(ignore, nav2_peer.reach)
     assert cells(goals("1 2", code=0).lines[1])[1] == "reached"
     assert len(server.messages) == 2
@@ -228,7 +228,7 @@ def test_a_goal_whose_answer_is_lost_is_sent_once_more(
 def test_a_goal_whose_answer_is_lost_twice_is_canceled_and_the_next_is_sent(
     goals: Graphrun, nav2: Nav2, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("graphengine.api.navigation.navigator.ANSWER", 0.5)
+    monkeypatch.setattr("graphengine.bringup.navigation.navigator.ANSWER", 0.5)
     server = nav2(ignore, ignore, nav2_peer.reach)
     done = goals("1 2", "3 4", code=1)
     assert [cells(line)[1] for line in done.lines[1:3]] == ["no answer", "reached"]
@@ -238,7 +238,7 @@ def test_a_goal_whose_answer_is_lost_twice_is_canceled_and_the_next_is_sent(
 def test_a_goal_is_canceled_when_time_stands_still(
     goals: Graphrun, nav2: Nav2, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("graphengine.api.navigation.navigator.STANDSTILL", 0.5)
+    monkeypatch.setattr("graphengine.bringup.navigation.navigator.STANDSTILL", 0.5)
     monkeypatch.setattr("graphengine.cli.nav2.goals._other_clock", lambda truth: lambda: 7.0)
     server = nav2(nav2_peer.dawdle_until_canceled)
     done = goals("1 2", "3 4", code=1)
@@ -249,7 +249,7 @@ def test_a_goal_is_canceled_when_time_stands_still(
 def test_a_server_is_waited_for_before_the_first_goal(
     goals: Graphrun, nav2: Nav2, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("graphengine.api.navigation.navigator.LOST", 0.0)
+    monkeypatch.setattr("graphengine.bringup.navigation.navigator.LOST", 0.0)
     looks = itertools.count()
     ready = ActionCaller.ready
     matched = property(lambda caller: next(looks) > 5 and ready.__get__(caller))

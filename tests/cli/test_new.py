@@ -13,12 +13,12 @@ import yaml
 
 import graphengine as ge
 from graphengine.format import distribution
+from tests.bringup.robots.imported_arms import PLATE, arm, bolted
+from tests.bringup.robots.imported_bases import DIFFERENTIAL, description
 from tests.cli.harness import Graphrun
 from tests.cli.test_import_urdf import TETRAHEDRON, URDF
 from tests.instructions import by_name
 from tests.physics.bases import SKID
-from tests.physics.importing.imported_arms import PLATE, arm, bolted
-from tests.physics.importing.imported_bases import DIFFERENTIAL, description
 from tests.physics.mjcf_models import ARM
 
 OTHER = '<visual><geometry><mesh filename="package://lid/meshes/body.obj"/></geometry></visual>'

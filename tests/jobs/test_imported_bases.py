@@ -8,11 +8,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from graphengine.api.calibration.arc_track import correct_track
+from graphengine.bringup.calibration.arc_track import correct_track
 from graphengine.messages import messages
-from tests.jobs.harness import Job
-from tests.physics.bases import FOUR, SKID, Base, Wheel
-from tests.physics.importing.imported_bases import (
+from tests.bringup.robots.imported_bases import (
     BASES,
     CAR,
     CONTROLLERS,
@@ -28,6 +26,8 @@ from tests.physics.importing.imported_bases import (
     sdf,
     slow,
 )
+from tests.jobs.harness import Job
+from tests.physics.bases import FOUR, SKID, Base, Wheel
 
 Twist = tuple[float, float, float]
 

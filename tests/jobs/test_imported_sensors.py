@@ -8,8 +8,8 @@ from collections.abc import Iterator
 import numpy as np
 import pytest
 
+from tests.bringup.robots.descriptions import SCAN, sensor, written
 from tests.jobs.harness import Job, nanoseconds
-from tests.physics.importing.descriptions import SCAN, sensor, written
 from tests.physics.pictures.harness import needs_opengl
 
 pytestmark = needs_opengl

@@ -7,9 +7,9 @@ from pathlib import Path
 import pytest
 
 from graphengine.cli import main
+from tests.bringup.robots.imported_bases import DIFFERENTIAL
 from tests.jobs.harness import Job
 from tests.jobs.test_imported_bases import driven, moved
-from tests.physics.importing.imported_bases import DIFFERENTIAL
 from tests.physics.mjcf_models import DIFFERENTIAL as MODEL
 from tests.physics.mjcf_models import QUADRUPED, write_model
 

@@ -15,7 +15,9 @@ TESTED = {
     ),
     "ros.foxglove.publish_gate.MAX_CLIENTS": "tests/ros/test_foxglove.py::test_no_more_clients_than_allowed_are_connected",
     "view.page_server.MAX_REQUEST": "tests/view/test_page_server.py::test_a_request_that_is_too_long_is_refused_with_an_answer",
-    "api.navigation.true_poses.PATIENCE": "tests/api/navigation/test_true_poses.py::test_a_run_that_never_answers_is_refused",
+    "bringup.navigation.true_poses.PATIENCE": (
+        "tests/bringup/navigation/test_true_poses.py::test_a_run_that_never_answers_is_refused"
+    ),
     "cli.first_run.MOST_TOLD": "tests/cli/test_first_run.py::test_a_line_names_the_worst_joints_up_to_a_number",
     "compiler.budget.MAX_PARTS": "tests/compiler/test_budget.py::test_a_graph_may_hold_as_many_parts_as_the_limit",
     "compiler.planning.regions.MAX_PUSHERS": (
@@ -100,7 +102,7 @@ TESTED = {
 
 BOUNDS_NO_INPUT = {
     "a wait of a command for a peer, after which it says so or goes on": (
-        "api.navigation.initial_pose.PATIENCE",
+        "bringup.navigation.initial_pose.PATIENCE",
         "cli.action.send_goal.CANCEL_PATIENCE",
         "cli.live.SERVER_PATIENCE",
         "cli.nav2.goals.CLOCK_PATIENCE",
@@ -115,10 +117,10 @@ BOUNDS_NO_INPUT = {
     ),
     "a default that the user can change": ("cli.calibrate.BOUND",),
     "part of a formula, an algorithm or a choice between two ways to the same result": (
-        "api.calibration.diagnosis.SLOWEST",
-        "api.calibration.imu_noise.LARGEST_RATE",
-        "api.calibration.odometry_errors.FARTHEST",
-        "api.calibration.wheel_geometry.SLOWEST",
+        "bringup.calibration.diagnosis.SLOWEST",
+        "bringup.calibration.imu_noise.LARGEST_RATE",
+        "bringup.calibration.odometry_errors.FARTHEST",
+        "bringup.calibration.wheel_geometry.SLOWEST",
         "compiler.codegen.MAX_CALLS",
         "compiler.codegen.MAX_MARKS",
         "messages.message_template.Encoder.PATIENCE",
@@ -127,9 +129,9 @@ BOUNDS_NO_INPUT = {
         "nodes.wheeled_robots.stanley.SLOWEST",
         "cli.first_run.MOST_JOINTS",
         "cli.first_run.SECONDS",
-        "physics.importing.arm_gains.FASTEST",
-        "physics.importing.resting.SECONDS",
-        "physics.importing.self_view.MOST_BLOCKED",
+        "bringup.robots.arm_gains.FASTEST",
+        "bringup.robots.resting.SECONDS",
+        "bringup.robots.self_view.MOST_BLOCKED",
         "runtime.file_watch.MOST",
     ),
     "what a picture or the page shows": (

@@ -21,9 +21,9 @@ from graphengine.physics.occupancy.occupancy_map import OCCUPIED, MapRequest
 from graphengine.physics.ray_casting.fast import rays
 from graphengine.physics.sensors.lidar import BeamsSpec
 from graphengine.physics.sensors.raycast import RaycastProfile
+from tests.bringup.maps.test_localizability import judged, room
 from tests.limits.table import accepts, limit
 from tests.physics.harness import Project
-from tests.physics.occupancy.test_localizability import judged, room
 
 
 @limit("devices.camera.LARGEST_PICTURE")
@@ -91,7 +91,7 @@ def _(cells: int) -> bool:
     return accepts(lambda: occupancy_map._check_size(grid), UsageError)
 
 
-@limit("physics.occupancy.localizability.LARGEST_CELL")
+@limit("bringup.maps.localizability.LARGEST_CELL")
 def _(metres: float) -> bool:
     """The map has no free place, which is refused next."""
     chart = room(1.0, 1.0)
@@ -101,7 +101,7 @@ def _(metres: float) -> bool:
     return "no free place" in str(caught.value)
 
 
-@limit("physics.occupancy.localizability.MOST_PLACES", at=2)
+@limit("bringup.maps.localizability.MOST_PLACES", at=2)
 def _(places: int) -> bool:
     """A corridor with one row of places, which are half a metre apart."""
     return accepts(lambda: judged(room(1.0 + 0.5 * (places - 1), 1.0)), UsageError)

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from graphengine.bringup.robots import arm_gains, controllers_file
 from graphengine.descriptions.files import bounds, conversion, meshes, references, xml
 from graphengine.descriptions.files.meshes import MeshError
 from graphengine.descriptions.files.packages import Packages
@@ -27,16 +28,15 @@ from graphengine.descriptions.xacro.xacro_macros import robot_macros
 from graphengine.format.diagnostics import Findings, Source, Span
 from graphengine.format.document import Value
 from graphengine.format.files import Files
-from graphengine.physics.importing import arm_gains, controllers_file
 from graphengine.sandbox.confinement import ProcessError
 from graphengine.sandbox.untrusted import encoded
+from tests.bringup.robots.descriptions import sensor
+from tests.bringup.robots.imported_bases import description, imported
+from tests.bringup.robots.test_gazebo_sensors import remarks
 from tests.descriptions.files.test_meshes import collada, instance
 from tests.descriptions.sdf.harness import document, frame, link, model, packages, scope
 from tests.limits.table import accepts, limit
 from tests.physics.bases import Base, Wheel
-from tests.physics.importing.descriptions import sensor
-from tests.physics.importing.imported_bases import description, imported
-from tests.physics.importing.test_gazebo_sensors import remarks
 
 SPAN = Span(Source("a", ()), 1, 1)
 
@@ -271,25 +271,25 @@ def _(metres: float) -> bool:
 # Importing
 
 
-@limit("physics.importing.controllers_file._MOST")
+@limit("bringup.robots.controllers_file._MOST")
 def _(number: float) -> bool:
     controller = controllers_file.Controller("a", "b", SPAN, {"x": Value(SPAN, number)})
     return controller.number("x") == number
 
 
-@limit("physics.importing.gazebo_sensors.MAX_SENSORS", at=2)
+@limit("bringup.robots.gazebo_sensors.MAX_SENSORS", at=2)
 def _(sensors: int, folder: Path) -> bool:
     many = [sensor("imu_link", "gps", "", name=f"s{number}") for number in range(sensors)]
     return "sensors after the first" not in str(remarks(folder, "lost", *many))
 
 
-@limit("physics.importing.gazebo_sensors.MAX_DISTANCE")
+@limit("bringup.robots.gazebo_sensors.MAX_DISTANCE")
 def _(metres: float, folder: Path) -> bool:
     inside = f"<pose>{metres!r} 0 0 0 0 0</pose>"
     return "six valid numbers" not in str(remarks(folder, "lost", sensor("imu_link", "imu", inside)))
 
 
-@limit("physics.importing.resting.MOST_JOINTS", at=2)
+@limit("bringup.robots.resting.MOST_JOINTS", at=2)
 def _(joints: int, folder: Path) -> bool:
     wheels = tuple(Wheel(f"w{number}", 0.3 * number, 0.2) for number in range(joints))
     draft = imported(folder, description(Base("train", wheels, 0.05, 0.03, 5.0))).draft
@@ -301,7 +301,7 @@ def _(gain: float) -> bool:
     return default_drives.gain(gain) == gain
 
 
-@limit("physics.importing.arm_gains._MOST", step=1e8)
+@limit("bringup.robots.arm_gains._MOST", step=1e8)
 def _(stiffness: float) -> bool:
     joint = SimpleNamespace(effort=stiffness * arm_gains.DEVIATION, losses=(0.0, 0.0), velocity=None)
     return arm_gains._gains(joint, arm_gains.Load(1.0, 1.0, 1.0))[0] == stiffness  # type: ignore[arg-type]

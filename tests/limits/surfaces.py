@@ -13,7 +13,7 @@ import numpy as np
 
 import graphengine as ge
 from graphengine.api import video
-from graphengine.api.navigation.true_poses import TruePoses
+from graphengine.bringup.navigation.true_poses import TruePoses
 from graphengine.cli import import_graph, import_report, log_output, replay
 from graphengine.cli.import_urdf import check_source
 from graphengine.drawing import manual_layout, view_model
@@ -45,7 +45,7 @@ from tests.limits.table import accepts, limit
 # api, cli and drawing
 
 
-@limit("api.navigation.true_poses.MAX_SAMPLES", at=4)
+@limit("bringup.navigation.true_poses.MAX_SAMPLES", at=4)
 def _(samples: int) -> bool:
     poses = TruePoses.__new__(TruePoses)
     poses._times, poses._poses, poses._lock, poses._namespace = [], [], threading.Lock(), "bot"

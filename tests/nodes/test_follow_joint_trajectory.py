@@ -19,8 +19,8 @@ from graphengine.nodes.ros2.follow_joint_trajectory import ROS2FollowJointTrajec
 from graphengine.scene import build
 from graphengine.testing import RecordingContext, check_node
 from tests.action_peer import ActionPeer
+from tests.bringup.robots.harness import INERTIA
 from tests.nodes.harness import ready, write
-from tests.physics.importing.harness import INERTIA
 from tests.trajectories import FOLLOW, point, tolerance, trajectory
 
 NAMES = ["lift", "elbow"]

@@ -13,11 +13,11 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 
+from graphengine.bringup.robots import topic_based
 from graphengine.format.diagnostics import Findings
 from graphengine.format.files import Files
 from graphengine.messages import messages
 from graphengine.messages.endpoints import QoS
-from graphengine.physics.importing import topic_based
 from graphengine.physics.loading import load_robot_file
 from tests import arm_robot, arm_scene
 from tests.arm_scene import DURATION

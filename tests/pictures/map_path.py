@@ -33,7 +33,7 @@ Points = list[tuple[float, float]]
 def draw(path: Path) -> None:
     """Write the picture."""
     scene = ge.load("dd100_hall", rays="mujoco")
-    floor = scene.occupancy_map()
+    floor = ge.bringup.occupancy_map(scene)
     with scene.session() as sim:
         driven = _drive(sim)
         (topic,) = (claim.topic for claim in scene.topics if claim.message_type.endswith("/LaserScan"))

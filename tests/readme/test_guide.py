@@ -11,9 +11,9 @@ import pytest
 import yaml
 
 import graphengine as ge
+from tests.bringup.robots.imported_arms import arm, bolted
+from tests.bringup.robots.imported_bases import DIFFERENTIAL, description
 from tests.cli.harness import ROOT, process
-from tests.physics.importing.imported_arms import arm, bolted
-from tests.physics.importing.imported_bases import DIFFERENTIAL, description
 from tests.readme.test_readme import blocks, quoted
 
 GUIDE = (ROOT / "docs/guide/your_own_robot.md").read_text(encoding="utf-8")

@@ -12,12 +12,12 @@ import pytest
 import yaml
 
 import graphengine as ge
+from graphengine.bringup.robots import topic_based
 from graphengine.format.diagnostics import Findings
 from graphengine.format.files import Files
 from graphengine.messages import goals
 from graphengine.messages.definitions import DEFINITIONS
 from graphengine.messages.message_input import parse
-from graphengine.physics.importing import topic_based
 from graphengine.physics.loading import load_robot_file
 from tests import arm_robot
 from tests.action_peer import ActionPeer

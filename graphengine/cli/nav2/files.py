@@ -22,9 +22,9 @@ from graphengine.format.errors import UsageError
 from graphengine.format.files import near
 
 if TYPE_CHECKING:
-    from graphengine.api.nav2.nav2_files import Nav2Files
-    from graphengine.api.nav2.robot_facts import RobotFacts
     from graphengine.api.scene import Scene
+    from graphengine.bringup.nav2.nav2_files import Nav2Files
+    from graphengine.bringup.nav2.robot_facts import RobotFacts
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -78,9 +78,8 @@ def execute(arguments: argparse.Namespace) -> int:
 
 
 def _make(scene: Scene, arguments: argparse.Namespace) -> Nav2Files:
-    from graphengine.api.nav2.choices import Choices
-    from graphengine.api.nav2.nav2_files import nav2_files
-    from graphengine.api.scene import loaded_of
+    from graphengine.bringup.nav2.choices import Choices
+    from graphengine.bringup.nav2.nav2_files import nav2_files
 
     choices = Choices(
         chosen_distro(arguments),
@@ -91,12 +90,11 @@ def _make(scene: Scene, arguments: argparse.Namespace) -> Nav2Files:
     )
     with share_of("calibrating") as advance:
         return nav2_files(
-            loaded_of(scene),
+            scene,
             robots=arguments.robots,
             choices=choices,
             slam=arguments.slam,
             calibrated=not arguments.no_calibrate,
-            modules=arguments.modules,
             progress=lambda _, share: advance(share),
         )
 

@@ -18,10 +18,10 @@ from graphengine.format.errors import ControlError, TransportError, UsageError
 from graphengine.format.wording import listing
 
 if TYPE_CHECKING:
-    from graphengine.api.navigation.goal_list import NavigationGoal
-    from graphengine.api.navigation.navigator import Progress
-    from graphengine.api.navigation.outcome import Outcome
-    from graphengine.api.navigation.true_poses import TruePoses
+    from graphengine.bringup.navigation.goal_list import NavigationGoal
+    from graphengine.bringup.navigation.navigator import Progress
+    from graphengine.bringup.navigation.outcome import Outcome
+    from graphengine.bringup.navigation.true_poses import TruePoses
 
 CLOCK_PATIENCE = 5.0
 """Wall time to wait for the first message on /clock, s."""
@@ -56,9 +56,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def execute(arguments: argparse.Namespace) -> int:
     """Send the goals and print a table of their outcomes; return 0 if all were reached, else 1."""
-    from graphengine.api.navigation.initial_pose import give_initial_pose, has_listener
-    from graphengine.api.navigation.navigator import ACTION, Navigator
-    from graphengine.api.navigation.outcome import RESET, Outcome, rows, write_junit
+    from graphengine.bringup.navigation.initial_pose import give_initial_pose, has_listener
+    from graphengine.bringup.navigation.navigator import ACTION, Navigator
+    from graphengine.bringup.navigation.outcome import RESET, Outcome, rows, write_junit
 
     goals, outcomes = [goal for text in arguments.goals for goal in _read(text)], list[Outcome]()
     with Live(arguments) as live:
@@ -115,7 +115,7 @@ def _read(text: str) -> list[NavigationGoal]:
         UsageError: the text is neither the name of a file nor a goal.
         CheckError: the file has errors.
     """
-    from graphengine.api.navigation.goal_list import NavigationGoal, read_goals
+    from graphengine.bringup.navigation.goal_list import NavigationGoal, read_goals
 
     path = Path(text)
     if path.suffix in (".yaml", ".yml") or path.is_file():
@@ -139,7 +139,7 @@ def _action(live: Live, arguments: argparse.Namespace) -> str:
     Raises:
         TransportError: there is no server within `--wait`, or there are several and no namespace is given.
     """
-    from graphengine.api.navigation.navigator import ACTION
+    from graphengine.bringup.navigation.navigator import ACTION
 
     given = arguments.namespace
     wanted = None if given is None else f"{absolute_namespace(given)}/{ACTION}"
@@ -175,7 +175,7 @@ def _action(live: Live, arguments: argparse.Namespace) -> str:
 
 def _servers(live: Live) -> list[str]:
     """Return the names of the NavigateToPose actions on the network, sorted; a server is found by its feedback publisher."""
-    from graphengine.api.navigation.navigator import ACTION
+    from graphengine.bringup.navigation.navigator import ACTION
 
     ending = f"/{ACTION}/_action/feedback"
     ends = (end for end in live.graph_now().endpoints if end.direction == "publish" and end.topic.endswith(ending))
@@ -190,7 +190,7 @@ def _truth(run: str, namespace: str, clock: Callable[[], float] | None) -> Itera
         ControlError: the run given by `--run` cannot be reached, or is not the publisher of /clock.
         UsageError: there are several runs, and `--run` is not given.
     """
-    from graphengine.api.navigation.true_poses import TruePoses
+    from graphengine.bringup.navigation.true_poses import TruePoses
 
     truth = None
     try:

@@ -1,1 +1,1 @@
-"""Occupancy maps: computes exactly which cells of a floor plan are occupied, writes map files, and judges localizability."""
+"""Occupancy maps: computes exactly which cells of a floor plan are occupied."""

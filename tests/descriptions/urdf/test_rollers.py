@@ -10,8 +10,8 @@ import pytest
 
 import graphengine as ge
 from graphengine.api.robots import Pose
-from tests.physics.importing.descriptions import INERTIA
-from tests.physics.importing.imported_bases import (
+from tests.bringup.robots.descriptions import INERTIA
+from tests.bringup.robots.imported_bases import (
     DIFFERENTIAL,
     PLUGIN,
     description,
@@ -20,7 +20,7 @@ from tests.physics.importing.imported_bases import (
     robot_file,
     scene,
 )
-from tests.physics.importing.roller_bases import FOUR, PLAIN, THREE, rolling_base, rolling_radius
+from tests.bringup.robots.roller_bases import FOUR, PLAIN, THREE, rolling_base, rolling_radius
 
 
 def test_the_radius_of_a_wheel_is_that_of_the_hull_of_its_rollers(tmp_path: Path) -> None:

@@ -1,4 +1,4 @@
-"""The page of the Python API: the public names of graphengine, graphengine.node and graphengine.testing."""
+"""The page of the Python API: the public names of graphengine and of its packages for users."""
 
 from __future__ import annotations
 
@@ -18,6 +18,7 @@ After `import graphengine as ge`, the names of the first section begin with `ge.
 """
 _MODULES = {
     "graphengine": "Scenes, sessions, robots and topics.",
+    "graphengine.bringup": "Maps of scenes, localizability and calibration, as in `ge.bringup.calibrate(scene)`.",
     "graphengine.node": "Classes with which you write your own node types.",
     "graphengine.testing": "Tools for tests of nodes and graphs.",
 }

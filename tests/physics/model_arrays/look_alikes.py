@@ -6,15 +6,15 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 
 from tests import arm_robot
+from tests.bringup.robots import arms, descriptions, imported_arms, roller_bases
+from tests.bringup.robots.harness import CASTER, MESH, drum, rover, wheel
+from tests.bringup.robots.imported_bases import BASES, description, sdf
 from tests.descriptions.sdf.harness import BALL, INERTIA, document, joint, link, model, pose
 from tests.descriptions.xacro.test_xacro import CART as XACRO
 from tests.descriptions.xacro.test_xacro import WHEEL
 from tests.physics import mjcf_models
 from tests.physics.bases import MECANUM_WHEELS, SKID, SKID_WHEELS
 from tests.physics.harness import CART
-from tests.physics.importing import arms, descriptions, imported_arms, roller_bases
-from tests.physics.importing.harness import CASTER, MESH, drum, rover, wheel
-from tests.physics.importing.imported_bases import BASES, description, sdf
 from tests.physics.model_arrays import mesh_texts
 
 ROOT = Path(__file__).resolve().parents[3]

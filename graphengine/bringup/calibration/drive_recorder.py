@@ -1,0 +1,207 @@
+"""Drives a robot with messages on its command topic and records its motion in each tick."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from graphengine.api.robots import find_robot
+from graphengine.api.session import Session
+from graphengine.api.topics import Publication, Subscription
+from graphengine.bringup.calibration.figures import Floats, Twist
+from graphengine.bringup.calibration.robot_interface import CommandTopic
+from graphengine.devices.motion import Frame
+from graphengine.devices.rotation import Pose
+from graphengine.devices.stage import Prim
+
+PERIOD = 0.05
+"""Time between two command messages, s."""
+REST = 0.25
+"""Time for which the robot stands before a trace begins, s."""
+FALLEN = math.radians(45.0)
+"""Tilt of the base link above which the robot counts as fallen over, rad."""
+BELOW = -1.0
+"""Height of the base link below which the robot counts as fallen through the floor, m."""
+STILL = Twist()
+
+
+class FallenError(Exception):
+    """During a test drive, the robot fell over or fell through the floor; the message says which of the two happened."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Trace:
+    """A recorded motion; each array has one row per tick.
+
+    Attributes:
+        dt: time between two rows, s.
+        base: true x (m), y (m) and yaw (rad, without jumps at +-pi) of the base link.
+        joints: joint positions, rad or m, in the order of the articulation.
+        odometry: for each odometry topic, the published x (m), y (m) and yaw (rad); NaN in ticks without a message.
+        frames: for each odometry topic, the true x (m), y (m) and yaw (rad) of the child frame that the topic names.
+    """
+
+    dt: float
+    base: Floats
+    joints: Floats
+    odometry: Mapping[str, Floats]
+    frames: Mapping[str, Floats]
+
+    def part(self, begin: int, end: int | None = None) -> Trace:
+        """Return the trace of the rows from `begin` to before `end`. None stands for the end of the trace."""
+        odometry = {topic: rows[begin:end] for topic, rows in self.odometry.items()}
+        frames = {topic: rows[begin:end] for topic, rows in self.frames.items()}
+        return Trace(self.dt, self.base[begin:end], self.joints[begin:end], odometry, frames)
+
+
+class DriveRecorder:
+    """Drives one robot of a session and records its motion."""
+
+    def __init__(
+        self, sim: Session, robot: str, command: CommandTopic, odometry: Sequence[str], wheel_base: float | None
+    ) -> None:
+        self._sim = sim
+        self._command = command
+        self._wheel_base = wheel_base
+        runner = sim._runner
+        self._runner = runner
+        self._prim = find_robot(runner, robot)
+        self._world = runner.session.services.world
+        self.articulation = self._world.articulation(self._prim)
+        self.dt = runner.session.clock.delta
+        self._base = self._world.frame(runner.session.services.stage.find(self._prim.facts["base_link"]))
+        self._odometry: dict[str, Subscription[Any]] = {topic: sim.subscribe(topic, keep=1) for topic in odometry}
+        self._newest: dict[str, bytes | None] = dict.fromkeys(odometry)
+        self.child_frames: dict[str, str] = {}
+        """`child_frame_id` in the first message of each odometry topic."""
+        self._frames: dict[str, Frame] = {}
+        self._rows: list[tuple[Any, ...]] = []
+        self._since_command = math.inf
+
+    @property
+    def rows(self) -> int:
+        """Number of rows since `begin`."""
+        return len(self._rows)
+
+    def begin(self) -> None:
+        """Let the robot stand for `REST` s, then start a new trace with the present state as its first row."""
+        self.drive(STILL, REST)
+        del self._rows[:-1]
+
+    def drive(self, twist: Twist, seconds: float) -> None:
+        """Command a velocity for a time (s), rounded to whole ticks, and record the motion.
+
+        Raises:
+            FallenError: the robot fell over, or through the floor.
+        """
+        self._since_command = math.inf
+        for _ in range(max(1, round(seconds / self.dt))):
+            if self._since_command >= PERIOD - 1e-9:
+                message = self._command.message(twist, self._sim.time, self._wheel_base)
+                Publication(self._runner, self._command.topic, message, None, self._command.type)
+                self._since_command = 0.0
+            self._sim.step()
+            self._since_command += self.dt
+            self._record()
+
+    def drive_until(self, twist: Twist, done: Callable[[Trace], bool], longest: float, block: float = 0.5) -> bool:
+        """Command a velocity until a condition holds; return False if it does not hold within `longest` s.
+
+        Args:
+            twist: velocity to command.
+            done: condition; it is called with the trace of the last `2 * block` seconds.
+            longest: time after which to give up, s.
+            block: time between two evaluations of the condition, s.
+        """
+        rows = 2 * round(block / self.dt) + 1
+        for _ in range(max(2, round(longest / block))):
+            self.drive(twist, block)
+            if len(self._rows) >= rows and done(self.trace(rows)):
+                return True
+        return False
+
+    def trace(self, last: int = 0) -> Trace:
+        """Return the recorded motion since `begin()`: all rows, or only the newest `last` rows if `last` is not 0."""
+        bases, joints, odometry, frames = zip(*self._rows[-last:], strict=True)
+        paths = {topic: _path([row.get(topic, _NONE) for row in odometry]) for topic in self._odometry}
+        truths = {
+            topic: _path([row.get(topic, base) for row, base in zip(frames, bases, strict=True)]) for topic in paths
+        }
+        return Trace(self.dt, _path(bases), np.array(joints).reshape(len(bases), -1), paths, truths)
+
+    def set_points(self) -> Floats:
+        """Return the target velocity of each joint's drive, rad/s or m/s; NaN for joints without a target velocity."""
+        return self.articulation.set_points()[1]
+
+    def _record(self) -> None:
+        published = {}
+        for topic, subscription in self._odometry.items():
+            data = subscription.latest_data
+            if data is not self._newest[topic]:
+                self._newest[topic] = data
+                published[topic] = self._pose(topic, subscription.latest)
+        frames = {topic: _planar(frame.pose()) for topic, frame in self._frames.items()}
+        base = self._base.pose()
+        _check_upright(base)
+        self._rows.append((_planar(base), self.articulation.positions(), published, frames))
+
+    def _pose(self, topic: str, message: Any) -> tuple[float, float, float]:
+        """Return x, y (m) and yaw (rad) of an odometry message.
+
+        The `child_frame_id` in the first message of a topic decides which frame's true pose is recorded.
+        """
+        if topic not in self._frames:
+            self.child_frames[topic] = message.child_frame_id
+            self._frames[topic] = self._frame(message.child_frame_id)
+        return _planar_message(message.pose.pose)
+
+    def _frame(self, name: str) -> Frame:
+        """Return the frame of the robot that has this name in TF; if the robot has no such frame, the base link's frame."""
+        plain = name.rpartition("/")[2]  # the namespace of a scene with `tf: global`
+        named = [prim for prim in self._prim.descendants() if _can_be_frame(prim) and prim.frame_name in (name, plain)]
+        return self._world.frame(named[0]) if named else self._base
+
+
+_NONE = (math.nan, math.nan, math.nan)
+
+
+def _can_be_frame(prim: Prim) -> bool:
+    return prim.kind in ("link", "frame")
+
+
+def _path(rows: Sequence[tuple[float, float, float]]) -> Floats:
+    """Return rows of x, y (m) and yaw (rad) as an array; yaw is unwrapped, so it does not jump at +-pi."""
+    path: Floats = np.array(rows, dtype=float)
+    known = np.isfinite(path[:, 2])
+    path[known, 2] = np.unwrap(path[known, 2])
+    return path
+
+
+def _planar(pose: Pose) -> tuple[float, float, float]:
+    (x, y, _), (qx, qy, qz, qw) = pose
+    return x, y, math.atan2(2.0 * (qw * qz + qx * qy), 1.0 - 2.0 * (qy * qy + qz * qz))
+
+
+def _check_upright(base: Pose) -> None:
+    if base[0][2] < BELOW:
+        raise FallenError("the robot falls through the floor: none of its links has a collider that rests on the floor")
+    if _tilt(base) > FALLEN:
+        look = "check its centre of mass, its supports, and the acceleration limits of its controller"
+        raise FallenError(
+            f"the robot falls over: its base link tilts by more than {math.degrees(FALLEN):.0f} deg; {look}"
+        )
+
+
+def _tilt(pose: Pose) -> float:
+    """Return the angle between the z axis of a pose and the vertical, rad."""
+    _, (x, y, _, _) = pose
+    return 2.0 * math.asin(min(1.0, math.hypot(x, y)))
+
+
+def _planar_message(pose: Any) -> tuple[float, float, float]:
+    position, q = pose.position, pose.orientation
+    return _planar(((position.x, position.y, position.z), (q.x, q.y, q.z, q.w)))

@@ -1,0 +1,1 @@
+"""Files of occupancy maps, and localizability: how well AMCL could localize a robot at each place of a map."""

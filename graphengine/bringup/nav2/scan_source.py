@@ -1,0 +1,81 @@
+"""Finds the LaserScan topics of a robot and the properties of their lidars."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+
+from graphengine.api.scene import Scene, loaded_of, world_of
+from graphengine.compiler.graph import Graph
+from graphengine.devices.stage import Prim
+from graphengine.messages.endpoints import EndpointClaim
+
+SCAN = "sensor_msgs/msg/LaserScan"
+
+
+@dataclass(frozen=True, slots=True)
+class ScanSource:
+    """A LaserScan topic.
+
+    Attributes:
+        topic: full name of the topic.
+        frame: TF frame of the scans.
+        ranges: smallest and largest range of the lidar, m.
+        view: horizontal field of view, rad.
+        rate: scans per second.
+        height: height of the lidar in the world, m; relative to a floor in copies that `above` returns.
+    """
+
+    topic: str
+    frame: str
+    ranges: tuple[float, float]
+    view: float
+    rate: float
+    height: float
+
+    def above(self, floor: float) -> ScanSource:
+        """Return a copy whose `height` is measured from a floor; `floor` is the height of this floor in the world, m."""
+        return replace(self, height=self.height - floor)
+
+
+def scan_sources(scene: Scene, claims: Sequence[EndpointClaim]) -> list[ScanSource]:
+    """Return the LaserScan topics that the graphs publish, sorted from the widest to the narrowest field of view."""
+    found: dict[str, ScanSource] = {}
+    for claim in claims:
+        if claim.direction != "publish" or claim.message_type != SCAN or claim.topic in found:
+            continue
+        prim = _lidar(scene, claim)
+        if prim is not None:
+            (first, last, _), ranges = prim.facts["angles"], prim.facts["ranges"]
+            (_, _, height), _ = world_of(scene).simulation.frame(prim).pose()
+            rate = claim.rate or prim.facts.get("rate", 10.0)
+            found[claim.topic] = ScanSource(claim.topic, claim.frame_id, ranges, last - first, rate, height)
+    return sorted(found.values(), key=lambda scan: (-scan.view, scan.topic))
+
+
+def _lidar(scene: Scene, claim: EndpointClaim) -> Prim | None:
+    """Return the lidar whose prim path is nearest upstream of the publishing node; None if no lidar is found."""
+    for graph in loaded_of(scene).planned:
+        if claim.node.startswith(f"{graph.prim_path}/"):
+            node = claim.node.removeprefix(f"{graph.prim_path}/")
+            for path in _upstream_paths(graph, node):
+                if path in world_of(scene).stage:
+                    prims = (prim for prim in world_of(scene).stage.find(path).descendants() if "angles" in prim.facts)
+                    if (prim := next(prims, None)) is not None:
+                        return prim
+    return None
+
+
+def _upstream_paths(graph: Graph, node: str) -> Iterator[str]:
+    """Yield the prim paths that are input values of a node or of nodes upstream; the nearest node comes first."""
+    pending = [one.index for one in graph.instances if one.id == node]
+    seen = set(pending)
+    for index in pending:
+        instance = graph.instances[index]
+        for value in instance.literals.values():
+            texts = [value] if isinstance(value, str) else value if isinstance(value, list | tuple) else []
+            yield from (text for text in texts if isinstance(text, str) and text.startswith("/"))
+        for wire in (*graph.data_wires, *graph.exec_wires):
+            if wire.target == index and wire.source not in seen:
+                seen.add(wire.source)
+                pending.append(wire.source)

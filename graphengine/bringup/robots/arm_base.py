@@ -1,0 +1,75 @@
+"""Fixes the base of an arm to the world if the description does not fix the root link."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from graphengine.bringup.robots.trial import trial_model, trial_spec
+from graphengine.descriptions.engine import mujoco
+from graphengine.descriptions.geoms import extents
+from graphengine.descriptions.robot_files.draft import Draft, Remark
+from graphengine.descriptions.urdf.urdf import WORLD, Urdf
+from graphengine.format.wording import printable
+
+CHAIN = 3
+"""Minimum number of moving joints in a chain for the robot to count as an arm."""
+STANDING = 0.05
+"""A limb counts as a leg if it reaches down to this height (m) above the robot's lowest point, with all joints at zero."""
+
+
+def fill(draft: Draft) -> None:
+    """Fix the root link of a robot that has an arm but neither wheels nor legs, and add a remark."""
+    urdf = draft.urdf
+    if draft.fixed_base or urdf.root == WORLD or _rolls(draft):
+        return
+    depths = _depths(urdf)
+    limbs = [joint.child for joint in urdf.moving() if depths[joint.parent] == 0]
+    if max(depths.values()) < CHAIN or _legs(draft, limbs) > 1:
+        return
+    draft.fixed_base = True
+    text = (
+        f"the base is fixed to the world: an arm without wheels or legs would fall over; for a robot whose {urdf.root} "
+    )
+    draft.guessed.append(Remark(printable(text + "moves, write fixed_base: false"), urdf.links[urdf.root].element.span))
+
+
+def _rolls(draft: Draft) -> bool:
+    return bool(draft.wheels) or any("wheel" in joint.name.lower() for joint in draft.urdf.moving())
+
+
+def _depths(urdf: Urdf) -> dict[str, int]:
+    """Return the number of moving joints between the root link and each link, by link name."""
+    depths: dict[str, int] = {}
+    for link in urdf.depth_first():
+        carrier = link.carrier
+        depths[link.name] = depths[carrier.parent] + carrier.moves if carrier is not None else 0
+    return depths
+
+
+def _legs(draft: Draft, limbs: list[str]) -> int:
+    """Return the number of limbs that reach down to the lowest point of the robot; 0 if the robot cannot be compiled.
+
+    Args:
+        draft: draft of the robot.
+        limbs: names of the first links of the limbs.
+    """
+    trial = trial_spec(draft)
+    model = trial_model(draft, trial[0]) if trial is not None else None
+    if model is None:
+        return 0
+    data = mujoco.MjData(model)
+    mujoco.mj_kinematics(model, data)
+    whole = extents(model, data, np.arange(model.ngeom))
+    if whole is None:
+        return 0
+    found = 0
+    for limb in limbs:
+        bodies = [body for link in draft.urdf.depth_first(limb) if (body := _body(model, link.name)) > 0]
+        reach = extents(model, data, np.flatnonzero(np.isin(model.geom_bodyid, bodies)))
+        found += reach is not None and reach[0][2] < whole[0][2] + STANDING
+    return found
+
+
+def _body(model: mujoco.MjModel, name: str) -> int:
+    number: int = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_BODY, name)
+    return number

@@ -1,0 +1,114 @@
+"""Data model of a mobile base: kinematics, joints, dimensions and topics.
+
+A base is described by a ros2_control parameter file, else by a Gazebo plugin, else it is guessed from the wheels on the floor.
+Values that this source lacks are measured on the description.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any, Literal
+
+from graphengine.bringup.robots.base_wheels import BaseWheel
+from graphengine.descriptions.robot_files.draft import Draft, no_joint
+from graphengine.descriptions.urdf.urdf import UrdfJoint
+from graphengine.devices.rotation import Vector3
+from graphengine.format.diagnostics import Span
+from graphengine.format.wording import printable
+
+Kinematics = Literal["differential", "mecanum", "omni", "ackermann"]
+
+
+@dataclass(frozen=True, slots=True)
+class Base:
+    """A mobile base as one source describes it.
+
+    Attributes:
+        kinematics: kinematics, which selects the graph that drives the base; a skid-steered base is differential.
+        driven: joints of wheels that take velocity commands.
+        steering: joints that take steering commands.
+        source: name of the source, for messages.
+        span: location of the source.
+        radius: radius of the driven wheels, m; None if the source does not give it.
+        track: distance between left and right wheels, m; None if the source does not give it.
+        wheelbase: distance between front and rear axle, m; None if the source does not give it.
+        multiplier: factor of the track, by which controllers compensate for the slip of a skid-steered base.
+        parameters: further parameters of the graph: limits, topics and frames.
+        guessed: whether the base was guessed from the wheels on the floor.
+    """
+
+    kinematics: Kinematics
+    driven: tuple[str, ...]
+    steering: tuple[str, ...] = ()
+    source: str = ""
+    span: Span | None = None
+    radius: float | None = None
+    track: float | None = None
+    wheelbase: float | None = None
+    multiplier: float = 1.0
+    parameters: dict[str, float | str] = field(default_factory=dict)
+    guessed: bool = False
+
+    def with_parameters(self, parameters: dict[str, float | str]) -> Base:
+        """Return a copy with further parameters, which replace parameters of the same name."""
+        return replace(self, parameters=self.parameters | parameters)
+
+
+def flaw(draft: Draft, base: Base) -> str:
+    """Return the reason why the joints of a base cannot drive it; empty if they can."""
+    joints = draft.urdf.joints
+    for name in (*base.driven, *base.steering):
+        if name not in joints:
+            return no_joint(draft.urdf, name)
+        if not joints[name].moves:
+            return f"joint {printable(name)!r} is fixed"
+    return "" if base.driven else "it names no wheels"
+
+
+def given(**parameters: float | str | None) -> dict[str, float | str]:
+    """Return the parameters whose value is not None."""
+    return {name: value for name, value in parameters.items() if value is not None}
+
+
+@dataclass(frozen=True, slots=True)
+class Grip:
+    """The friction of skid-steered wheels.
+
+    Attributes:
+        along: friction coefficient along the rolling direction.
+        across: friction coefficient across it.
+        reason: where the values come from, as a comment for the robot file.
+        described: whether they are those of the description.
+        replaces_track: whether the track of the base's controller does not suit these values.
+    """
+
+    along: float
+    across: float
+    reason: str
+    described: bool = False
+    replaces_track: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Drivetrain:
+    """A mobile base with dimensions measured on the description, for its graph.
+
+    Attributes:
+        base: the base as its source describes it.
+        wheels: driven wheels, in the order of the joints in the graph.
+        steering: joints that take steering commands, from left to right.
+        parameters: parameters of the graph.
+        grip: for wheels that can slide in one direction: the direction along which the wheel grips, in the root link's frame,
+            by the name of the wheel's link.
+        across: friction coefficient across that direction.
+        skid: friction of the wheels of a skid-steered base; None for other bases.
+    """
+
+    base: Base
+    wheels: tuple[BaseWheel, ...]
+    steering: tuple[UrdfJoint, ...]
+    parameters: dict[str, Any]
+    grip: Mapping[str, Vector3] = field(default_factory=dict)
+    across: float = 0.0
+    skid: Grip | None = None

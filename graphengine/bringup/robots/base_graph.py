@@ -1,0 +1,185 @@
+"""Adds the graph that drives a mobile base to the robot file, and materials with the friction of its wheels."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+from graphengine.bringup.robots.base import Drivetrain
+from graphengine.bringup.robots.base_wheels import BaseWheel
+from graphengine.bringup.robots.skid_steering import NAME, guess_limits
+from graphengine.descriptions.robot_files.draft import Draft, Entry, Remark, in_path, rounded, says
+from graphengine.devices.rotation import Vector3
+from graphengine.format.diagnostics import Findings
+from graphengine.format.document import load
+from graphengine.format.files import shipped
+from graphengine.physics.dynamics.command_limits import FASTEST_WHEEL
+
+GRAPH = "base"
+"""Name of the base's graph in the robot file."""
+_DEFAULTS = {
+    "base": "base_link",
+    "cmd_vel": "cmd_vel",
+    "odom": "odom",
+    "odom_frame": "odom",
+    "joint_states": "joint_states",
+    "rear_steering": False,
+    "center": [0.0, 0.0],
+    "left_multiplier": 1.0,
+    "right_multiplier": 1.0,
+    "steering_multiplier": 1.0,
+    "wheels_per_side": 1,
+    "steered_wheels": 2,
+    "first_wheel": 2,
+    "end_wheel": 4,
+    "axles": [[1.0, 0, 0, 0.0]] * 4,
+    "rollers": [45.0, -45.0, -45.0, 45.0],
+}
+"""Default values of graph parameters; a parameter with its default value is not written to the robot file."""
+_LIMITS = (("speed", "m/s"), ("turn", "rad/s"), ("acceleration", "m/s2"), ("turn_acceleration", "rad/s2"))
+_SLIP = 0.01
+"""Standard deviation of the distance that a wheel rolls in 1 m, as a fraction of the track."""
+_ROLLER_ALONG = 1.0
+"""Friction of a roller along its axis."""
+
+
+def fill(draft: Draft, drivetrain: Drivetrain) -> None:
+    """Add the graph that drives the base, and materials for wheels that grip in only one direction."""
+    base = drivetrain.base
+    use = f"graphs/base/{base.kinematics}.yaml"
+    parameters = {"base": in_path(draft.urdf.root)} | drivetrain.parameters | _odometry(drivetrain)
+    guessed: dict[str, float] = {}
+    if drivetrain.skid is not None:
+        slowest, fastest = _slowest_wheel(draft, drivetrain)
+        guessed = guess_limits(draft, drivetrain.skid, drivetrain.parameters, fastest * slowest.radius)
+    parameters |= guessed | _limits_of_wheels(draft, drivetrain, _defaults_of(use) | guessed)
+    parameters = {name: value for name, value in parameters.items() if _DEFAULTS.get(name) != value}
+    comment = f"{base.kinematics}, from {base.source}"
+    draft.sections["graphs"][GRAPH] = Entry({"use": use, "parameters": parameters}, [comment])
+    claim = says("graphs", GRAPH, "parameters", value=parameters)
+    remark = Remark(f"base: {_summary(drivetrain)}, from {base.source}", base.span, claim)
+    (draft.guessed if base.guessed else draft.carried).append(remark)
+    _remark_on_defaults(draft, use, parameters)
+    _grip(draft, drivetrain)
+
+
+def _odometry(drivetrain: Drivetrain) -> dict[str, float]:
+    """Return the parameter for wheel slip, which encoders do not measure and no description gives; empty for omni bases.
+
+    The slip is proportional to the track, so that the heading drifts by 0.8 degrees per metre on robots of any size. The
+    covariances that the graph publishes include this drift.
+    """
+    track = drivetrain.parameters.get("track")
+    if not isinstance(track, float) or drivetrain.base.kinematics == "omni":
+        return {}
+    return {"slip": round(_SLIP * track, 5)}
+
+
+def _limits_of_wheels(draft: Draft, drivetrain: Drivetrain, defaults: Mapping[str, Any]) -> dict[str, float]:
+    """Return the limits of the graph that follow from the velocity limits of the wheels' joints, and add a remark on them.
+
+    The limits of the base's source stay as they are; only limits that the graph has by default are reduced. Empty if the wheels
+    are fast enough for these limits, and for cars, whose graph has no such limits.
+
+    Args:
+        draft: receives the remark.
+        drivetrain: drivetrain of the base.
+        defaults: default values of the graph's parameters.
+    """
+    if not {"speed", "turn"} <= defaults.keys():
+        return {}
+    known, lever = drivetrain.parameters, _lever(drivetrain)
+    slowest, fastest = _slowest_wheel(draft, drivetrain)
+    rim = fastest * slowest.radius
+    speed, turn = (known.get(name, defaults[name]) or math.inf for name in ("speed", "turn"))
+    if speed + turn * lever <= rim:
+        return {}
+    found = {"wheel_speed": rim / known["radius"], "speed": min(speed, rim), "turn": min(turn, rim / lever)}
+    text = (
+        f"wheels that turn at {fastest:g} rad/s at most: the base drives straight at up to {rim:.3g} m/s, or turns on "
+    )
+    text += f"the spot at up to {rim / lever:.3g} rad/s; the graph scales faster commands down"
+    limits = {name: rounded(value) for name, value in found.items() if name not in known}
+    claims = [says("graphs", GRAPH, "parameters", name, value=value) for name, value in limits.items()]
+    span = draft.urdf.joints[slowest.joint].element.span
+    draft.carried.append(Remark(text, span, lambda data: all(claim(data) for claim in claims)))
+    return limits
+
+
+def _slowest_wheel(draft: Draft, drivetrain: Drivetrain) -> tuple[BaseWheel, float]:
+    """Return the driven wheel whose rim is the slowest at the velocity limit of its joint, and that limit, rad/s."""
+    joints = draft.urdf.joints
+    speeds = {each: min(joints[each.joint].velocity or FASTEST_WHEEL, FASTEST_WHEEL) for each in drivetrain.wheels}
+    slowest = min(speeds, key=lambda wheel: speeds[wheel] * wheel.radius)
+    return slowest, speeds[slowest]
+
+
+def _lever(drivetrain: Drivetrain) -> float:
+    """Return the speed of a wheel's rim divided by the turn rate of a base that turns on the spot, m."""
+    known = drivetrain.parameters
+    if "track" in known:
+        return float(known["track"] + known.get("wheelbase", 0.0)) / 2
+    x, y = (sum(wheel.centre[axis] for wheel in drivetrain.wheels) / len(drivetrain.wheels) for axis in (0, 1))
+    return max(math.hypot(wheel.centre[0] - x, wheel.centre[1] - y) for wheel in drivetrain.wheels)
+
+
+def _defaults_of(use: str) -> dict[str, Any]:
+    """Return the default values of the parameters of a graph that ships with the package."""
+    graph = load(shipped() / use, Findings())
+    return {name: each["default"] for name, each in graph.data["parameters"].items()} if graph is not None else {}
+
+
+def _remark_on_defaults(draft: Draft, use: str, parameters: Mapping[str, Any]) -> None:
+    """Add remarks on speed limits and odometry errors that have default values, because the description does not give them."""
+    defaults = _defaults_of(use)
+    left = [f"{name} {defaults[name]:g} {unit}" for name, unit in _LIMITS if name in {*defaults} - {*parameters}]
+    if left:
+        draft.guessed.append(Remark(f"limits of the base: {', '.join(left)}"))
+    if "slip" in parameters:
+        ticks = f"encoders of {defaults['ticks']:g} ticks a turn"
+        draft.guessed.append(Remark(f"odometry: {ticks}, and a slip of {parameters['slip']:g} m after 1 m"))
+
+
+def _summary(drivetrain: Drivetrain) -> str:
+    """Return a one-line summary of the kinematics and dimensions of a base."""
+    known = drivetrain.parameters
+    names = ("radius", "track", "wheelbase")
+    measures = [f"{name} {known[name]:g} m" for name in names if isinstance(known.get(name), float)]
+    kind = drivetrain.base.kinematics
+    told = "skid-steered" if drivetrain.skid is not None else kind
+    return ", ".join([f"{told} with {len(drivetrain.wheels)} driven wheels", *measures])
+
+
+def _grip(draft: Draft, drivetrain: Drivetrain) -> None:
+    """Bind wheels that slide in one direction to materials with directed friction, which replace materials without direction."""
+    groups: dict[Vector3, list[str]] = {}
+    for link, direction in drivetrain.grip.items():
+        groups.setdefault(direction, []).append(link)
+    links = drivetrain.grip.keys()
+    materials = draft.sections["materials"]
+    for name, entry in [*materials.items()]:
+        replaced = drivetrain.skid is not None or "direction" not in entry.value
+        if replaced and links & set(entry.value.get("bind", ())):
+            draft.unbind(name, links)
+    bound, skid = draft.bound(), drivetrain.skid
+    differential = drivetrain.base.kinematics == "differential"
+    for number, (direction, group) in enumerate(groups.items()):
+        if not bound.isdisjoint(group):
+            continue
+        name = "casters" if differential else f"rollers_{number + 1}"
+        comment = "they slide sideways, as casters do" if differential else "they grip along the axes of their rollers"
+        along = _ROLLER_ALONG
+        if skid is not None:
+            name, comment, along = NAME, f"they slide sideways in a turn; friction {skid.reason}", skid.along
+        value = {
+            "static_friction": along,
+            "dynamic_friction": along,
+            "across": drivetrain.across,
+            "direction": [rounded(part, 6) for part in direction],
+            "expressed_in": draft.urdf.root,
+        }
+        if skid is not None:
+            value["steady_sliding"] = True
+        rule = "max" if skid is not None and not skid.described else "min"
+        materials[name] = Entry(value | {"combine": rule, "bind": group}, [comment])

@@ -1,0 +1,112 @@
+"""Guesses a mobile base from the wheels on the floor, if neither a controller nor a plugin describes it."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator, Sequence
+
+from graphengine.bringup.robots.base import Base
+from graphengine.bringup.robots.base_wheels import ALIGNED, BaseWheel
+from graphengine.bringup.robots.skid_steering import SMALL
+from graphengine.descriptions.files.xml import Element, numbers
+from graphengine.descriptions.robot_files.draft import Draft, Remark
+from graphengine.descriptions.urdf.urdf import Urdf
+from graphengine.devices.rotation import Vector3, rotate
+
+_HOLONOMIC = ("mecanum", "omni_wheel", "omniwheel", "omni-wheel")
+"""Parts of names of mecanum wheels; parallel wheels that are called omni wheels can only be mecanum wheels."""
+_DIAGONAL = 0.3
+"""Minimum ratio of the smaller to the larger of the x and y components of a diagonal direction."""
+
+
+def base_of_wheels(draft: Draft, wheels: Sequence[BaseWheel], commanded: Collection[str]) -> Base | None:
+    """Return the base that the arrangement of the wheels suggests; None if no graph can drive them.
+
+    Args:
+        draft: receives a remark with the reason if there are wheels that no graph can drive.
+        wheels: wheels on the floor.
+        commanded: names of joints that take commands; empty if the description does not list them.
+    """
+    rolling = [wheel for wheel in wheels if not wheel.caster]
+    fixed = [wheel for wheel in rolling if not wheel.swivel]
+    steered = [wheel for wheel in rolling if wheel.swivel]
+    driven = [wheel for wheel in rolling if wheel.joint in commanded] or fixed
+    if not rolling or not driven:
+        return None
+    span = draft.urdf.joints[driven[0].joint].element.span
+    names = tuple(wheel.joint for wheel in driven)
+    if steered:
+        pivots = tuple(dict.fromkeys(wheel.swivel for wheel in steered))
+        if fixed and len(pivots) <= 2:
+            return Base("ackermann", names, pivots, "the wheels, of which some are steered", span, guessed=True)
+        which = (
+            f"of whose {len(rolling)} wheels {len(steered)} are" if fixed else f"whose {len(steered)} wheels are all"
+        )
+        draft.lost.append(Remark(f"a base {which} steered: no graph drives it", span))
+        return None
+    driven = _without_casters(driven, commanded)
+    names, span = tuple(wheel.joint for wheel in driven), draft.urdf.joints[driven[0].joint].element.span
+    if all(wheel.sideways for wheel in driven):
+        if max(wheel.centre[1] for wheel in driven) - min(wheel.centre[1] for wheel in driven) > driven[0].radius / 2:
+            if len(driven) >= 4 and is_mecanum(draft.urdf, driven):
+                return Base("mecanum", names, (), "the wheels, which are mecanum wheels", span, guessed=True)
+            return Base("differential", names, (), "the wheels, which are parallel", span, guessed=True)
+        draft.lost.append(Remark("wheels on one side only: no graph drives them", span))
+        return None
+    if len(driven) >= 3 and not all(_parallel(driven[0].axle, wheel.axle) for wheel in driven):
+        return Base("omni", names, (), "the wheels, whose axles have several directions", span, guessed=True)
+    text = "wheels that do not roll along the x axis of the root link: no graph drives them"
+    draft.lost.append(Remark(f"{text}; turn the root link so that its x axis points forward", span))
+    return None
+
+
+def _parallel(one: Vector3, other: Vector3) -> bool:
+    return abs(sum(a * b for a, b in zip(one, other, strict=True))) > ALIGNED
+
+
+def _without_casters(wheels: Sequence[BaseWheel], commanded: Collection[str]) -> list[BaseWheel]:
+    """Leave out uncommanded wheels that roll only sideways and are smaller than the others, as in casters of several balls."""
+    limit = SMALL * max(wheel.radius for wheel in wheels)
+    return [each for each in wheels if each.sideways or each.joint in commanded or each.radius >= limit]
+
+
+def is_mecanum(urdf: Urdf, wheels: Sequence[BaseWheel]) -> bool:
+    """Return whether wheels are mecanum wheels.
+
+    They are if the rollers of a wheel or Gazebo's friction have a diagonal direction, or if the name of the robot or of a wheel's
+    joint, link or mesh calls it a mecanum or omni wheel.
+    """
+    if any(is_diagonal(wheel.rollers.axis) or friction_direction(urdf, wheel) is not None for wheel in wheels):
+        return True
+    return any(word in name.lower() for name in _names(urdf, wheels) for word in _HOLONOMIC)
+
+
+def friction_direction(urdf: Urdf, wheel: BaseWheel) -> Vector3 | None:
+    """Return Gazebo's friction direction `fdir1` of a wheel in the root link's frame; None unless it is a diagonal direction."""
+    for gazebo in urdf.element.all("gazebo"):
+        if gazebo.get("reference") != wheel.link:
+            continue
+        for element in (each for each in gazebo.walk() if each.tag == "fdir1"):
+            frame = next((value for key, value in element.attributes.items() if key.endswith("expressed_in")), "")
+            direction = numbers(element.text or element.get("value"), 3)
+            if direction is None or frame not in urdf.links:
+                continue
+            turned = rotate(urdf.pose_in_root(frame)[1], (direction[0], direction[1], direction[2]))
+            if is_diagonal(turned):
+                return turned
+    return None
+
+
+def is_diagonal(direction: Vector3 | None) -> bool:
+    """Return whether a direction lies between the x and y axes, as the axes of mecanum rollers do."""
+    x, y = (abs(part) for part in (direction or (0.0, 0.0))[:2])
+    return min(x, y) > _DIAGONAL * max(x, y)
+
+
+def _names(urdf: Urdf, wheels: Sequence[BaseWheel]) -> Iterator[str]:
+    yield urdf.element.get("name")
+    for wheel in wheels:
+        yield from (wheel.joint, wheel.link, *map(_mesh, urdf.links[wheel.link].element.walk()))
+
+
+def _mesh(element: Element) -> str:
+    return element.get("filename") if element.tag == "mesh" else ""

@@ -1,0 +1,251 @@
+"""Converts Gazebo's settings of links and robots: friction, colours, gravity, self-collision and a fixed base."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+from graphengine.bringup.robots.gazebo_values import Notes, Subject, UnusableError, Values
+from graphengine.descriptions.files.xml import Element, numbers
+from graphengine.descriptions.robot_files.draft import Claim, Draft, Remark, RobotData, says
+from graphengine.descriptions.urdf.urdf import Urdf
+from graphengine.devices.rotation import rotate
+from graphengine.devices.stage import prim_name
+from graphengine.format.wording import printable
+
+COLOURS = {
+    "black": (0.0, 0.0, 0.0),
+    "flatblack": (0.1, 0.1, 0.1),
+    "darkgrey": (0.175, 0.175, 0.175),
+    "grey": (0.7, 0.7, 0.7),
+    "white": (1.0, 1.0, 1.0),
+    "red": (1.0, 0.0, 0.0),
+    "redbright": (0.87, 0.26, 0.07),
+    "green": (0.0, 1.0, 0.0),
+    "blue": (0.0, 0.0, 1.0),
+    "skyblue": (0.13, 0.44, 0.7),
+    "yellow": (1.0, 1.0, 0.0),
+    "zincyellow": (0.9725, 0.9529, 0.2078),
+    "darkyellow": (0.7, 0.7, 0.0),
+    "orange": (1.0, 0.5088, 0.0468),
+    "gold": (0.8, 0.64869, 0.120759),
+    "purple": (1.0, 0.0, 1.0),
+    "turquoise": (0.0, 1.0, 1.0),
+    "indigo": (0.33, 0.0, 0.5),
+}
+"""Diffuse colours (red, green, blue) of the materials `Gazebo/NAME` that have no texture, by NAME in lower case."""
+_SURFACE = "collision", "surface"
+_SOLVER = ("kp", "kd", "minDepth", "min_depth", "maxVel", "max_vel", "maxContacts", "max_contacts")
+_SOLVER_LOST = (
+    "kp, kd and other settings of Gazebo's contacts: those of MuJoCo have a time constant, which graphengine chooses"
+)
+_NO_EFFECT = ("preserveFixedJoint", "disableFixedJointLumping", "provideFeedback")
+"""Settings of joints without effect, because all fixed joints are kept and the forces of all joints are known."""
+_SYSTEMS = ("Sensors", "Imu", "Contact", "Physics", "SceneBroadcaster", "UserCommands")
+"""Gazebo Sim systems without effect, because graphengine always provides their functions."""
+
+
+def fill(draft: Draft) -> None:
+    """Add materials, colours and settings of links, and settings of the whole robot, to the draft."""
+    notes = Notes()
+    surfaces: dict[str, tuple[Any, ...]] = {}
+    for element in draft.urdf.element.all("gazebo"):
+        name = element.get("reference")
+        if name in draft.urdf.links:
+            subject = Subject(notes, name, element.span)
+            for part in (_friction, _solver, _colour, _gravity):
+                try:
+                    part(draft, element, name, subject, surfaces)
+                except UnusableError as error:
+                    subject.lost(error.reason, error.span)
+        elif not name:
+            _static(draft, element)
+        for child in element.children:
+            if child.tag in _NO_EFFECT or (not name and child.tag == "plugin" and _is_always_done(child)):
+                draft.use(child)
+    _add_materials(draft, surfaces)
+    notes.tell(draft, "link")
+    _self_collision(draft)
+    _wheel_slip(draft)
+
+
+def _use(draft: Draft, element: Element, *tags: str) -> None:
+    for child in element.children:
+        if child.tag in tags:
+            draft.use(child)
+
+
+def _friction(
+    draft: Draft, element: Element, link: str, subject: Subject, surfaces: dict[str, tuple[Any, ...]]
+) -> None:
+    values = Values(element)
+    path = next((path for path in _friction_paths() if values.find(*path, "mu1|mu|mu2") is not None), None)
+    _use(draft, element, "mu1", "mu2", "mu", "fdir1", "collision")
+    if path is None:
+        return
+    along = values.number(*path, "mu1|mu", default=1.0)
+    across = values.number(*path, "mu2", default=along)
+    if min(along, across) < 0.0:
+        raise UnusableError("the friction is below zero", element.span)
+    if not draft.urdf.links[link].colliders:
+        subject.lost("friction: it has no collider")
+        return
+    direction = values.find(*path, "fdir1")
+    if along == across:
+        surfaces.setdefault(link, (along,))
+        subject.carried(f"friction {along:g}", _bound(link, along))
+    elif direction is None:
+        surfaces.setdefault(link, (along,))
+        draft.second_frictions[link] = across
+        reason = "without fdir1, Gazebo takes it along an axis of the world"
+        subject.lost(
+            f"mu2 {across:g}: {reason}; mu1 {along:g} holds in all directions, but mu2 across skid-steered wheels"
+        )
+    else:
+        vector, frame = _direction(draft.urdf, link, direction, subject)
+        surfaces.setdefault(link, (along, across, vector, frame))
+        subject.carried(f"friction {along:g} along fdir1, {across:g} across it", _bound(link, along, across))
+
+
+def _bound(link: str, along: float, across: float | None = None) -> Claim:
+    """Return the claim that a material with the given friction is bound to a link."""
+
+    def holds(data: RobotData) -> bool:
+        bound = (each for each in data.get("materials", {}).values() if link in each.get("bind", ()))
+        wanted = along, along if across is None else across
+        return any((each["static_friction"], each.get("across", along)) == wanted for each in bound)
+
+    return holds
+
+
+def _friction_paths() -> Iterator[tuple[str, ...]]:
+    yield ()
+    for engine in ("ode", "bullet"):
+        yield (*_SURFACE, "friction", engine)
+
+
+def _direction(urdf: Urdf, link: str, element: Element, subject: Subject) -> tuple[tuple[float, ...], str]:
+    """Return the direction of the friction `mu1`, and the name of the link in whose frame the direction is given.
+
+    If the direction would turn with a moving link, such as a wheel, it is converted to the frame of the parent link.
+
+    Raises:
+        UnusableError: the direction is zero or not numeric, or its frame is not a link.
+    """
+    given = numbers(element.text or element.get("value"), 3)
+    if given is None or not any(given):
+        raise UnusableError(
+            f"fdir1 {printable((element.text or element.get('value'))[:40])!r} is not a direction", element.span
+        )
+    vector = (given[0], given[1], given[2])
+    frame = next((element.get(key) for key in element.attributes if key.endswith("expressed_in")), "")
+    if frame in urdf.links:
+        return vector, frame
+    if frame:
+        raise UnusableError(f"fdir1 is expressed in {printable(frame[:60])!r}, which is not a link", element.span)
+    carrier = urdf.links[link].carrier
+    if carrier is None or not carrier.moves:
+        return vector, link
+    subject.guessed("fdir1 turns with the link in Gazebo; here it stays as at joint position zero")
+    return tuple(round(part, 9) for part in rotate(carrier.pose[1], vector)), carrier.parent
+
+
+def _add_materials(draft: Draft, surfaces: dict[str, tuple[Any, ...]]) -> None:
+    """Add one material for all links with the same friction.
+
+    As in Gazebo, a contact has the smaller friction of the two colliders.
+    """
+    alike: dict[tuple[Any, ...], list[str]] = {}
+    for link, surface in surfaces.items():
+        alike.setdefault(surface, []).append(link)
+    for (along, *directed), links in alike.items():
+        entry = draft.entry("materials", f"{prim_name(links[0])[:180]}_surface")
+        entry.comments = ["as in Gazebo, a contact has the smaller friction of the two colliders"]
+        entry.value = {"static_friction": along, "dynamic_friction": along}
+        if directed:
+            across, vector, frame = directed
+            entry.value |= {"across": across, "direction": list(vector), "expressed_in": frame}
+        entry.value |= {"combine": "min", "bind": links}
+
+
+def _solver(draft: Draft, element: Element, link: str, subject: Subject, _: object) -> None:
+    if any(child.tag in _SOLVER for child in element.children):
+        subject.lost(_SOLVER_LOST)
+    if element.first("laserRetro") is not None:
+        subject.lost("laserRetro: the intensity of a lidar follows from colours")
+    _use(draft, element, *_SOLVER, "laserRetro")
+
+
+def _colour(draft: Draft, element: Element, link: str, subject: Subject, _: object) -> None:
+    """Add the colour of a link if it has visuals without a material."""
+    values = Values(element)
+    name = values.text("material", "script", "name") or values.text("visual", "material", "script", "name")
+    name = name or values.text("material")
+    diffuse = values.text("visual", "material", "diffuse") or values.text("material", "diffuse")
+    _use(draft, element, "material", "visual")
+    bare = [visual for visual in draft.urdf.links[link].element.all("visual") if visual.first("material") is None]
+    given = numbers(diffuse, 4) or numbers(diffuse, 3)
+    if not (name or diffuse) or not bare:
+        return
+    colour = COLOURS.get(name.rpartition("/")[2].lower().replace("gray", "grey")) if name and given is None else None
+    if given is not None:
+        colour = (given[0], given[1], given[2])
+    if colour is None or not all(0.0 <= part <= 1.0 for part in colour):
+        subject.lost(f"material {printable((name or diffuse)[:60])!r} is not a known colour")
+        return
+    draft.entry("links", link).value["colour"] = [round(part, 4) for part in colour]
+    subject.carried("a colour", says("links", link, "colour", value=draft.entry("links", link).value["colour"]))
+
+
+def _gravity(draft: Draft, element: Element, link: str, subject: Subject, _: object) -> None:
+    values = Values(element)
+    if values.flag("gravity") is False or values.flag("turnGravityOff"):
+        draft.entry("links", link).value["gravity"] = False
+        subject.carried("no gravity", says("links", link, "gravity", value=False))
+    _use(draft, element, "gravity", "turnGravityOff")
+
+
+def _static(draft: Draft, gazebo: Element) -> None:
+    """Fix the base of the robot to the world if Gazebo's settings make the robot static."""
+    static = gazebo.first("static")
+    if static is not None and static.text.strip().lower() in ("true", "1"):
+        draft.fixed_base = True
+        draft.use(static)
+        claim = says("fixed_base", value=True)
+        draft.carried.append(Remark("the base is fixed to the world, because the robot is static", static.span, claim))
+
+
+def _self_collision(draft: Draft) -> None:
+    """Enable self-collision if the settings of the robot, or of all links with colliders, request it; else report it as lost."""
+    notes, links, whole = Notes(), [], False
+    for element in draft.urdf.element.all("gazebo"):
+        name, values = element.get("reference"), Values(element)
+        if values.flag("selfCollide|self_collide") and (not name or name in draft.urdf.links):
+            whole = whole or not name
+            links += [name] if name else []
+            notes.add(
+                "lost", name, "self_collide: self-collision can be enabled only for all links of a robot", element.span
+            )
+        if not name or name in draft.urdf.links:
+            _use(draft, element, "selfCollide", "self_collide")
+    solid = [name for name, link in draft.urdf.links.items() if link.colliders]
+    if whole or (links and set(links) >= set(solid)):
+        draft.settings["self_collision"] = True
+    else:
+        notes.tell(draft, "link")
+
+
+def _wheel_slip(draft: Draft) -> None:
+    notes = Notes()
+    for element in draft.urdf.element.all("gazebo"):
+        for plugin in element.all("plugin"):
+            if "wheelslip" in (plugin.get("name") + plugin.get("filename")).lower().replace("-", "").replace("_", ""):
+                draft.use(plugin)
+                for wheel in plugin.all("wheel"):
+                    text = "WheelSlip: contacts of MuJoCo hold or slide; they do not creep in proportion to the force"
+                    notes.add("lost", wheel.get("link_name"), text, plugin.span)
+    notes.tell(draft, "link")
+
+
+def _is_always_done(plugin: Element) -> bool:
+    return plugin.get("name").rpartition("::")[2] in _SYSTEMS and "systems" in plugin.get("name")

@@ -1,0 +1,250 @@
+"""Converts Gazebo sensors to sensor profiles; `READERS` has a function for each sensor type."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+from graphengine.bringup.robots.gazebo_cameras import camera, depth_camera, rgbd_camera
+from graphengine.bringup.robots.gazebo_figures import Figures, noise, rate
+from graphengine.bringup.robots.gazebo_values import Subject, UnusableError, Values
+from graphengine.descriptions.files.xml import numbers
+
+_AXES = ("x", "y", "z")
+
+
+class _Triad(NamedTuple):
+    """The accelerometers or gyroscopes of the three axes of an IMU.
+
+    Attributes:
+        section: name in SDF.
+        classic: name in Gazebo classic.
+        name: prefix of keys in a profile.
+        device: section of a profile.
+        instability: key of the bias instability in that section.
+        units: units of the bias instability per SI unit.
+    """
+
+    section: str
+    classic: str
+    name: str
+    device: str
+    instability: str
+    units: float
+
+
+_TRIADS = (
+    _Triad("linear_acceleration", "accel", "acceleration", "accelerometer", "bias_instability_ug", 1e6 / 9.80665),
+    _Triad(
+        "angular_velocity", "rate", "angular_velocity", "gyroscope", "bias_instability_dph", math.degrees(1.0) * 3600.0
+    ),
+)
+_COARSEST = 0.1
+"""Range resolutions above this value (m) count as placeholders and are ignored; many descriptions give 1 m."""
+
+
+def ray(values: Values, sensor: Subject) -> Figures:
+    """Return the type, graph and profile of a ray sensor.
+
+    A sensor with a single ray, or with a plugin that publishes sensor_msgs/Range, becomes a range sensor; any other becomes a
+    lidar.
+    """
+    wide, tall = _Arc.of(values, sensor, "horizontal", 640), _Arc.of(values, sensor, "vertical", 1)
+    near = values.number("lidar|ray", "range", "min", default=0.08)
+    far = values.number("lidar|ray", "range", "max", default=10.0)
+    profile: dict[str, Any] = {"rate": rate(values, 10.0, sensor)}
+    extra = _given(
+        noise_std=noise(values, sensor, ("lidar|ray", "noise"), ("noise",)),
+        resolution=_resolution(values, far, sensor),
+    )
+    single = wide.count == 1 and tall.count == 1
+    output = values.text("plugin", "output_type").rpartition("/")[2]
+    if single or output == "Range" or "range" in (plugin := _plugin(values)) or "sonar" in plugin:
+        if single and output != "Range":
+            sensor.guessed("one ray: a range sensor, published as sensor_msgs/Range")
+        radiation = values.text("plugin", "radiation_type|radiation").lower()
+        width = max(wide.width, tall.width) or math.radians(1.0)
+        profile |= {
+            "radiation_type": radiation if radiation in ("ultrasound", "infrared") else "infrared",
+            "field_of_view": round(min(width, math.pi), 6),
+            "min_range": near,
+            "max_range": far,
+        }
+        return Figures("range", "range", profile | extra, f"range sensor to {far:g} m")
+    if wide.count == 1:
+        raise UnusableError("a lidar needs at least two beams in a ring", sensor.span)
+    first, last = sorted((wide.first, wide.last))
+    if last - first > 360.0:
+        if last - first > 360.1:
+            sensor.lost(f"its beams go {last - first:g} degrees around; the profile has 360")
+        last = first + 360.0
+    profile["beams"] = {"first_deg": first, "last_deg": last, "count": wide.count}
+    told = f"lidar of {wide.count} beams"
+    if tall.count > 1 and tall.width:
+        low, high = sorted((tall.first, tall.last))
+        profile["rings"] = {"first_deg": low, "last_deg": high, "count": tall.count}
+        told = f"lidar of {tall.count} rings with {wide.count} beams each"
+    elif tall.first:
+        profile["rings"] = {"each_deg": [tall.first]}
+    several = (tall.count > 1 and tall.width > 0.0) or output.startswith("PointCloud") or "velodyne" in _plugin(values)
+    return Figures("lidar", "points" if several else "scan", profile | {"near": near, "far": far} | extra, told)
+
+
+def sonar(values: Values, sensor: Subject) -> Figures:
+    """Return the type, graph and profile of a sonar, whose field of view follows from SDF's radius at maximum range."""
+    near, far = values.number("sonar", "min"), values.number("sonar", "max", default=5.0)
+    radius = values.number("sonar", "radius", default=0.5)
+    values.skip("sonar", "geometry")
+    if far <= 0.0:
+        raise UnusableError("the maximum range must be greater than 0 m", sensor.span)
+    profile = {
+        "radiation_type": "ultrasound",
+        "rate": rate(values, 10.0, sensor),
+        "field_of_view": round(2.0 * math.atan(abs(radius) / far), 6),
+        "min_range": near,
+        "max_range": far,
+    }
+    return Figures("range", "range", profile, f"range sensor to {far:g} m")
+
+
+def imu(values: Values, sensor: Subject) -> Figures:
+    """Return the type, graph and profile of an IMU; a profile has one noise for all axes, the largest of Gazebo's values."""
+    profile: dict[str, Any] = {"rate": rate(values, 100.0, sensor)}
+    for triad in _TRIADS:
+        quantities = {
+            name: [_of_axis(values, triad, axis, name) for axis in _AXES]
+            for name in ("stddev", "mean", "bias_mean", "dynamic_bias_stddev", "dynamic_bias_correlation_time")
+        }
+        for name in ("stddev", "dynamic_bias_stddev", "dynamic_bias_correlation_time"):
+            if len(set(quantities[name])) > 1:
+                sensor.guessed(f"{name} of {triad.section}: the profile has one for all axes, the greatest")
+        deviation, drift, time = (
+            max(quantities[name]) for name in ("stddev", "dynamic_bias_stddev", "dynamic_bias_correlation_time")
+        )
+        deviation = deviation or _of_plugin(values, triad)
+        bias = [mean + offset for mean, offset in zip(quantities["mean"], quantities["bias_mean"], strict=True)]
+        profile |= _given(**{f"{triad.name}_noise": deviation})
+        profile |= {f"{triad.name}_bias": bias} if any(bias) else {}
+        if drift and time > 0.0:
+            # In Gazebo, the deviation per root of a second drives the bias; a profile has the resulting deviation of the bias.
+            instability = drift * math.sqrt(time / 2.0) * triad.units
+            profile[triad.device] = {triad.instability: float(f"{instability:.6g}"), "bias_correlation_time": time}
+    values.text("imu", "noise", "type")
+    return Figures("imu", "imu", profile, "imu")
+
+
+def contact(values: Values, sensor: Subject) -> Figures:
+    """Return the type and graph of a contact sensor, which detects contacts of all colliders of its link."""
+    values.skip("contact", "collision")
+    values.skip("update_rate")
+    text = "published each tick as std_msgs/Bool, without the positions of contacts"
+    sensor.guessed(text)
+    return Figures("contact", "contact", {}, "contact sensor")
+
+
+READERS: dict[str, Callable[[Values, Subject], Figures]] = {
+    "ray": ray,
+    "gpu_ray": ray,
+    "lidar": ray,
+    "gpu_lidar": ray,
+    "sonar": sonar,
+    "imu": imu,
+    "camera": camera,
+    "depth": rgbd_camera,  # classic Gazebo's, whose plugins publish colours too
+    "depth_camera": depth_camera,
+    "rgbd_camera": rgbd_camera,
+    "rgbd": rgbd_camera,
+    "contact": contact,
+}
+"""Function that converts a sensor, by sensor type in SDF."""
+NO_LIKE = {
+    "gps": "satellite navigation",
+    "navsat": "satellite navigation",
+    "magnetometer": "a magnetometer",
+    "altimeter": "an altimeter",
+    "air_pressure": "a barometer",
+    "air_speed": "an air speed sensor",
+    "force_torque": "a force-torque sensor",
+    "logical_camera": "a logical camera",
+    "thermal_camera": "a thermal camera",
+    "thermal": "a thermal camera",
+    "multicamera": "a sensor of several cameras; write a sensor for each",
+    "wideanglecamera": "a camera that is no pinhole",
+    "wide_angle_camera": "a camera that is no pinhole",
+    "segmentation": "a segmentation camera; a camera's graph publishes segmentation by ROS2CameraHelper",
+    "segmentation_camera": "a segmentation camera; a camera's graph publishes segmentation by ROS2CameraHelper",
+    "boundingbox_camera": "a bounding box camera; a camera's graph publishes boxes by ROS2CameraHelper",
+}
+"""Description of sensor types without an equivalent, by sensor type in SDF; it completes `there is nothing like ...`."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Arc:
+    """The rays of a scan in one plane: angles of the first and the last ray (degrees), and the number of rays."""
+
+    first: float
+    last: float
+    count: int
+
+    @property
+    def width(self) -> float:
+        """Angle between the first and the last ray, rad."""
+        return math.radians(abs(self.last - self.first))
+
+    @classmethod
+    def of(cls, values: Values, sensor: Subject, plane: str, samples: int) -> _Arc:
+        """Return the rays in a plane of a scan, `horizontal` or `vertical`; `samples` is the default number of rays.
+
+        Raises:
+            UnusableError: the scan has no horizontal plane, or an invalid number of rays.
+        """
+        path = ("lidar|ray", "scan", plane)
+        found = values.find(*path)
+        if found is None and plane == "horizontal":
+            raise UnusableError("the sensor has no <scan><horizontal>", sensor.span)
+        count = values.number(*path, "samples", default=samples) * values.number(*path, "resolution", default=1.0)
+        if found is not None and not 0.5 <= count <= 1e9:
+            raise UnusableError(f"{count:g} samples: not a valid number of rays", found.span)
+        first, last = (round(math.degrees(values.number(*path, end)), 6) for end in ("min_angle", "max_angle"))
+        if found is not None and first > last:
+            text = f"{plane} min_angle {first:g} degrees is above max_angle {last:g}: "
+            sensor.guessed(text + "the beams are listed from the smaller to the larger angle")
+        return cls(first, last, max(1, round(count)))
+
+
+def _given(**figures: float) -> dict[str, float]:
+    """Return the values that are not zero, because zero is the default of a profile."""
+    return {name: value for name, value in figures.items() if value}
+
+
+def _plugin(values: Values) -> str:
+    """Return the file name of a sensor's plugin in lower case; empty without a plugin."""
+    found = values.find("plugin")
+    return found.get("filename").lower() if found is not None else ""
+
+
+def _resolution(values: Values, far: float, sensor: Subject) -> float:
+    resolution = values.number("lidar|ray", "range", "resolution")
+    if resolution and not 1e-6 <= resolution <= min(_COARSEST, far / 2.0):
+        sensor.lost(f"range resolution {resolution:g} m: distances are not rounded, as in Gazebo")
+        return 0.0
+    return resolution
+
+
+def _of_axis(values: Values, triad: _Triad, axis: str, quantity: str) -> float:
+    """Return a quantity from the noise of an axis; without such noise, from Gazebo classic's common noise of all axes."""
+    path = ("imu", triad.section, axis, "noise")
+    found = values.find(*path)
+    if found is None:
+        return values.number("imu", "noise", triad.classic, quantity)
+    kind = found.get("type") or values.text(*path, "type")
+    return 0.0 if kind == "none" else values.number(*path, quantity)
+
+
+def _of_plugin(values: Values, triad: _Triad) -> float:
+    """Return the standard deviation of the noise that a ROS 1 plugin gives, the largest of the three axes; 0 without any."""
+    texts = (values.text("plugin", f"{triad.classic}GaussianNoise"), values.text("plugin", "gaussianNoise"))
+    given = [numbers(text, len(text.split())) or (0.0,) for text in texts if text]
+    return max(given[0]) if given else 0.0

@@ -1,0 +1,278 @@
+"""Converts the Gazebo sensors of a description to sensors of the robot file and graphs that publish them."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+from pydantic import ValidationError
+
+from graphengine.bringup.robots import gazebo_profiles, gazebo_topics
+from graphengine.bringup.robots.gazebo_figures import Figures
+from graphengine.bringup.robots.gazebo_values import Notes, Subject, UnusableError, Values
+from graphengine.descriptions.files.xml import Element, numbers
+from graphengine.descriptions.robot_files.draft import Claim, Draft, Remark, RobotData, says
+from graphengine.descriptions.urdf.urdf import Urdf
+from graphengine.devices.camera import LOOKING_FORWARD
+from graphengine.devices.device import Device
+from graphengine.devices.rotation import IDENTITY, NOWHERE, Pose, compose, from_rpy, multiply, relative
+from graphengine.devices.stage import prim_name
+from graphengine.format.kinds import DEVICES
+from graphengine.format.wording import printable
+from graphengine.physics.implementations import IMPLEMENTATIONS
+
+MAX_SENSORS = 200
+"""Maximum number of sensors that are imported from one description."""
+_IMU_PLUGINS = ("gazebo_ros_imu", "hector_gazebo_ros_imu")
+MAX_DISTANCE = 1e6
+"""Maximum distance (m) of a sensor from its link."""
+_OPTICAL = multiply(LOOKING_FORWARD, (1.0, 0.0, 0.0, 0.0))
+"""Orientation of an optical frame (z forward, x right) in the frame of a camera that looks along its x axis."""
+_SAME = 1e-3
+"""Tolerance of equal poses: coordinates differ by less (m), and the scalar product of quaternions exceeds 1 minus its square."""
+_NO_EFFECT = (
+    "visualize",
+    "always_on",
+    "alwaysOn",
+    "enable_metrics",
+    "namespace",
+    "updateRate",
+    "update_rate",
+    "bodyName",
+    "serviceName",
+)
+"""Tags without effect, which are not reported as lost; a plugin's rate is used only if the sensor has none."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Found:
+    """A Gazebo sensor that can be converted: its prim name, link, pose on the link, conversion and topics."""
+
+    name: str
+    link: str
+    pose: Pose
+    values: Values
+    figures: Figures
+    subject: Subject
+    topics: dict[str, str]
+
+
+def fill(draft: Draft) -> None:
+    """Add a sensor and a graph that publishes it for each Gazebo sensor; types without an equivalent are reported as lost."""
+    notes = Notes()
+    found = list(_sensors(draft, notes))
+    unnamed = Counter(sensor.figures.graph for sensor in found if not sensor.topics)
+    for sensor in found:
+        _mount(draft, sensor)
+        _publish(draft, sensor, alone=unnamed[sensor.figures.graph] == 1)
+        if left := dict.fromkeys(part.tag for part in sensor.values.unread() if part.tag not in _NO_EFFECT):
+            sensor.subject.lost(f"not used: {', '.join(printable(tag[:40]) for tag in list(left)[:10])}")
+    notes.tell(draft, "sensor")
+
+
+def _sensors(draft: Draft, notes: Notes) -> Iterator[_Found]:
+    """Yield the convertible sensors in order of the file, with unique prim names; report the others as lost."""
+    urdf, count = draft.urdf, 0
+    taken = {prim_name(name) for name in (*urdf.links, *urdf.joints)}
+    for gazebo in urdf.element.all("gazebo"):
+        for link, element in (
+            *((gazebo.get("reference"), child) for child in gazebo.all("sensor")),
+            *_of_plugins(gazebo),
+        ):
+            count += 1
+            if count > MAX_SENSORS:
+                draft.lost.append(Remark(f"sensors after the first {MAX_SENSORS}", element.span))
+                return
+            draft.use(element)
+            if (found := _read(draft, element, link, taken, notes)) is not None:
+                taken.add(found.name)
+                yield found
+
+
+def _of_plugins(gazebo: Element) -> Iterator[tuple[str, Element]]:
+    """Yield the link name and a `<sensor>` element for each IMU of Gazebo classic that is a plugin outside of a sensor."""
+    for plugin in gazebo.all("plugin"):
+        if plugin.get("filename").removeprefix("lib").removesuffix(".so") in _IMU_PLUGINS:
+            values = Values(plugin)
+            link = values.text("bodyName|body_name") or gazebo.get("reference")
+            attributes = {"type": "imu", "name": plugin.get("name") or "imu"}
+            yield link, Element("sensor", attributes, plugin.span, [plugin])
+
+
+def _read(draft: Draft, element: Element, link: str, taken: set[str], notes: Notes) -> _Found | None:
+    kind, given, values = element.get("type"), element.get("name") or element.get("type"), Values(element)
+    subject = Subject(notes, given, element.span)
+    if kind not in gazebo_profiles.READERS:
+        like = gazebo_profiles.NO_LIKE.get(kind, f"a sensor of type {printable(kind[:40])!r}")
+        subject.lost(f"there is nothing like {like}", element.place("type"))
+    elif link not in draft.urdf.links:
+        subject.lost(f"the robot has no link {printable(link[:60])!r}" if link else "its <gazebo> names no link")
+    elif kind == "contact" and not draft.urdf.links[link].colliders:
+        subject.lost(f"link {printable(link)!r} has no collider to feel contacts")
+    else:
+        try:
+            figures = gazebo_profiles.READERS[kind](values, subject)
+            IMPLEMENTATIONS.all[figures.type].profile.model_validate(figures.profile)
+            pose = _pose(values, subject)
+        except UnusableError as error:
+            subject.lost(error.reason, error.span)
+        except ValidationError as errors:
+            first = errors.errors(include_url=False, include_context=False)[0]
+            where = ".".join(map(str, first["loc"]))
+            subject.lost(": ".join(text for text in (where, first["msg"].removeprefix("Value error, ")) if text))
+        else:
+            name = _unused(prim_name(given)[:60] or kind, figures.type, taken)
+            return _Found(name, link, pose, values, figures, subject, gazebo_topics.topics(figures.graph, values))
+    return None
+
+
+def _unused(name: str, suffix: str, taken: set[str]) -> str:
+    """Return the name, or if it is taken, a free name derived from it and the suffix."""
+    if name not in taken:
+        return name
+    longer = f"{name}_{'sensor' if name.endswith(suffix) else suffix}"
+    candidate, number = longer, 2
+    while candidate in taken:
+        candidate, number = f"{longer}_{number}", number + 1
+    return candidate
+
+
+def _pose(values: Values, sensor: Subject) -> Pose:
+    """Return the pose of a sensor on its link; Gazebo classic adds the pose of `<camera>`, Gazebo Sim does not.
+
+    Raises:
+        UnusableError: a pose is not six numbers, or too far away.
+    """
+    pose = _one_pose(values, sensor, "pose")
+    return pose if values.find("topic") is not None else compose(pose, _one_pose(values, sensor, "camera", "pose"))
+
+
+def _one_pose(values: Values, sensor: Subject, *path: str) -> Pose:
+    text, element = values.text(*path), values.find(*path)
+    if element is None or not text:
+        return NOWHERE
+    given = numbers(text, 6)
+    if given is None or max(map(abs, given)) > MAX_DISTANCE:
+        raise UnusableError(f"pose {printable(text[:60])!r} is not six valid numbers in m and rad", element.span)
+    if other := element.get("relative_to") or element.get("frame"):
+        sensor.lost(f"pose relative to {printable(other[:60])!r}; taken as relative to its link", element.span)
+    x, y, z, roll, pitch, yaw = given
+    return (x, y, z), from_rpy(roll, pitch, yaw)
+
+
+def _mount(draft: Draft, sensor: _Found) -> None:
+    entry = draft.entry("sensors", sensor.name)
+    entry.value = {"type": sensor.figures.type, "parent": _prim(draft.urdf, sensor.link)}
+    position, orientation = sensor.pose
+    if any(position):
+        entry.value["position"] = list(position)
+    if not _close(orientation, IDENTITY):
+        entry.value["orientation"] = {"quaternion_xyzw": [round(part, 9) for part in orientation]}
+    if sensor.figures.profile:
+        entry.value["profile"] = sensor.figures.profile
+
+
+def _publish(draft: Draft, sensor: _Found, *, alone: bool) -> None:
+    """Add a graph that publishes a sensor; if its frame is not a link, also a graph that publishes the frame.
+
+    `alone` says whether no other sensor without topics uses the same graph; otherwise topics are prefixed by the sensor's name.
+    """
+    figures, kind = sensor.figures, sensor.figures.type
+    device: Device = DEVICES.all[kind]
+    path = "/".join(part for part in (_path(draft.urdf, sensor.link), sensor.name, device.child) if part)
+    names, customary = sensor.topics, gazebo_topics.customary(figures.graph)
+    if not names:
+        owner = gazebo_topics.legal(sensor.subject.name)
+        names = customary if alone else {name: f"{owner}/{topic}" for name, topic in customary.items()}
+        below = "" if alone else ", below its name"
+        sensor.subject.guessed(f"no topic: published on {', '.join(customary.values())}{below}")
+    declared = gazebo_topics.parameters_of(figures.graph)
+    parameters: dict[str, Any] = {kind if kind in declared else "sensor": path, **names}
+    if "frame" in declared:
+        parameters["frame"] = _frame(draft, sensor)
+    if "width" in declared:
+        parameters |= dict(zip(("width", "height"), figures.profile["size"], strict=True))
+    _use(draft, sensor.name, f"graphs/publishers/{figures.graph}.yaml", parameters)
+    rate = f" at {figures.profile['rate']:g} Hz" if "rate" in figures.profile else ""
+    text = f"{figures.told} on {printable(sensor.link)}{rate}, published on {', '.join(names.values())}"
+    sensor.subject.carried(text, _published(sensor, parameters))
+
+
+def _published(sensor: _Found, parameters: dict[str, Any]) -> Claim:
+    """Return the claim that a sensor is mounted on its link with its profile, and that a graph publishes it."""
+    profile = sensor.figures.profile or None
+
+    def holds(data: RobotData) -> bool:
+        graphs = (graph.get("parameters") for graph in data.get("graphs", {}).values())
+        return says("sensors", sensor.name, "profile", value=profile)(data) and parameters in graphs
+
+    return holds
+
+
+def _use(draft: Draft, name: str, graph: str, parameters: dict[str, Any]) -> None:
+    name = _unused(name, "graph", set(draft.sections["graphs"]))
+    draft.entry("graphs", name).value = {"use": graph, "parameters": parameters}
+
+
+def _frame(draft: Draft, sensor: _Found) -> str:
+    """Return the name of the frame of a sensor's messages; if it is not a link, add a graph that publishes it on tf_static."""
+    links, link = draft.urdf.links, sensor.link
+    written = gazebo_topics.frame(sensor.values)
+    camera = sensor.figures.type == "camera"
+    if written in links and not (camera and written == link):
+        return written
+    pose = compose(sensor.pose, ((0.0, 0.0, 0.0), _OPTICAL)) if camera else sensor.pose
+    if camera and (optical := _optical_link(draft.urdf, link, pose)):
+        sensor.subject.guessed(f"its images are in the frame {printable(optical)}, whose z axis points forward")
+        return optical
+    if not camera and not written and _same(pose, NOWHERE):
+        return link
+    name = written if written and written != link else f"{sensor.name}_{'optical_frame' if camera else 'frame'}"
+    position, orientation = ([round(part, 9) for part in parts] for parts in pose)
+    parameters: dict[str, Any] = {"parent": link, "child": name} | ({"position": position} if any(position) else {})
+    parameters |= {"orientation": orientation} if not _close(pose[1], IDENTITY) else {}
+    sensor.subject.guessed(f"its frame {name} is not a link: a graph publishes it on tf_static")
+    _use(draft, f"{sensor.name}_frame", "graphs/publishers/frame.yaml", parameters)
+    return name
+
+
+def _optical_link(urdf: Urdf, link: str, pose: Pose) -> str:
+    """Return the name of a link that is rigidly connected to the given link and has the given pose relative to it.
+
+    Return an empty string if there is none.
+    """
+    pending: list[tuple[str, str, Pose]] = [(link, "", NOWHERE)]
+    while pending:
+        at, came_from, place = pending.pop()
+        if at != link and _same(place, pose):
+            return at
+        carrier = urdf.links[at].carrier
+        if carrier is not None and not carrier.moves and carrier.parent != came_from:
+            pending.append((carrier.parent, at, compose(place, relative(carrier.pose, NOWHERE))))
+        fixed = [joint for joint in urdf.links[at].below if not joint.moves and joint.child != came_from]
+        pending += [(joint.child, at, compose(place, joint.pose)) for joint in reversed(fixed)]
+    return ""
+
+
+def _prim(urdf: Urdf, link: str) -> str:
+    """Return the prim of a link for a robot file: its prim name, or its path if a joint has the same name."""
+    name = prim_name(link)
+    return _path(urdf, link) if name in map(prim_name, urdf.joints) else name
+
+
+def _path(urdf: Urdf, link: str) -> str:
+    """Return the path of a link's prim, starting with the root link."""
+    names = [link, *(carrier.parent for carrier in urdf.carriers(link))]
+    return "/".join(map(prim_name, reversed(names)))
+
+
+def _same(first: Pose, second: Pose) -> bool:
+    apart = max(abs(a - b) for a, b in zip(first[0], second[0], strict=True))
+    return apart < _SAME and _close(first[1], second[1])
+
+
+def _close(first: tuple[float, ...], second: tuple[float, ...]) -> bool:
+    """Return whether two quaternions are nearly the same rotation."""
+    return abs(sum(a * b for a, b in zip(first, second, strict=True))) > 1.0 - _SAME**2

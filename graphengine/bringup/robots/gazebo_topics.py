@@ -1,0 +1,127 @@
+"""Derives ROS topics from Gazebo sensors.
+
+In Gazebo Sim, a sensor has one `<topic>`, from which the names of further topics are derived. In Gazebo classic, plugins publish:
+they remap topics (ROS 2), or have a tag for each topic (ROS 1). All names become relative, so that the namespace of a robot
+applies to them.
+"""
+
+from __future__ import annotations
+
+import re
+from functools import cache
+from typing import Any
+
+from graphengine.bringup.robots.gazebo_values import Values
+from graphengine.format.diagnostics import Findings
+from graphengine.format.document import load
+from graphengine.format.files import shipped
+
+_NEW = {
+    "points": {"topic": "{topic}/points"},
+    "camera": {"image": "{topic}", "info": "{above}camera_info"},
+    "depth_camera": {"depth": "{topic}", "points": "{topic}/points", "info": "{above}camera_info"},
+    "rgbd_camera": {
+        "image": "{topic}/image",
+        "depth": "{topic}/depth_image",
+        "points": "{topic}/points",
+        "info": "{topic}/camera_info",
+    },
+}
+"""Patterns of the topics that Gazebo Sim derives from a sensor's topic, by graph and parameter; other graphs use it unchanged."""
+_CLASSIC = {
+    "image": ("image_raw", "imageTopicName|image_topic_name"),
+    "depth": ("depth/image_raw", "depthImageTopicName|depth_image_topic_name"),
+    "points": ("points", "pointCloudTopicName|point_cloud_topic_name"),
+    "info": ("camera_info", "cameraInfoTopicName|camera_info_topic_name"),
+    "topic": ("out", "topicName|topic_name|bumperTopicName|bumper_topic_name"),
+}
+"""For plugins of Gazebo classic, by parameter of a graph: topic name below the camera's name, as in remappings, and tags."""
+_FRAMES = ("gz_frame_id", "ignition_frame_id", "ign_frame_id", "frame_id")
+_PLUGIN_FRAMES = ("frameName", "frame_name", "frameId", "frame_id")
+
+
+def topics(graph: str, values: Values) -> dict[str, str]:
+    """Return the topics of a sensor in the description, by parameter of its graph; empty if the description names none."""
+    defaults = customary(graph)
+    if topic := legal(values.text("topic") or values.text("contact", "topic") or values.text("camera", "topic")):
+        above = topic.rpartition("/")[0]
+        values.skip("plugin")  # for Gazebo classic; Gazebo Sim reads the topic
+        patterns = _NEW.get(graph, {"topic": "{topic}"})
+        found = {
+            name: pattern.format(topic=topic, above=f"{above}/" if above else "") for name, pattern in patterns.items()
+        }
+        if info := legal(values.text("camera", "camera_info_topic")):
+            found["info"] = info
+        return {name: found[name] for name in defaults}
+    return _of_plugin(defaults, values) if values.find("plugin") is not None else {}
+
+
+@cache
+def parameters_of(graph: str) -> dict[str, Any]:
+    """Return the default values of the parameters of a graph in `graphs/publishers`."""
+    document = load(shipped() / "graphs" / "publishers" / f"{graph}.yaml", Findings())
+    assert document is not None
+    return {name: declared["default"] for name, declared in document.data["parameters"].items()}
+
+
+def customary(graph: str) -> dict[str, str]:
+    """Return the default topics of a graph in `graphs/publishers`, by parameter."""
+    return {name: default for name, default in parameters_of(graph).items() if name in _CLASSIC}
+
+
+def frame(values: Values) -> str:
+    """Return the frame of a sensor's messages; empty if the description names none."""
+    written = [
+        values.text("camera", "optical_frame_id"),
+        *(values.text(tag) for tag in _FRAMES),
+        *(values.text("camera", tag) for tag in _FRAMES),
+        *(values.text("plugin", tag) for tag in _PLUGIN_FRAMES),
+    ]
+    return next((name for text in written if (name := _legal_frame(text))), "")
+
+
+def legal(topic: str) -> str:
+    """Return a topic as a legal relative ROS 2 name, in which `_` replaces illegal characters; empty for `__default_topic__`."""
+    if topic.strip() == "__default_topic__":
+        return ""
+    parts = [re.sub(r"[^A-Za-z0-9_]", "_", part) for part in topic.strip().lstrip("~").split("/")]
+    return "/".join(f"_{part}" if part[0].isdigit() else part for part in parts if part)[:200].rstrip("/")
+
+
+def _legal_frame(frame_id: str) -> str:
+    parts = re.sub(r"[^A-Za-z0-9_/-]", "_", frame_id.replace("::", "/")).split("/")
+    return "/".join(part for part in parts if part)[:200]
+
+
+def _of_plugin(defaults: dict[str, str], values: Values) -> dict[str, str]:
+    remapped = _remappings(values)
+    namespace = legal(values.text("plugin", "ros", "namespace") or values.text("plugin", "robotNamespace"))
+    camera = values.text("plugin", "camera_name|cameraName")
+    found: dict[str, str] = {}
+    for name in defaults:
+        default, tags = _CLASSIC[name]
+        written = values.text("plugin", tags)
+        if given := remapped.get(default) or remapped.get(f"{camera}/{default}"):
+            topic = given
+        elif name == "topic" or written.startswith("/"):
+            topic = written
+        else:
+            topic = f"{camera}/{written or default}" if camera or written else ""
+        if namespace and topic and not topic.startswith("/"):
+            topic = f"{namespace}/{topic}"
+        if not (topic := legal(topic)):
+            return {}
+        found[name] = topic
+    return found
+
+
+def _remappings(values: Values) -> dict[str, str]:
+    """Return the remappings of a sensor's plugin: new names by original name, without `~/`."""
+    found: dict[str, str] = {}
+    ros = values.find("plugin", "ros")
+    for element in ros.children if ros is not None else ():
+        old, mapped, new = element.text.partition(":=")
+        if element.tag in ("remapping", "argument") and mapped:
+            found.setdefault(old.strip().removeprefix("~/").strip("/"), new.strip())
+    values.skip("plugin", "ros")
+    return found

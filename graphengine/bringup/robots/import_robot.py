@@ -1,0 +1,309 @@
+"""Imports a description as a robot file for `graphrun import-robot`, and compiles the robot before any file is written."""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Collection, Iterator
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from graphengine.bringup.robots import (
+    arm_base,
+    arm_gains,
+    drivetrain,
+    effort_limits,
+    gazebo_links,
+    gazebo_sensors,
+    joint_dynamics,
+    left_behind,
+    resting,
+    self_view,
+    wheel_material,
+    wheels,
+)
+from graphengine.bringup.robots.bundle import bundle_graphs, bundle_meshes, bundle_model
+from graphengine.bringup.robots.joint_commands import add_mimics
+from graphengine.bringup.robots.robot_source import WRAPPER
+from graphengine.bringup.robots.trial import FLOOR_FRICTION
+from graphengine.descriptions.description_reader import robot_file
+from graphengine.descriptions.engine import REFUSALS, body_names, collides, compiled, mujoco
+from graphengine.descriptions.files.packages import Packages, package_of
+from graphengine.descriptions.files.references import Library
+from graphengine.descriptions.files.xml import Element, mujoco_says, write
+from graphengine.descriptions.geoms import extents
+from graphengine.descriptions.mjcf.mjcf import read_mjcf
+from graphengine.descriptions.robot_files import mjcf_parts
+from graphengine.descriptions.robot_files.draft import Draft
+from graphengine.descriptions.robot_files.writer import render
+from graphengine.descriptions.urdf.element_marks import called, marked
+from graphengine.descriptions.urdf.urdf import Urdf
+from graphengine.descriptions.urdf.urdf_reader import read_urdf
+from graphengine.descriptions.xacro.xacro import is_xacro
+from graphengine.descriptions.xacro.xacro_macros import literal
+from graphengine.devices.rotation import NOWHERE
+from graphengine.devices.stage import Stage
+from graphengine.format.diagnostics import Findings
+from graphengine.format.document import Document
+from graphengine.format.files import shipped
+from graphengine.format.spec import RobotUse
+from graphengine.physics.dynamics.keyframes import begin_in
+from graphengine.physics.model.fleet_expansion import place
+from graphengine.physics.model.mesh_units import check_mesh_units
+from graphengine.physics.model.robot import RobotInstance, load_robot
+from graphengine.physics.model.robot_model import robot_spec
+from graphengine.physics.model.robot_prims import add_robot
+
+_PARTS = (
+    wheels.fill,
+    gazebo_links.fill,
+    arm_base.fill,
+    drivetrain.fill,
+    joint_dynamics.fill,
+    arm_gains.fill,
+    effort_limits.fill,
+    wheel_material.fill,
+    resting.fill,
+    gazebo_sensors.fill,
+    self_view.fill,
+    left_behind.fill,
+)
+"""Functions that fill a draft from a URDF description, in order of execution."""
+_PARTS_OF_MODELS = (wheels.fill, mjcf_parts.fill, drivetrain.fill, wheel_material.fill, resting.fill)
+"""Functions that fill a draft from a MuJoCo model, in order of execution; fewer, because the model defines more itself."""
+_MESHES = ("mesh", "texture")
+
+
+@dataclass(frozen=True, slots=True)
+class Origin:
+    """The description to import, and the path of the robot file to write.
+
+    Attributes:
+        element: root element of the description after xacro expansion.
+        packages: finds the packages with meshes of the description.
+        path: path of the description's file; None if the import must write the description, because it was expanded from xacro
+            or received over the network.
+        told: where the description comes from, as text for messages.
+        target: path of the robot file to write.
+        fixed_base: whether the root link is fixed to the world.
+        bundled: whether the description, its meshes and the included graphs are copied into the project; then `path` is None.
+        wrapper: text of a xacro file that calls a macro as the robot; empty without a macro.
+        controllers: ros2_control parameter file that the user names; None without one.
+        model: path of a MuJoCo model, whose root element is `element`; None for other descriptions.
+        position_drives: whether joints that take efforts get position drives, which hold them.
+    """
+
+    element: Element
+    packages: Packages
+    path: Path | None
+    told: str
+    target: Path
+    fixed_base: bool
+    bundled: bool = False
+    wrapper: str = ""
+    controllers: Document | None = None
+    model: Path | None = None
+    position_drives: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Imported:
+    """An imported robot that compiles without errors, and the files to write for it.
+
+    Attributes:
+        robot: the robot as an instance in a scene.
+        free: whether the root link can move.
+        lowest: height (m) of the lowest point of its colliders above its root link, or above the origin of a MuJoCo model,
+            with all joints at their start positions; None without colliders.
+        library: library with the robot's meshes.
+        files: text of each file to write, by path; the robot file is last.
+        copies: source of each file to copy, by destination.
+        outside: folders outside of the robot file's project that the robot uses; scenes need `--allow` for them.
+        use: path of the robot file, as written in a scene of its project.
+        draft: draft of the robot file, with remarks.
+    """
+
+    robot: RobotInstance
+    free: bool
+    lowest: float | None
+    library: Library
+    files: dict[Path, str]
+    copies: dict[Path, Path]
+    outside: list[Path]
+    use: str
+    draft: Draft
+
+    @property
+    def lift(self) -> float:
+        """Height (m) of the root link at which the robot stands on a floor, rounded up to 1 mm.
+
+        It is 0 for a robot with a fixed base, and for a robot that starts in a keyframe, which contains the height already.
+        """
+        return 0.0 if not self.free or "start" in self.draft.settings else self._depth
+
+    @property
+    def rise(self) -> float:
+        """Height (m) of the root link of a robot with a fixed base above its place, so that no collider is below; else 0.
+
+        It is rounded up to 1 mm.
+        """
+        return 0.0 if self.free else max(0.0, self._depth)
+
+    @property
+    def _depth(self) -> float:
+        """Distance from the root link down to the lowest point of the colliders, rounded up to 1 mm, m."""
+        return math.ceil(round(-(self.lowest or 0.0), 4) * 1000) / 1000
+
+
+def import_robot(origin: Origin, findings: Findings) -> Imported | None:
+    """Create a robot file for a description and compile the robot; return None after an error, which is added to `findings`.
+
+    No file is written.
+    """
+    written_to = origin.target.with_suffix(".urdf")
+    if origin.model is None and add_mimics(origin.element, findings) and origin.path is not None:
+        beside = origin.path.resolve() == written_to.resolve()
+        written_to = origin.target.with_suffix(".imported.urdf") if beside else written_to
+        origin = replace(origin, path=None)
+    name, files = origin.target.stem, origin.packages.files
+    library = Library(files, findings)
+    model_files: dict[Path, Path] = {}
+    if origin.model is None:
+        urdf = read_urdf(origin.element, origin.packages, findings)
+    else:
+        urdf = read_mjcf(origin.model, library)
+        model_files = bundle_model(origin.model, library, name) if origin.bundled else {}
+    if urdf is None:
+        return None
+    packages = [] if origin.bundled else list(_used_packages(urdf))
+    path = origin.path or written_to
+    if origin.model is not None:
+        copied = next((to for to, source in model_files.items() if source == origin.model.resolve()), None)
+        path = origin.target.parent / copied if copied is not None else origin.model
+    told = [_near(folder, origin.target) for folder in packages]
+    near = _near(path, origin.target)
+    draft = Draft(urdf, name, origin.told, near, told, origin.fixed_base, origin.controllers, library)
+    draft.position_drives = origin.position_drives
+    for fill in _PARTS if origin.model is None else _PARTS_OF_MODELS:
+        fill(draft)
+    draft.settle()
+    graphs = bundle_graphs(draft) if origin.bundled else {}
+    text = render(draft)
+    file = robot_file(text, origin.target, findings)
+    (placement,) = place(name, RobotUse(use=str(origin.target)))
+    robot = load_robot(placement, file, library, urdf) if file is not None else None
+    spec = robot_spec(robot, library, FLOOR_FRICTION, findings) if robot is not None else None
+    model = _compiled(spec, draft, findings) if spec is not None else None
+    if robot is None or model is None:
+        return None
+    check_mesh_units(model, [("", robot)], findings)
+    bodies = {f"{name}/{body}" for body in body_names(model)}
+    before = len(findings.errors)
+    add_robot(Stage(), robot, bodies, findings)
+    if len(findings.errors) > before:
+        return None
+    meshes = bundle_meshes(urdf) if origin.bundled and origin.model is None else model_files
+    written = (
+        {} if origin.path is not None or origin.model is not None else {path: _portable(urdf, meshes, path.parent)}
+    )
+    if origin.wrapper:
+        written = {origin.target.with_suffix(WRAPPER): origin.wrapper, **written}
+    return Imported(
+        robot=robot,
+        free=robot.disabled.free_link is not None,
+        lowest=_lowest(model, robot),
+        library=library,
+        files={**written, origin.target: text},
+        copies={_beside(origin.target, target): source for target, source in {**graphs, **meshes}.items()},
+        outside=_outside([*packages, path], origin),
+        use=os.path.relpath(origin.target.parent.resolve() / origin.target.name, _project(origin.target)),
+        draft=draft,
+    )
+
+
+def _beside(file: Path, target: Path) -> Path:
+    """Return a path relative to the folder of `file` as a path without `..`."""
+    return Path(os.path.normpath(file.parent / target))
+
+
+def _compiled(spec: mujoco.MjSpec, draft: Draft, findings: Findings) -> mujoco.MjModel | None:
+    urdf = draft.urdf
+    try:
+        model, told = compiled(spec)
+    except REFUSALS as error:
+        message, name, _ = mujoco_says(error)
+        if (known := marked(error, [urdf.element])) is not None:
+            findings.add("S106", f"MuJoCo: {message}: {called(known) or name!r}", known.span)
+            return None
+        owners = (name, name.rsplit(".", 2)[0])  # geoms are named LINK.NUMBER.NUMBER
+        places = (element.span for element in urdf.element.walk() if element.get("name") in owners)
+        findings.add("S106", f"MuJoCo: {message}: {name!r}", next(places, urdf.element.span))
+        return None
+    for text in draft.mujoco_warnings | dict.fromkeys(told):
+        findings.add("W205", f"MuJoCo: {text}", urdf.element.span)
+    return model
+
+
+def _lowest(model: mujoco.MjModel, robot: RobotInstance) -> float | None:
+    """Return the height (m) of the lowest point of the robot's colliders, usually negative; None without colliders.
+
+    It is measured from the root link, or from the origin of a MuJoCo model.
+    """
+    data = mujoco.MjData(model)
+    if robot.keyframe is not None:
+        begin_in(robot.keyframe, "", NOWHERE, model, data)
+    mujoco.mj_kinematics(model, data)
+    found = extents(model, data, np.flatnonzero(collides(model)))
+    return float(found[0][2]) if found is not None else None
+
+
+def _used_packages(urdf: Urdf) -> Iterator[Path]:
+    """Yield the folder of each package with meshes of the robot, except installed packages, which are always found."""
+    meshes = (element.get("filename") for element in urdf.element.walk() if element.tag in _MESHES)
+    names = dict.fromkeys(name for reference in meshes if (name := package_of(reference)) is not None)
+    for name in names:
+        folder = urdf.packages.find(name)
+        if folder is not None and not any(folder.is_relative_to(i) for i in urdf.packages.files.installed):
+            yield folder.resolve()
+
+
+def _portable(urdf: Urdf, beside: Collection[Path], folder: Path) -> str:
+    """Return the text of the description for a file in the given folder.
+
+    Relative references become absolute, except those to files copied beside the description, whose paths are in `beside`. Texts
+    that are absolute paths, which xacro writes for `$(find NAME)`, become references to packages or relative paths.
+    """
+    escaped = is_xacro(Path("robot.urdf"), urdf.element)  # the written file would be expanded again
+    for element in urdf.element.walk():
+        reference = element.get("filename")
+        if element.tag in _MESHES and reference and "://" not in reference and Path(reference) not in beside:
+            element.attributes["filename"] = (urdf.packages.folder / reference).resolve().as_uri()
+        element.text = urdf.packages.reference(element.text, folder)
+        if escaped:
+            element.text = literal(element.text)
+            element.attributes |= {name: literal(value) for name, value in element.attributes.items()}
+    return '<?xml version="1.0"?>\n' + write(urdf.element)[0] + "\n"
+
+
+def _near(path: Path, target: Path) -> str:
+    """Return a path as text for the robot file `target`: relative if it is in the project, else absolute."""
+    resolved, folder = path.resolve(), target.parent.resolve()
+    return os.path.relpath(resolved, folder) if resolved.is_relative_to(_project(target)) else str(resolved)
+
+
+def _project(target: Path) -> Path:
+    """Return the folder of the project: the folder of the robot file, or its parent if that folder is called `robots`."""
+    folder = target.parent.resolve()
+    return folder.parent if folder.name == "robots" else folder
+
+
+def _outside(paths: list[Path], origin: Origin) -> list[Path]:
+    """Return the folders of the given paths that scenes of the project may read only with `--allow`."""
+    known = [_project(origin.target), shipped() / "scenes", *origin.packages.files.installed]
+    found: list[Path] = []
+    for path in paths:
+        if not any(path.resolve().is_relative_to(folder) for folder in (*known, *found)):
+            found.append(path.resolve() if path.is_dir() else path.resolve().parent)
+    return found

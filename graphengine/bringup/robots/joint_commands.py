@@ -1,0 +1,159 @@
+"""Reads which commands joints take: from MuJoCo actuators, ros2_control controllers, `<ros2_control>` and `<transmission>`."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+
+from graphengine.bringup.robots.controllers_file import Controller
+from graphengine.descriptions.files.xml import Element, number
+from graphengine.descriptions.robot_files.draft import Draft, Remark, no_joint
+from graphengine.format.diagnostics import Findings, Span
+from graphengine.format.wording import printable
+
+KINDS = ("position", "velocity", "effort")
+_SERVOS = ("TrajectoryController", "GripperActionController")
+"""Ends of the types of controllers that hold positions, with whichever command interface; a position drive replaces them."""
+_CONTROLLERS = {
+    "PositionController": "position",
+    "VelocityController": "velocity",
+    "EffortController": "effort",
+}
+"""Kind of command that a controller gives, by a part of the controller's type."""
+_HARDWARE = {"Position": "position", "Velocity": "velocity", "Effort": "effort"}
+"""Kind of command, by the beginning of a transmission's hardware interface, as in `hardware_interface/VelocityJointInterface`."""
+
+
+@dataclass(slots=True)
+class JointCommands:
+    """The commands that a joint takes.
+
+    Attributes:
+        source: where the commands are listed, as text for messages.
+        span: source location of that place.
+        ranges: lowest and highest value (SI units) by kind of command; None for a value that is not given.
+        start: initial position of the joint, rad or m; None if it is not given.
+    """
+
+    source: str
+    span: Span
+    ranges: dict[str, tuple[float | None, float | None]] = field(default_factory=dict)
+    start: float | None = None
+
+
+def joint_commands(draft: Draft, controllers: Iterable[Controller]) -> dict[str, JointCommands]:
+    """Return the commands that each joint takes, by joint name; elements of the description that list them are marked as used."""
+    found: dict[str, JointCommands] = {}
+    if draft.urdf.mjcf is not None:
+        for actuator in draft.urdf.mjcf.actuators:
+            if actuator.joint:
+                span = draft.urdf.joints[actuator.joint].element.span
+                source = f"actuator {printable(actuator.name)}"
+                found.setdefault(actuator.joint, JointCommands(source, span)).ranges[actuator.kind] = None, None
+    for controller in controllers:
+        _controller(draft, controller, found)
+    for element in draft.urdf.element.all("ros2_control"):
+        _ros2_control(draft, element, found)
+    for element in draft.urdf.element.all("transmission"):
+        _transmission(draft, element, found)
+    return found
+
+
+def add_mimics(root: Element, findings: Findings) -> bool:
+    """Write a `<mimic>` into joints that follow another one by `<param name="mimic">` of a `<ros2_control>`, as older files do.
+
+    Args:
+        root: root element of the description, which is changed.
+        findings: receives a note for each joint.
+
+    Returns:
+        whether the description was changed.
+    """
+    changed, joints = False, {joint.get("name"): joint for joint in root.all("joint")}
+    listed = [(control, joint) for control in root.all("ros2_control") for joint in control.all("joint")]
+    for control, joint in listed:
+        name, leader = joint.get("name"), _text(joint, "mimic")
+        follower = joints.get(name)
+        if follower is None or leader not in joints or follower.first("mimic") is not None:
+            continue
+        factors = {key: text for key in ("multiplier", "offset") if (text := _text(joint, key))}
+        follower.children.append(Element("mimic", {"joint": leader} | factors, joint.span))
+        text = f"joint {name!r} follows {leader!r}, as ros2_control {control.get('name')!r} says: its <mimic> is added"
+        findings.add("N103", text, joint.span)
+        changed = True
+    return changed
+
+
+def _controller(draft: Draft, controller: Controller, found: dict[str, JointCommands]) -> None:
+    """Add the commands that a controller gives to joints to `found`; a controller of an unknown type adds none."""
+    word = controller.kind
+    kinds = ("position",) if word.endswith(_SERVOS) else controller.texts("command_interfaces", "interface_name")
+    kinds = tuple(kind for kind in kinds or (k for part, k in _CONTROLLERS.items() if part in word) if kind in KINDS)
+    if not kinds:  # a broadcaster, or of a type that says nothing about commands
+        return
+    for name in controller.texts("joint", "joints"):
+        if name not in draft.urdf.joints or not draft.urdf.joints[name].moves:
+            continue
+        commands = found.setdefault(name, JointCommands(f"controller {printable(controller.name)}", controller.span))
+        for kind in kinds:
+            commands.ranges.setdefault(kind, (None, None))
+
+
+def _ros2_control(draft: Draft, element: Element, found: dict[str, JointCommands]) -> None:
+    source = f"ros2_control {printable(element.get('name'))}"
+    joints = element.all("joint")
+    if joints:
+        draft.use(element)
+    for joint in joints:
+        name = joint.get("name")
+        if _unknown(draft, name, source, joint.span):
+            continue
+        commanded = name in found
+        commands = found.setdefault(name, JointCommands(source, joint.span))
+        for interface in joint.all("command_interface"):
+            kind = interface.get("name")
+            if kind in KINDS:
+                if not commanded or kind in commands.ranges:  # a controller uses one of several interfaces
+                    commands.ranges[kind] = _parameter(interface, "min"), _parameter(interface, "max")
+            else:
+                draft.lost.append(Remark(f"{source}: a drive takes no {kind!r} command", interface.span))
+        states = [state for state in joint.all("state_interface") if state.get("name") == "position"]
+        starts = [_parameter(state, "initial_value") for state in states] + [_parameter(joint, "initial_position")]
+        commands.start = next((start for start in starts if start is not None), commands.start)
+        if draft.urdf.joints[name].mimic is None and (leader := _text(joint, "mimic")):
+            text = f"{source}: {name} follows {leader}: write <mimic> into the joint of the description"
+            draft.lost.append(Remark(printable(text), joint.span))
+
+
+def _transmission(draft: Draft, element: Element, found: dict[str, JointCommands]) -> None:
+    source = f"transmission {printable(element.get('name'))}"
+    for joint in element.all("joint"):
+        name = joint.get("name")
+        if _unknown(draft, name, source, joint.span):
+            continue
+        draft.use(element)
+        commands = found.setdefault(name, JointCommands(source, joint.span))
+        if commands.source != source:  # <ros2_control> says it more exactly
+            continue
+        interfaces = [each for holder in (joint, *element.all("actuator")) for each in holder.all("hardwareInterface")]
+        for interface in interfaces:
+            word = interface.text.rpartition("/")[2]
+            for beginning, kind in _HARDWARE.items():
+                if word.startswith(beginning):
+                    commands.ranges.setdefault(kind, (None, None))
+
+
+def _unknown(draft: Draft, name: str, source: str, span: Span) -> bool:
+    """Return whether the description has no moving joint with this name; add a remark if it has no such joint at all."""
+    joint = draft.urdf.joints.get(name)
+    if joint is None:
+        draft.lost.append(Remark(f"{source}: {no_joint(draft.urdf, name)}", span))
+    return joint is None or not joint.moves
+
+
+def _text(element: Element, name: str) -> str:
+    return next((parameter.text for parameter in element.all("param") if parameter.get("name") == name), "")
+
+
+def _parameter(element: Element, name: str) -> float | None:
+    return number(_text(element, name))

@@ -1,0 +1,244 @@
+"""Chooses the drives of a robot's joints.
+
+A joint that is commanded by a base, a controller, `<ros2_control>` or `<transmission>` has a drive for that command. The other
+joints of such a robot turn freely, because a drive would brake a passive wheel. If the description lists no commands, the drives
+are guessed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+from graphengine.bringup.robots.base import Drivetrain
+from graphengine.bringup.robots.base_wheels import BaseWheel
+from graphengine.bringup.robots.joint_commands import KINDS, JointCommands
+from graphengine.descriptions.robot_files.default_drives import WHEEL_DAMPING, gain, servo
+from graphengine.descriptions.robot_files.draft import Claim, Draft, Remark, RobotData, says
+from graphengine.descriptions.urdf.urdf import UrdfJoint
+from graphengine.format.wording import printable
+
+_SPEED_ERROR = 0.01
+"""Maximum deviation of a wheel's speed, rad/s, caused by the friction of its share of the robot's weight."""
+_ANGLE_ERROR = 0.01
+"""Maximum deviation of a steering angle, rad, caused by the friction of a wheel's share of the robot's weight at its rim."""
+_ACCELERATION = 1.0
+"""Default acceleration limit of a mecanum or omni base, m/s2; the controllers of such bases have no ramps."""
+_GRAVITY = 9.81
+_CASTERS = "joints of casters, which carry links on the floor"
+_LIGHTEST = 0.005
+"""Armature of a caster's joint as a fraction of the robot's mass times the square of the joint's height above the floor.
+
+The parts of a caster in a description are often so light that the contact with the floor makes them jump.
+"""
+
+
+def fill(
+    draft: Draft,
+    commands: Mapping[str, JointCommands],
+    wheels: Sequence[BaseWheel],
+    drivetrain: Drivetrain | None,
+) -> None:
+    """Choose the drive of each moving joint.
+
+    Args:
+        draft: receives the drives, and remarks on them.
+        commands: commands that joints take, by joint name.
+        wheels: wheels on the floor.
+        drivetrain: drivetrain of the base; None for a robot without a base.
+    """
+    decisions: dict[_Decision, list[UrdfJoint]] = {}
+    rollers = {name for wheel in draft.wheels.values() for name in wheel.rollers.joints}
+    carrying = _carrying(draft) if drivetrain is not None else {}
+    driven = [wheel.joint for wheel in drivetrain.wheels] if drivetrain is not None else []
+    ranged = [joint for joint in driven if joint in commands and any(commands[joint].ranges.get("velocity", ()))]
+    if ranged:
+        text = f"velocity ranges of {', '.join(map(printable, ranged))}: by default, ros2_control does not enforce them"
+        draft.lost.append(Remark(text, commands[ranged[0]].span))
+    for joint in draft.urdf.moving():
+        if joint.mimic is not None:
+            continue
+        decision = _decide(
+            joint, commands, wheels, drivetrain, rollers, carrying, position_drives=draft.position_drives
+        )
+        decisions.setdefault(decision, []).append(joint)
+        entry = draft.entry("joints", joint.name)
+        entry.value |= _drive(draft, joint, decision.kind, wheels, drivetrain)
+        if decision.kind == "position" and (drivetrain is None or joint not in drivetrain.steering):
+            draft.servos.append(joint.name)
+        if decision.why == _CASTERS:
+            entry.value["armature"] = gain(_LIGHTEST * draft.urdf.mass * carrying[joint.name] ** 2)
+        if decision.kind not in ("velocity", "position"):
+            entry.hint = _TOLD[decision.kind]
+        if joint.name in commands:
+            drive = entry.value.get("drive") if joint.name not in driven else None
+            entry.value |= _bounds(joint, drive, commands[joint.name])
+    for name, each in commands.items():
+        if each.start:
+            claim = says("joints", name, "start", value=each.start)
+            draft.carried.append(Remark(f"start position {each.start:g}", each.span, claim, ("joint", printable(name))))
+    held = [joint for decision, joints in decisions.items() if decision.kind == "velocity" for joint in joints]
+    if drivetrain is not None:
+        _tell_braking(draft, [joint for joint in held if joint.name not in driven], wheels)
+    drives = [entry.value.get("drive", {}) for entry in draft.sections["joints"].values()]
+    if gains := sorted({drive["damping"] for drive in drives if drive.get("damping") and not drive.get("stiffness")}):
+        told = ", ".join(f"{damping:g}" for damping in gains)
+        draft.guessed.append(Remark(f"damping of velocity drives: {told} N m s/rad, by the weight on the wheels"))
+    for decision, joints in decisions.items():
+        names = ", ".join(printable(joint.name) for joint in joints)
+        remark = Remark(f"{_TOLD[decision.kind]}: {names}; {decision.why}", joints[0].element.span)
+        remark = replace(remark, claim=_drives([joint.name for joint in joints], decision.kind))
+        (draft.guessed if decision.guessed else draft.carried).append(remark)
+
+
+def _tell_braking(draft: Draft, joints: Sequence[UrdfJoint], wheels: Sequence[BaseWheel]) -> None:
+    """Add a remark on wheels on the floor with velocity drives that no graph commands: they brake the base."""
+    standing = {wheel.joint for wheel in wheels}
+    if braking := [joint for joint in joints if joint.name in standing]:
+        names = ", ".join(printable(joint.name) for joint in braking)
+        text = (
+            f"{names}: no graph commands these wheels on the floor, whose velocity drives hold them and brake the base"
+        )
+        draft.noticed.append(Remark(text, braking[0].element.span))
+
+
+def _carrying(draft: Draft) -> dict[str, float]:
+    """Return the height above the floor (m) of each joint between the root link and a link that stands on the floor, by name."""
+    found: dict[str, float] = {}
+    for link, lowest in draft.standing.items():
+        for carrier in draft.urdf.carriers(link) if link in draft.urdf.links else ():
+            found[carrier.name] = draft.urdf.pose_in_root(carrier.child)[0][2] - lowest
+    return found
+
+
+def _drives(joints: Sequence[str], kind: str) -> Claim:
+    """Return the claim that joints have drives of a kind, or none for a kind without a drive."""
+
+    def holds(data: RobotData) -> bool:
+        drives = [data.get("joints", {}).get(joint, {}).get("drive") for joint in joints]
+        if kind not in ("velocity", "position"):
+            return not any(drives)
+        return all(drive is not None and ("stiffness" in drive) == (kind == "position") for drive in drives)
+
+    return holds
+
+
+@dataclass(frozen=True, slots=True)
+class _Decision:
+    """The chosen kind of drive of a joint (`velocity`, `position`, `effort` or `free`), the reason, and whether it is guessed."""
+
+    kind: str
+    why: str
+    guessed: bool = False
+
+
+_TOLD = {
+    "velocity": "velocity drive",
+    "position": "position drive",
+    "effort": "no drive, takes efforts",
+    "free": "no drive, turns freely",
+}
+
+
+def _decide(
+    joint: UrdfJoint,
+    commands: Mapping[str, JointCommands],
+    wheels: Sequence[BaseWheel],
+    drivetrain: Drivetrain | None,
+    rollers: Collection[str],
+    carrying: Collection[str],
+    *,
+    position_drives: bool,
+) -> _Decision:
+    command = commands.get(joint.name)
+    kinds = command.ranges if command is not None else {}
+    source = f"commanded by {drivetrain.base.source}" if drivetrain is not None and not drivetrain.base.guessed else ""
+    if drivetrain is not None and joint.name in [wheel.joint for wheel in drivetrain.wheels]:
+        return _of_base("velocity", "driven wheels of the base", kinds, source)
+    if drivetrain is not None and joint in drivetrain.steering:
+        return _of_base("position", "they steer wheels of the base", kinds, source)
+    if command is not None and kinds:
+        kind = next(kind for kind in KINDS if kind in kinds)
+        if "velocity" in kinds and joint.limits is None:
+            kind = "velocity"
+        why = f"{kind} command of {command.source.partition(' ')[0]}"
+        if kind == "effort" and position_drives:
+            return _Decision("position", f"--position-drives, in place of the {why}", guessed=True)
+        return _Decision(kind, why)
+    if joint.name in rollers:
+        return _Decision("free", "rollers of the wheels", guessed=True)
+    if command is not None or commands:
+        return _Decision("free", "no controller commands them")
+    if joint.name in [wheel.joint for wheel in wheels]:
+        return _Decision("free", "wheels that drive nothing", guessed=True)
+    if joint.name in [wheel.swivel for wheel in wheels]:
+        return _Decision("free", "swivels of casters", guessed=True)
+    if joint.name in carrying and joint.limits is None:
+        return _Decision("free", _CASTERS, guessed=True)
+    if joint.type == "continuous" and "wheel" in joint.name.lower():
+        return _Decision("velocity", "wheels by their names, though not by their colliders", guessed=True)
+    if joint.effort is not None:
+        return _Decision("position", "a limit of effort suggests a motor, which holds them", guessed=True)
+    return _Decision("free", "nothing suggests a motor", guessed=True)
+
+
+def _of_base(kind: str, role: str, kinds: Mapping[str, object], source: str) -> _Decision:
+    """Return the decision for a joint of a base; it is guessed unless the description or a controller commands the joint.
+
+    Args:
+        kind: kind of drive.
+        role: role of the joint in the base, for the remark.
+        kinds: kinds of commands that the joint takes.
+        source: remark on the source of the base; empty if the base is guessed.
+    """
+    if kind in kinds:
+        return _Decision(kind, f"{role} with a {kind} command")
+    return _Decision(kind, f"{role}, {source}" if source else role, guessed=not source)
+
+
+def _drive(
+    draft: Draft, joint: UrdfJoint, kind: str, wheels: Sequence[BaseWheel], drivetrain: Drivetrain | None
+) -> dict[str, Any]:
+    """Return a mapping with the key `drive` for a joint in the robot file; empty for a joint without a drive."""
+    driven = drivetrain.wheels if drivetrain is not None else ()
+    wheel = next((wheel for wheel in (*driven, *wheels) if wheel.joint == joint.name), None)
+    carrying = [wheel for wheel in wheels if not wheel.caster] or list(driven)
+    scrub = 0.0
+    if carrying:
+        radius = max(each.radius for each in carrying)
+        scrub = draft.urdf.mass * _GRAVITY * radius / len(carrying)
+    if kind == "velocity":
+        drive: dict[str, Any] = {"damping": gain(max(WHEEL_DAMPING, scrub / _SPEED_ERROR))}
+        if wheel is not None and drivetrain is not None and wheel in driven:
+            acceleration = drivetrain.base.parameters.get("acceleration")
+            if drivetrain.base.kinematics in ("mecanum", "omni"):  # whose controller has no ramps
+                drive["max_acceleration"] = gain(float(acceleration or _ACCELERATION) / wheel.radius)
+        return {"drive": drive}
+    if kind == "position":
+        gains = servo(joint)
+        if drivetrain is not None and joint in drivetrain.steering:
+            stiffness = max(scrub / _ANGLE_ERROR, gains["stiffness"] if joint.effort is not None else 0.0)
+            gains = {"stiffness": gain(stiffness), "damping": gain(stiffness / 10)}
+        return {"drive": gains}
+    return {}
+
+
+def _bounds(joint: UrdfJoint, drive: dict[str, Any] | None, commands: JointCommands) -> dict[str, Any]:
+    """Return the start position and limits that commands give a joint, as keys of the joint in the robot file.
+
+    A velocity range is written into `drive` as `max_velocity`.
+    """
+    keys: dict[str, Any] = {}
+    if commands.start:
+        keys["start"] = commands.start
+    speeds = [abs(end) for end in commands.ranges.get("velocity", ()) if end]
+    if drive is not None and speeds:
+        drive["max_velocity"] = max(speeds)
+    lower, upper = commands.ranges.get("position", (None, None))
+    if joint.limits is not None and (lower is not None or upper is not None):
+        low = max(joint.limits[0], joint.limits[0] if lower is None else lower)
+        high = min(joint.limits[1], joint.limits[1] if upper is None else upper)
+        if low < high and (low, high) != joint.limits:
+            keys["limits"] = [low, high]
+    return keys
