@@ -142,11 +142,16 @@ def _hint(words: Iterable[str], legal: Iterable[str]) -> str:
 
 def add_verb(verbs: Any, name: str, summary: str, **more: Any) -> Any:
     """Add and return the parser of a verb. The summary, as a sentence, is the description of the parser."""
-    return verbs.add_parser(name, help=summary, description=f"{summary[0].upper()}{summary[1:]}.", **more)
+    about = f"{summary[0].upper()}{summary[1:]}."
+    return verbs.add_parser(name, help=summary.replace("%", "%%"), description=about, **more)
 
 
-def make_parser(*whole: str) -> argparse.ArgumentParser:
-    """Return the parser of the command line. It has all verbs, but the arguments only of the verbs in `whole`."""
+def make_parser(*whole: str, plugin: str | None = None) -> argparse.ArgumentParser:
+    """Return the parser of the command line. It has all built-in verbs, but the arguments only of the verbs in `whole`.
+
+    With `plugin`, it also has the verbs of installed packages, but the arguments only of the verb `plugin`; if this text is
+    empty, the arguments of all.
+    """
     parser = Parser(
         prog="graphrun",
         description="Simulate ROS 2 robots with MuJoCo; graphs of nodes, written in YAML, control them.",
@@ -157,6 +162,7 @@ def make_parser(*whole: str) -> argparse.ArgumentParser:
         action="store_true",
         help="with --version: also show which sandbox features and transports can be used",
     )
+    parser.add_argument("--all", action="store_true", help="with --help: also list the verbs of installed packages")
     verbs = parser.add_subparsers(dest="verb", metavar="VERB", required=True)
     for name, summary in VERBS.items():
         sub = add_verb(verbs, name, summary)
@@ -164,6 +170,10 @@ def make_parser(*whole: str) -> argparse.ArgumentParser:
             module = importlib.import_module(f"graphengine.cli.{MODULES.get(name, name).replace('-', '_')}")
             module.add_arguments(sub)
             sub.set_defaults(function=module.execute)
+    if plugin is not None:
+        from graphengine.cli.plugin_verbs import add_plugin_verbs
+
+        add_plugin_verbs(parser, verbs, plugin)
     return parser
 
 
@@ -182,7 +192,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         verb = next((index for index, word in enumerate(given) if not word.startswith("-")), None)
         if verb is not None:
             given[verb] = OLD_NAMES.get(given[verb], given[verb])
-        parser = make_parser(*[word for word in given if word in VERBS][:1])
+        name = "" if verb is None else given[verb]
+        parser = make_parser(name, plugin=name if name not in VERBS and (name or "--all" in given) else None)
         parser.set_defaults(verbose="--verbose" in given)
         parsed = parser.parse_args(given)
         if arguments is None:

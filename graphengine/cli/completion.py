@@ -22,7 +22,7 @@ to install it:
   graphrun completion zsh > ~/.zfunc/_graphrun        with fpath=(~/.zfunc $fpath) before compinit in ~/.zshrc
   graphrun completion fish > ~/.config/fish/completions/graphrun.fish
 
-The script contains the names of included scenes and installed node types, so install it again after an update.
+The script contains the names of included scenes and of installed node types and verbs; install it again after an update.
 It completes the topics of the run that `graphrun ctl` connects to."""
 TOPICS = "graphrun ctl topics 2>/dev/null"
 
@@ -40,7 +40,7 @@ def execute(arguments: argparse.Namespace) -> int:
 
     from graphengine.cli import VERBS, make_parser
 
-    parser = make_parser(*VERBS)
+    parser = make_parser(*VERBS, plugin="")
     _complete_values(parser)
     script = shtab.complete(parser, arguments.shell)
     # shtab's script for zsh registers itself with `eval` only, not with `source <(graphrun completion zsh)`.

@@ -8,10 +8,10 @@ import signal
 import sys
 import time
 from collections.abc import Callable, Iterable, Sequence
-from contextlib import suppress
 from typing import TYPE_CHECKING, Any
 
 from graphengine.cli.common import add_message_path, add_transport_argument, chosen_distro, clean, message_paths
+from graphengine.cli.quantities import seconds
 from graphengine.format import interrupts
 from graphengine.format.errors import TransportError
 from graphengine.format.files import installed_packages
@@ -26,6 +26,8 @@ if TYPE_CHECKING:
     from graphengine.messages.definitions import Definitions
     from graphengine.ros.cli_subscription import Clock, MessageQueue
 
+FEEDBACK = "/_action/feedback"
+"""End of the name of the feedback topic of each action."""
 POLL = 0.05
 """Time between two checks of the discovered peers, s."""
 SERVER_PATIENCE = 2.0
@@ -45,31 +47,22 @@ def add_live_arguments(parser: argparse.ArgumentParser, *, clock: bool = False) 
     add_message_path(parser)
 
 
-def seconds(text: str) -> float:
-    """Parse a number of seconds, 0 or more."""
-    return _number(text, float, 0.0, "seconds, such as 0.5")
+def add_message_arguments(parser: argparse.ArgumentParser, name: str, noun: str, example: str) -> None:
+    """Add the positional argument for a message to send, written in YAML, and `--stdin`.
 
-
-def positive(text: str) -> float:
-    """Parse a number above 0."""
-    return _number(text, float, sys.float_info.min, "a number above 0")
-
-
-def count(text: str) -> int:
-    """Parse an integer of 0 or more."""
-    return int(_number(text, int, 0, "a whole number, 0 or more"))
-
-
-def size(text: str) -> int:
-    """Parse an integer of 1 or more."""
-    return int(_number(text, int, 1, "a whole number, 1 or more"))
-
-
-def _number(text: str, kind: Callable[[str], float], least: float, legal: str) -> float:
-    with suppress(ValueError):
-        if least <= (value := kind(text)) < float("inf"):
-            return value
-    raise argparse.ArgumentTypeError(f"{text!r}: write {legal}")
+    Args:
+        parser: parser to add the arguments to.
+        name: name of the positional argument.
+        noun: noun for the message in the help, such as `request`.
+        example: message of the help.
+    """
+    source = parser.add_mutually_exclusive_group()
+    what = (
+        f"{noun} as YAML, such as '{example}' (default '{{}}'); the values `auto` of a header and `now` of a time become the"
+        " time of sending"
+    )
+    source.add_argument(name, metavar=name.upper(), nargs="?", default="{}", help=what)
+    source.add_argument("--stdin", action="store_true", help=f"read the {noun} from standard input")
 
 
 class Live:

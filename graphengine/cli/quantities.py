@@ -5,7 +5,9 @@ from __future__ import annotations
 import argparse
 import math
 import re
+import sys
 from collections.abc import Callable
+from contextlib import suppress
 
 from graphengine.runtime.pacer import SLOWEST
 
@@ -78,6 +80,33 @@ def number(text: str) -> float:
     if not math.isfinite(value):
         raise argparse.ArgumentTypeError(f"{text.strip()!r} is not a number")
     return value
+
+
+def seconds(text: str) -> float:
+    """Parse a number of seconds, 0 or more."""
+    return _number(text, float, 0.0, "seconds, such as 0.5")
+
+
+def positive(text: str) -> float:
+    """Parse a number above 0."""
+    return _number(text, float, sys.float_info.min, "a number above 0")
+
+
+def count(text: str) -> int:
+    """Parse an integer of 0 or more."""
+    return int(_number(text, int, 0, "a whole number, 0 or more"))
+
+
+def size(text: str) -> int:
+    """Parse an integer of 1 or more."""
+    return int(_number(text, int, 1, "a whole number, 1 or more"))
+
+
+def _number(text: str, kind: Callable[[str], float], least: float, legal: str) -> float:
+    with suppress(ValueError):
+        if least <= (value := kind(text)) < math.inf:
+            return value
+    raise argparse.ArgumentTypeError(f"{text!r}: write {legal}")
 
 
 def angle(text: str) -> float:

@@ -4,40 +4,27 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Callable, Mapping
-from typing import Protocol
 
 from graphengine.cli import add_verb
 
-
-class Subverb(Protocol):
-    """Interface of the module of a subverb, such as `graphengine.cli.topic.echo`."""
-
-    def add_arguments(self, parser: argparse.ArgumentParser) -> None:
-        """Add the command-line arguments of the subverb to its parser."""
-
-    def execute(self, arguments: argparse.Namespace) -> int:
-        """Execute the subverb and return its exit code."""
+Subverb = tuple[str, Callable[[argparse.ArgumentParser], None], Callable[[argparse.Namespace], int]]
+"""A subverb: its summary, the function that adds its arguments, and the function that executes it and returns the exit code."""
 
 
-def with_subverbs(
-    subverbs: Mapping[str, tuple[Subverb, str]], epilog: str | None = None
-) -> Callable[[argparse.ArgumentParser], None]:
-    """Return the function `add_arguments` of a verb that has subverbs.
+def add_subverbs(parser: argparse.ArgumentParser, subverbs: Mapping[str, Subverb], epilog: str | None = None) -> None:
+    """Add subverbs to the parser of a verb.
 
     Args:
-        subverbs: module and summary of each subverb by its name.
+        parser: parser of the verb.
+        subverbs: the subverbs by name.
         epilog: text at the end of the verb's help.
     """
-
-    def add_arguments(parser: argparse.ArgumentParser) -> None:
-        parser.epilog = epilog
-        verbs = parser.add_subparsers(dest="subverb", metavar="VERB", required=True)
-        for name, (module, summary) in subverbs.items():
-            sub = add_verb(verbs, name, summary)
-            module.add_arguments(sub)
-            sub.set_defaults(execute_subverb=module.execute)
-
-    return add_arguments
+    parser.epilog = epilog
+    verbs = parser.add_subparsers(dest="subverb", metavar="VERB", required=True)
+    for name, (summary, add_arguments, execute_subverb) in subverbs.items():
+        sub = add_verb(verbs, name, summary)
+        add_arguments(sub)
+        sub.set_defaults(execute_subverb=execute_subverb)
 
 
 def reach_of(peers: str) -> str:

@@ -8,7 +8,8 @@ import time
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
-from graphengine.cli.live import Live, absolute, add_live_arguments, positive
+from graphengine.cli.live import Live, absolute, add_live_arguments
+from graphengine.cli.quantities import positive
 from graphengine.cli.terminal_keyboard import ENDS, TerminalKeyboard
 from graphengine.format.errors import UsageError
 from graphengine.format.wording import listing

@@ -375,7 +375,7 @@ def test_nothing_that_steers_a_terminal_comes_out(graphrun: Graphrun, project: P
 
 
 def test_ctrl_c_before_a_verb_has_begun_ends_the_program_as_later(monkeypatch: pytest.MonkeyPatch) -> None:
-    def interrupt(verb: str | None) -> argparse.ArgumentParser:
+    def interrupt(verb: str, plugin: str | None) -> argparse.ArgumentParser:
         raise KeyboardInterrupt
 
     monkeypatch.setattr("graphengine.cli.make_parser", interrupt)

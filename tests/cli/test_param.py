@@ -10,9 +10,8 @@ from typing import Any
 import pytest
 import yaml
 
-from graphengine.cli.param.dump import current, nested
-from graphengine.cli.param.load import flat, read
-from graphengine.cli.param.set_value import report
+from graphengine.cli.param import current, report
+from graphengine.cli.parameter_file import flat, nested, read
 from graphengine.format.errors import TransportError
 from graphengine.messages.definitions import DEFINITIONS
 from graphengine.messages.parameters import SERVICES, ParameterType, parameter_message, value_message

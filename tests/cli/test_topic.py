@@ -305,7 +305,7 @@ def test_pub_that_is_late_does_not_send_a_burst(topic: Graphrun, monkeypatch: py
         now += seconds + (5.0 if len(sent) == 3 else 0.0)  # once, the process is held up for five seconds
         sent.append(now)
 
-    monkeypatch.setattr("graphengine.cli.topic.pub.time", SimpleNamespace(monotonic=lambda: now, sleep=sleep))
+    monkeypatch.setattr("graphengine.cli.topic.time", SimpleNamespace(monotonic=lambda: now, sleep=sleep))
     topic("pub", "-t", "12", "-r", "10", "-w", "0", "--keep-alive", "0", "/chatter", STRING, code=0)
     gaps = [round(after - before, 6) for before, after in pairwise(sent[:12])]
     assert gaps == [0.1, 0.1, 5.1, 0.0, *[0.1] * 7]
@@ -379,7 +379,7 @@ def test_pub_that_waits_for_a_reader_says_how_to_leave(domain_id: int) -> None:
 
 
 def test_pub_with_a_time_limit_says_nothing_of_it(topic: Graphrun, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("graphengine.cli.topic.pub.PATIENCE", 0.01)
+    monkeypatch.setattr("graphengine.cli.topic.PATIENCE", 0.01)
     result = topic("pub", "--once", "/cmd_vel", TWIST, "--max-wait-time-secs", "1", code=1)
     assert "-w 0" not in result.err
 

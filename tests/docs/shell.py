@@ -11,6 +11,7 @@ from pathlib import Path
 
 from graphengine.cli import main
 from tests.docs.commands import simple_commands
+from tests.third_party.installed import describe
 
 _MODULES = {"graphrun": "graphengine.cli", "pytest": "pytest"}
 
@@ -28,19 +29,24 @@ class Shell:
             (programs / name).write_text(f'#!/bin/sh\nexec {sys.executable} {module} "$@"\n', encoding="utf-8")
             (programs / name).chmod(0o755)
         self._left_in = home / "left_in"
+        self._has_package = False
         path = f"{programs}:{os.environ['PATH']}"
         self._environment = {**os.environ, "PATH": path, "ROS_AUTOMATIC_DISCOVERY_RANGE": "OFF"}
 
     def write(self, name: str, text: str) -> None:
-        """Write a file that the page shows."""
+        """Write a file that the page shows. A `pyproject.toml` counts as installed, with the modules beside it."""
         path = self.folder / name
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text(text, encoding="utf-8")
+        if path.name == "pyproject.toml":
+            describe(path.parent, self.folder)
+            self._has_package = True
 
     def run(self, line: str) -> None:
         """Run one line to its end; it fails if a program of it does."""
         commands = list(simple_commands(line))
-        if not re.search(r"[|<>;$*~()#]|--import", line) and all(words[0] in ("cd", "graphrun") for words in commands):
+        in_shell = self._has_package or re.search(r"[|<>;$*~()#]|--import", line)
+        if not in_shell and all(words[0] in ("cd", "graphrun") for words in commands):
             for words in commands:
                 self._run_here(words, line)
             return

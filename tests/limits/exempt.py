@@ -103,11 +103,11 @@ TESTED = {
 BOUNDS_NO_INPUT = {
     "a wait of a command for a peer, after which it says so or goes on": (
         "bringup.navigation.initial_pose.PATIENCE",
-        "cli.action.send_goal.CANCEL_PATIENCE",
+        "cli.action.CANCEL_PATIENCE",
         "cli.live.SERVER_PATIENCE",
         "cli.nav2.goals.CLOCK_PATIENCE",
-        "cli.topic.hz.PATIENCE",
-        "cli.topic.pub.PATIENCE",
+        "cli.topic_subscription.PATIENCE",
+        "cli.topic.PATIENCE",
         "control.runs.PATIENCE",
         "ros.parameter_client.PATIENCE",
     ),

@@ -8,8 +8,13 @@ from pathlib import Path
 
 def lay_out(package: Path, module: str, folder: Path) -> None:
     """Put a module and the metadata of its package into a folder of installed packages."""
-    project = tomllib.loads((package / "pyproject.toml").read_text())["project"]
     (folder / module).symlink_to(package / module)
+    describe(package, folder)
+
+
+def describe(package: Path, folder: Path) -> None:
+    """Put the metadata of a package into a folder of installed packages."""
+    project = tomllib.loads((package / "pyproject.toml").read_text())["project"]
     about = folder / f"{project['name'].replace('-', '_')}-{project['version']}.dist-info"
     about.mkdir()
     (about / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {project['name']}\nVersion: {project['version']}\n")

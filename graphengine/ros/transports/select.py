@@ -8,6 +8,7 @@ from dataclasses import replace
 from functools import cache
 from importlib.metadata import EntryPoint, entry_points
 
+from graphengine.format.entry_points import by_name, first_line, load_only, package_of
 from graphengine.format.errors import GraphError, TransportError
 from graphengine.format.wording import did_you_mean, listing
 from graphengine.ros import transports
@@ -78,7 +79,7 @@ def open_transport(name: str, options: JoinOptions) -> Transport:
             except TransportError as error:
                 if not isinstance(error.__cause__, ImportError):
                     raise
-                reasons.append(f"{kind.name} cannot be imported ({_line(error.__cause__)})")
+                reasons.append(f"{kind.name} cannot be imported ({first_line(error.__cause__)})")
     raise TransportError("\n".join([f"no transport can be used: {'; '.join(reasons)}", *remedies]))
 
 
@@ -89,7 +90,7 @@ def _open(kind: TransportKind, options: JoinOptions) -> Transport:
         raise
     except Exception as error:  # a package may fail in any way
         what = f"transport {kind.name!r} cannot join domain {options.domain.id}"
-        raise TransportError(f"{what}: {_line(error)}") from error
+        raise TransportError(f"{what}: {first_line(error)}") from error
 
 
 def _missing(kind: TransportKind) -> str | None:
@@ -97,35 +98,19 @@ def _missing(kind: TransportKind) -> str | None:
     try:
         return kind.missing()
     except Exception as error:  # a package may fail in any way
-        return _line(error)
-
-
-def _line(error: BaseException) -> str:
-    """Return the type of an error and the first line of its text."""
-    return f"{type(error).__name__}: {error}".splitlines()[0]
+        return first_line(error)
 
 
 def _load(name: str, entries: list[EntryPoint]) -> TransportKind:
     """Return the transport with this name from its only entry point; `find_transport` lists the errors."""
-    entry, *others = entries
-    if others:
-        values = ", ".join(sorted(entry.value for entry in entries))
-        raise TransportError(f"several packages provide a transport {name!r}: {values}\nuninstall all but one")
     try:
-        kind = entry.load()
-    except (Exception, SystemExit) as error:  # a package may fail in any way
-        why = _line(error)
-        package = _package(entry)
-        remedy = f"install the dependencies of {package}, or uninstall it, or use another --transport"
-        raise TransportError(f"transport {name!r} of {package} cannot be imported: {why}\n{remedy}") from error
+        kind = load_only("transport", entries, ", or use another --transport")
+    except GraphError as error:
+        raise TransportError(str(error)) from error
     if not isinstance(kind, TransportKind) or kind.name != name:
-        raise TransportError(f"{entry.value} of {_package(entry)} is not a TransportKind with the name {name!r}")
+        (entry,) = entries
+        raise TransportError(f"{entry.value} of {package_of(entry)} is not a TransportKind with the name {name!r}")
     return kind
-
-
-def _package(entry: EntryPoint) -> str:
-    """Return the name of the package that has an entry point."""
-    return entry.dist.name if entry.dist else entry.value
 
 
 def _load_all() -> tuple[list[TransportKind], dict[str, str]]:
@@ -148,7 +133,4 @@ def _entries() -> dict[str, list[EntryPoint]]:
     modules = pkgutil.iter_modules(transports.__path__, "graphengine.ros.transports.")
     folders = [module.name for module in modules if module.ispkg]
     own = [EntryPoint(importlib.import_module(name).TRANSPORT.name, f"{name}:TRANSPORT", GROUP) for name in folders]
-    found: dict[str, list[EntryPoint]] = {}
-    for entry in dict.fromkeys((*entry_points(group=GROUP), *own)):
-        found.setdefault(entry.name, []).append(entry)
-    return dict(sorted(found.items()))
+    return by_name((*entry_points(group=GROUP), *own))

@@ -1,48 +1,31 @@
-"""`graphrun param load`: set the parameters of a node from a YAML file."""
+"""The YAML form of ROS parameter files, which `graphrun param dump` prints and `graphrun param load` reads."""
 
 from __future__ import annotations
 
-import argparse
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-from graphengine.cli.live import Live, add_live_arguments
-from graphengine.cli.param.nodes import add_node_argument, client_of
 from graphengine.format.errors import UsageError
 
 EVERY_NODE = "/**"
 """Key of a parameter file whose parameters apply to all nodes."""
 KEY = "ros__parameters"
-_BATCH = 500
-"""Maximum number of parameters in one request."""
 
 
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the command-line arguments of `graphrun param load` to its parser."""
-    add_node_argument(parser)
-    parser.add_argument(
-        "file", metavar="FILE", type=Path, help="YAML file in the form that `graphrun param dump` prints"
-    )
-    wildcard = f"ignore the parameters below {EVERY_NODE}, which are for all nodes"
-    parser.add_argument("--no-use-wildcard", action="store_true", help=wildcard)
-    add_live_arguments(parser)
-
-
-def execute(arguments: argparse.Namespace) -> int:
-    """Set the parameters; return 0, or 1 if the node refuses one."""
-    from graphengine.cli.param.set_value import given, report
-
-    values = read(arguments.file, wildcard=not arguments.no_use_wildcard)
-    with Live(arguments) as live:
-        client = client_of(live, arguments.node)
-        code, names = 0, list(values)
-        for first in range(0, len(names), _BATCH):
-            batch = names[first : first + _BATCH]
-            results = client.set([given(name, values[name], str(values[name])) for name in batch])
-            for name, result in zip(batch, results, strict=True):
-                code |= report(result, f"Set parameter {name} successful", f"Set parameter {name} failed")
-    return code
+def nested(values: Mapping[str, Any]) -> dict[str, Any]:
+    """Return values with dotted names as nested mappings. If `a` has a value too, `a.b` stays one key."""
+    tree: dict[str, Any] = {}
+    for name in sorted(values):
+        place, rest = tree, name
+        while "." in rest:
+            part, _, below = rest.partition(".")
+            inner = place.setdefault(part, {})
+            if not isinstance(inner, dict):
+                break
+            place, rest = inner, below
+        place[rest] = values[name]
+    return tree
 
 
 def read(path: Path, *, wildcard: bool) -> Mapping[str, Any]:

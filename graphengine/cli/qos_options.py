@@ -8,7 +8,7 @@ import sys
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-from graphengine.cli.live import count, seconds
+from graphengine.cli.quantities import count, seconds
 from graphengine.messages.endpoints import QoS
 from graphengine.messages.qos import mismatch
 from graphengine.ros.network_graph import Endpoint

@@ -1,19 +1,24 @@
-"""`graphrun topic echo`: print the messages of a topic as they arrive."""
+"""The subverbs of `graphrun topic` that subscribe to a topic: `echo`, `hz` and `delay`; and their option `--filter`."""
 
 from __future__ import annotations
 
 import argparse
 import sys
 import time
-from collections.abc import Iterator
+from collections import deque
+from collections.abc import Callable, Collection, Iterator
 from typing import TYPE_CHECKING, Any
 
 from graphengine.cli import terminal
-from graphengine.cli.live import Live, absolute, add_live_arguments, count, positive, show
-from graphengine.cli.topic.expression import Filter, make_filter
-from graphengine.cli.topic.qos_options import add_quality_arguments, quality_for
+from graphengine.cli.live import Live, absolute, add_live_arguments, show
+from graphengine.cli.qos_options import add_quality_arguments, quality_for
+from graphengine.cli.quantities import count, positive, size
+from graphengine.format.errors import TransportError, UsageError
 from graphengine.format.wording import printable
+from graphengine.messages.qos import PRESETS
 from graphengine.ros.network_graph import Endpoint
+from graphengine.ros.rates import SECOND, Intervals, Summary
+from graphengine.sandbox.expressions import FUNCTIONS, ForbiddenError, Guard, compiled
 
 if TYPE_CHECKING:
     from graphengine.messages.definitions import Definitions
@@ -21,10 +26,20 @@ if TYPE_CHECKING:
 
 TRUNCATED = 128
 """Default maximum number of elements of an array, and of characters of a string, to print."""
+WINDOW = 10_000
+"""Default size of the window: number of latest messages over which to average."""
+PATIENCE = 3.0
+"""Time without a first message after which the command says that it waits, s."""
+
+Filter = Callable[[Any], bool]
+
+_ARRAY = frozenset(
+    ("all", "any", "argmax", "argmin", "max", "mean", "min", "ndim", "shape", "size", "std", "sum", "tolist")
+)
 
 
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the command-line arguments of `graphrun topic echo` to its parser."""
+def echo_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of `graphrun topic echo`."""
     parser.add_argument("topic", metavar="TOPIC", help="topic, such as /chatter")
     parser.add_argument("type", metavar="TYPE", nargs="?", help="message type (default: that of the publishers)")
     parser.add_argument("--once", action="store_true", help="end after the first printed message")
@@ -56,7 +71,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_live_arguments(parser)
 
 
-def execute(arguments: argparse.Namespace) -> int:
+def echo(arguments: argparse.Namespace) -> int:
     """Print messages; return 0 after a message or Ctrl-C, 1 if `--timeout` passes before a message is printed."""
     from graphengine.messages.message_input import full_type
 
@@ -140,3 +155,114 @@ def _summary(message: Any) -> str | None:
     from graphengine.messages.message_summary import summarize
 
     return summarize(message, terminal.width(sys.stdout), picture=sys.stdout.isatty())
+
+
+def hz_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of `graphrun topic hz`."""
+    parser.add_argument("topic", metavar="TOPIC", help="topic, such as /chatter")
+    _add_window_argument(parser)
+    wanted = "count only messages for which this Python expression is true, such as 'm.data > 0'; m is the message"
+    parser.add_argument("--filter", metavar="EXPR", help=wanted)
+    parser.add_argument("--wall-time", action="store_true", help="measure in wall time, even with --use-sim-time")
+    add_live_arguments(parser, clock=True)
+
+
+def _add_window_argument(parser: argparse.ArgumentParser) -> None:
+    """Add `--window`, the number of latest messages over which to average."""
+    averaged = f"number of latest messages over which to average (default {WINDOW})"
+    parser.add_argument("-w", "--window", metavar="N", type=size, default=WINDOW, help=averaged)
+
+
+def hz(arguments: argparse.Namespace) -> int:
+    """Print rates until Ctrl-C; return 0."""
+    from graphengine.messages import messages
+
+    topic, wanted = absolute(arguments.topic), make_filter(arguments.filter)
+    intervals = Intervals(arguments.window)
+    with Live(arguments) as live:
+        message_type = live.type_of(topic, live.graph_with(topic))
+        clock = time.time_ns if arguments.wall_time else live.clock(arguments)
+        inbox = live.listen(topic, message_type, PRESETS["Sensor Data"], clock, WINDOW)
+        patience: float | None = PATIENCE
+        while True:
+            arrival, patience = inbox.take(patience), None
+            if arrival is None:
+                print(f"no message after {PATIENCE:g} s; still waiting", file=sys.stderr, flush=True)
+                continue
+            if arguments.filter and not wanted(messages.decode(arrival.data, message_type, live.definitions)):
+                continue
+            if not intervals.add(arrival.time):
+                show("time has reset, resetting counters")
+            if summary := intervals.report():
+                show(f"average rate: {1e9 / summary.mean if summary.mean else 0.0:.3f}\n{summary}")
+    return 0
+
+
+def delay_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of `graphrun topic delay`."""
+    parser.add_argument("topic", metavar="TOPIC", help="topic whose messages have a header, such as /scan")
+    _add_window_argument(parser)
+    add_live_arguments(parser, clock=True)
+
+
+def delay(arguments: argparse.Namespace) -> int:
+    """Print delays until Ctrl-C; return 0."""
+    from graphengine.messages import messages
+
+    topic = absolute(arguments.topic)
+    with Live(arguments) as live:
+        message_type = live.type_of(topic, live.graph_with(topic))
+        if "header" not in dict(live.definitions.fields(message_type)):
+            raise TransportError(
+                f"{topic}: the delay is unknown, because its type {message_type} has no header with a stamp"
+            )
+        inbox = live.listen(topic, message_type, PRESETS["Sensor Data"], live.clock(arguments), WINDOW)
+        window: deque[int] = deque(maxlen=arguments.window)
+        tell, fresh = time.monotonic() + 1.0, False
+        while True:
+            arrival = inbox.take(max(0.0, tell - time.monotonic()))
+            if arrival is not None:
+                stamp = messages.decode(arrival.data, message_type, live.definitions).header.stamp
+                window.append(arrival.time - stamp.sec * SECOND - stamp.nanosec)
+                fresh = True
+            if time.monotonic() >= tell:
+                tell += 1.0
+                if summary := Summary.of(window):
+                    show(f"average delay: {summary.mean / SECOND:.3f}\n{summary}" if fresh else "no new messages")
+                fresh = False
+    return 0
+
+
+class _MessageGuard(Guard):
+    """Lets expressions read the fields of messages, and the attributes and methods of arrays that `_ARRAY` lists."""
+
+    def attributes(self, value: Any) -> Collection[str]:
+        if hasattr(value, "__msgtype__"):
+            return frozenset(value.__dataclass_fields__) - {"__msgtype__"}
+        return _ARRAY if hasattr(value, "__array_interface__") else super().attributes(value)
+
+
+def make_filter(text: str | None) -> Filter:
+    """Return the function that applies the filter `text` to a message; without a text, every message passes.
+
+    The returned function raises UsageError if the expression fails for a message.
+
+    Raises:
+        UsageError: the text is not a legal expression.
+    """
+    if text is None:
+        return lambda message: True
+    try:
+        code = compiled(text, known=("m", *FUNCTIONS))
+    except (SyntaxError, ValueError, ForbiddenError) as error:
+        raise UsageError(f"--filter {text!r} is not an expression: {error}") from None
+
+    def wanted(message: Any) -> bool:
+        try:
+            return bool(_MessageGuard().evaluate(code, {**FUNCTIONS, "m": message}))
+        except ForbiddenError as error:
+            raise UsageError(f"--filter {text!r}: {error}") from None
+        except Exception as error:
+            raise UsageError(f"--filter {text!r}: {type(error).__name__}: {error}") from None
+
+    return wanted

@@ -1,4 +1,4 @@
-"""`graphrun node info`: print the topics, services and actions of a node."""
+"""`graphrun node`: inspect the nodes of a live network, with or without ROS installed, like `ros2 node`."""
 
 from __future__ import annotations
 
@@ -6,17 +6,48 @@ import argparse
 import sys
 from collections.abc import Iterable
 
-from graphengine.cli.action.listing import FEEDBACK
-from graphengine.cli.live import Live, absolute, add_live_arguments, is_hidden, show
-from graphengine.cli.node.listing import node_names
+from graphengine.cli.live import FEEDBACK, Live, absolute, add_live_arguments, is_hidden, show
+from graphengine.cli.subverbs import add_subverbs, execute
 from graphengine.ros.network_graph import Direction, NetworkGraph
+
+__all__ = ["add_arguments", "execute"]
 
 Named = tuple[str, str]
 """Name and type of a topic, service or action."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the command-line arguments of `graphrun node info` to its parser."""
+    """Add the subverbs with their arguments to the parser of the verb."""
+    subverbs = {
+        "list": ("list the nodes", _list_arguments, _list),
+        "info": ("list the topics, services and actions of a node", _info_arguments, _info),
+    }
+    add_subverbs(parser, subverbs, "`graphrun nodes` lists the node types of graphs.")
+
+
+def _list_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("-a", "--all", action="store_true", help="include nodes whose name begins with _")
+    parser.add_argument("-c", "--count-nodes", action="store_true", help="print only the number of nodes")
+    add_live_arguments(parser)
+
+
+def _list(arguments: argparse.Namespace) -> int:
+    """Print the nodes; return 0, also if there are none."""
+    with Live(arguments) as live:
+        names = node_names(live.graph(names=True), hidden=arguments.all)
+        if len(set(names)) < len(names) and not arguments.count_nodes:
+            print("WARNING: some nodes have the same name; this can have unintended effects", file=sys.stderr)
+        live.show_found("nodes", len(names), names, counted=arguments.count_nodes)
+    return 0
+
+
+def node_names(graph: NetworkGraph, hidden: bool) -> list[str]:
+    """Return the full names of all nodes, sorted; hidden ones only if `hidden` is set. Nodes with equal names are all listed."""
+    names = (node.name for node in graph.nodes)
+    return [name for name in names if hidden or not name.rpartition("/")[2].startswith("_")]
+
+
+def _info_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("node", metavar="NODE", help="node, such as /graphengine")
     parser.add_argument(
         "--include-hidden",
@@ -26,7 +57,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_live_arguments(parser)
 
 
-def execute(arguments: argparse.Namespace) -> int:
+def _info(arguments: argparse.Namespace) -> int:
     """Print the topics, services and actions of the node; return 0.
 
     Raises:

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from graphengine.cli.topic.expression import make_filter
+from graphengine.cli.topic_subscription import make_filter
 from graphengine.format.errors import UsageError
 from graphengine.messages import messages
 

@@ -1,0 +1,127 @@
+"""`graphrun service`: list and call services on a live network, with or without ROS installed, like `ros2 service`."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import time
+
+from graphengine.cli.live import Live, absolute, add_live_arguments, add_message_arguments, is_hidden, near_topic, show
+from graphengine.cli.quantities import positive
+from graphengine.cli.subverbs import add_subverbs, execute, reach_of
+from graphengine.ros.network_graph import NetworkGraph
+
+__all__ = ["add_arguments", "execute"]
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the subverbs with their arguments to the parser of the verb."""
+    subverbs = {
+        "list": ("list services that have a server or client", _list_arguments, _list),
+        "type": ("print the type of a service", _type_arguments, _type),
+        "call": ("send a request and print the response", _call_arguments, _call),
+    }
+    add_subverbs(parser, subverbs, reach_of("servers"))
+
+
+def _list_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("-t", "--show-types", action="store_true", help="also print the type of each service")
+    parser.add_argument("-c", "--count-services", action="store_true", help="print only the number of services")
+    hidden = "include services with a name part that begins with _, such as those of actions"
+    parser.add_argument("--include-hidden-services", action="store_true", help=hidden)
+    add_live_arguments(parser)
+
+
+def _list(arguments: argparse.Namespace) -> int:
+    """Print the services; return 0, also if there are none."""
+    with Live(arguments) as live:
+        types = service_types(live.graph())
+        services = [name for name in types if arguments.include_hidden_services or not is_hidden(name)]
+        lines = [name + (f" [{', '.join(types[name])}]" if arguments.show_types else "") for name in services]
+        live.show_found("services", len(services), lines, counted=arguments.count_services)
+    return 0
+
+
+def service_types(graph: NetworkGraph) -> dict[str, list[str]]:
+    """Return the types of each service by its name."""
+    types: dict[str, list[str]] = {}
+    for name, kind in graph.services:
+        types.setdefault(name, []).append(kind)
+    return types
+
+
+def _type_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("service", metavar="SERVICE", help="service, such as /get_map")
+    add_live_arguments(parser)
+
+
+def _type(arguments: argparse.Namespace) -> int:
+    """Print the types of the service, one per line; return 0.
+
+    Raises:
+        TransportError: the service has no server or client.
+    """
+    service = absolute(arguments.service)
+    with Live(arguments) as live:
+        types = service_types(live.graph(lambda graph: service in service_types(graph)))
+        if service not in types:
+            raise live.unknown("service", service, types)
+        show("\n".join(types[service]))
+    return 0
+
+
+def _call_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("service", metavar="SERVICE", help="service, such as /light")
+    parser.add_argument("type", metavar="TYPE", help="service type, such as std_srvs/srv/SetBool")
+    add_message_arguments(parser, "values", "request", "{data: true}")
+    rate = "repeat the call at this rate, Hz, until Ctrl-C (default: call once)"
+    parser.add_argument("-r", "--rate", metavar="HZ", type=positive, help=rate)
+    parser.epilog = "The exit code is 0 if the server responded, else 1."
+    add_live_arguments(parser, clock=True)
+
+
+def _call(arguments: argparse.Namespace) -> int:
+    """Call the service once, or with `--rate` repeatedly until Ctrl-C; return 0 if the server has responded, else 1."""
+    from graphengine.messages.message_input import full_type, parse
+    from graphengine.messages.message_text import TypedValue, to_expression
+    from graphengine.ros.service_caller import ServiceCaller
+
+    service, service_type = absolute(arguments.service), full_type(arguments.type, "srv")
+    responded = False
+    with Live(arguments) as live:
+        request_type, _ = live.definitions.service_parts(service_type)
+        draft = parse(sys.stdin.read() if arguments.stdin else arguments.values, request_type, live.definitions)
+        clock = live.clock(arguments)
+        caller = ServiceCaller(live.transport, service, service_type, live.definitions)
+        live.graph_now()  # starts the discovery of peers for `_why_no_server`
+        if not caller.ready:
+            show("waiting for service to become available...")
+            live.wait_for_server(service, lambda: caller.ready, lambda: _why_no_server(live, service, service_type))
+        due = time.monotonic()
+        while True:
+            request = draft.stamp(clock())
+            show(f"requester: making request: {to_expression(TypedValue.of(request, live.definitions))}\n")
+            response = caller.call(request).result()
+            responded = True
+            show(f"response:\n{to_expression(TypedValue.of(response, live.definitions))}\n")
+            if arguments.rate is None:
+                break
+            due = max(due + 1.0 / arguments.rate, time.monotonic())
+            time.sleep(max(0.0, due - time.monotonic()))
+    return 0 if responded else 1
+
+
+def _why_no_server(live: Live, service: str, service_type: str) -> str:
+    """Return a likely reason why the service has no server of this type: its type differs, or the name is misspelt.
+
+    The text is empty if no reason is known.
+    """
+    offered: dict[str, set[str]] = {}
+    for node in live.graph_now().nodes:
+        for name, kind in node.servers:
+            offered.setdefault(name, set()).add(kind)
+    if service in offered:
+        found = sorted(offered[service] - {service_type})
+        return f"{service} has the type {' and '.join(found)}, not {service_type}" if found else ""
+    hint = near_topic(service, offered)
+    return f"{service} has no server yet; {hint}" if hint else ""

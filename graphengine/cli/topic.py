@@ -1,0 +1,250 @@
+"""`graphrun topic`: inspect topics on a live network, with or without ROS installed, like `ros2 topic`."""
+
+from __future__ import annotations
+
+import argparse
+import itertools
+import sys
+import time
+from typing import Literal
+
+from graphengine.cli.live import (
+    POLL,
+    Live,
+    absolute,
+    add_live_arguments,
+    add_message_arguments,
+    is_hidden,
+    near_topic,
+    show,
+)
+from graphengine.cli.qos_options import add_quality_arguments, quality, shouted
+from graphengine.cli.quantities import count, positive, seconds
+from graphengine.cli.subverbs import add_subverbs, execute
+from graphengine.cli.topic_subscription import delay, delay_arguments, echo, echo_arguments, hz, hz_arguments
+from graphengine.format.errors import TransportError, UsageError
+from graphengine.messages.qos import mismatch
+from graphengine.ros.network_graph import Endpoint, NetworkGraph
+
+__all__ = ["add_arguments", "execute"]
+
+PATIENCE = 1.0
+"""Time between two lines that are printed while the verb waits for subscribers, s."""
+HOW_TO_LEAVE = """the topic has too few subscribers yet; press Ctrl-C to end the wait
+  next time, limit the wait with --max-wait-time-secs SECONDS, or publish without subscribers with -w 0"""
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the subverbs with their arguments to the parser of the verb."""
+    details = "print the type of a topic and its numbers of publishers and subscribers, or with -v all details"
+    age = "measure the age of messages on arrival, from the stamp in their header"
+    subverbs = {
+        "list": ("list topics that have a publisher or subscriber", _list_arguments, _list),
+        "info": (details, _info_arguments, _info),
+        "echo": ("print the messages of a topic as they arrive", echo_arguments, echo),
+        "hz": ("measure the rate of the messages of a topic", hz_arguments, hz),
+        "delay": (age, delay_arguments, delay),
+        "pub": ("publish messages on a topic", _pub_arguments, _pub),
+    }
+    add_subverbs(parser, subverbs, "`graphrun topics SCENE` lists the topics of a scene without running it.")
+
+
+def _list_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("-t", "--show-types", action="store_true", help="also print the type of each topic")
+    parser.add_argument("-c", "--count-topics", action="store_true", help="print only the number of topics")
+    parser.add_argument(
+        "--include-hidden-topics", action="store_true", help="include topics with a name part that begins with _"
+    )
+    parser.add_argument(
+        "-v",
+        "--verbose",
+        action="store_true",
+        help="also print the types and the numbers of publishers and subscribers",
+    )
+    add_live_arguments(parser)
+
+
+def _list(arguments: argparse.Namespace) -> int:
+    """Print the topics; return 0, also if there are none."""
+    with Live(arguments) as live:
+        graph = live.graph()
+        topics = [t for t in graph.types() if arguments.include_hidden_topics or not is_hidden(t)]
+        types = {topic: f" [{', '.join(names)}]" for topic, names in graph.types().items()}
+        lines = [topic + (types[topic] if arguments.show_types else "") for topic in topics]
+        if arguments.verbose:
+            lines = [_counts(graph, topics, "publish"), _counts(graph, topics, "subscribe")]
+        live.show_found("topics", len(topics), lines, counted=arguments.count_topics)
+    return 0
+
+
+def _counts(graph: NetworkGraph, topics: list[str], direction: Literal["publish", "subscribe"]) -> str:
+    """Return lines with the type of each topic and its number of publishers, or subscribers; topics with 0 are left out."""
+    lines = ["Published topics:" if direction == "publish" else "Subscribed topics:"]
+    who = "publisher" if direction == "publish" else "subscriber"
+    for topic in topics:
+        ends = graph.publishers(topic) if direction == "publish" else graph.subscribers(topic)
+        if ends:
+            types = ", ".join(graph.types()[topic])
+            lines.append(f" * {topic} [{types}] {len(ends)} {who}{'s' if len(ends) > 1 else ''}")
+    return "\n".join([*lines, ""])
+
+
+def _info_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("topic", metavar="TOPIC", help="topic, such as /chatter")
+    what = "also print node, type, type hash, GID and quality of service of each publisher and subscriber"
+    parser.add_argument("-v", "--verbose", action="store_true", help=what)
+    add_live_arguments(parser)
+
+
+def _info(arguments: argparse.Namespace) -> int:
+    """Print the type, publishers and subscribers of the topic; return 0.
+
+    Raises:
+        TransportError: the topic has no publisher or subscriber.
+    """
+    topic = absolute(arguments.topic)
+    with Live(arguments) as live:
+        graph = live.graph(names=arguments.verbose)
+        types = graph.types().get(topic)
+        if types is None:
+            raise live.unknown("topic", topic, graph.types())
+        show(f"Type: {types[0] if len(types) == 1 else types}")
+        for what, ends in (("Publisher", graph.publishers(topic)), ("Subscription", graph.subscribers(topic))):
+            gap = "\n" if arguments.verbose else ""
+            show(f"{gap}{what} count: {len(ends)}")
+            for end in ends if arguments.verbose else ():
+                show(f"\n{describe(end)}")
+        if arguments.verbose:
+            show("")
+    return 0
+
+
+def describe(end: Endpoint) -> str:
+    """Return all details of a publisher or subscriber as text; details that its peer does not announce are UNKNOWN."""
+    qos = end.qos
+    history = f"KEEP_LAST ({qos.depth})" if qos.history == "keepLast" else shouted(qos.history)
+    lines = [
+        f"Node name: {end.node or '_NODE_NAME_UNKNOWN_'}",
+        f"Node namespace: {end.namespace or '_NODE_NAMESPACE_UNKNOWN_'}",
+        f"Topic type: {end.message_type}",
+        f"Topic type hash: {end.type_hash or 'INVALID'}",
+        f"Endpoint type: {'PUBLISHER' if end.direction == 'publish' else 'SUBSCRIPTION'}",
+        f"GID: {end.gid.hex('.')}",
+        "QoS profile:",
+        f"  Reliability: {shouted(qos.reliability)}",
+        f"  History (Depth): {history}",
+        f"  Durability: {shouted(qos.durability)}",
+        f"  Lifespan: {_time(qos.lifespan)}",
+        f"  Deadline: {_time(qos.deadline)}",
+        f"  Liveliness: {shouted(qos.liveliness)}",
+        f"  Liveliness lease duration: {_time(qos.lease_duration)}",
+    ]
+    return "\n".join(lines)
+
+
+def _time(seconds: float) -> str:
+    return f"{round(seconds * 1e9)} nanoseconds" if seconds else "Infinite"
+
+
+def _pub_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("topic", metavar="TOPIC", help="topic, such as /cmd_vel")
+    parser.add_argument("type", metavar="TYPE", help="message type, such as geometry_msgs/msg/Twist")
+    add_message_arguments(parser, "values", "message", "{linear: {x: 1.0}}")
+    parser.add_argument(
+        "-r", "--rate", metavar="HZ", type=positive, default=1.0, help="publishing rate, Hz (default 1)"
+    )
+    parser.add_argument(
+        "-p", "--print", metavar="N", type=count, default=1, help="print every N-th message, 0: none (default 1)"
+    )
+    number = parser.add_mutually_exclusive_group()
+    number.add_argument("-1", "--once", action="store_true", help="publish one message")
+    number.add_argument(
+        "-t", "--times", metavar="N", type=count, default=0, help="publish N messages (default: until Ctrl-C)"
+    )
+    wait = "number of matching subscribers to wait for before publishing (default 1 with --once or --times, else 0)"
+    parser.add_argument("-w", "--wait-matching-subscriptions", metavar="N", type=count, help=wait)
+    longest = "maximum time to wait for subscribers (default: no limit)"
+    parser.add_argument("--max-wait-time-secs", metavar="SECONDS", type=positive, help=longest)
+    alive = "time to stay connected after the last message (default 0.1)"
+    parser.add_argument("--keep-alive", metavar="SECONDS", type=seconds, default=0.1, help=alive)
+    parser.add_argument(
+        "-n", "--node-name", metavar="NAME", help="name of the publishing node (default: a hidden name)"
+    )
+    add_quality_arguments(parser, "default")
+    add_live_arguments(parser, clock=True)
+
+
+def _pub(arguments: argparse.Namespace) -> int:
+    """Publish the given number of messages, or until Ctrl-C; return 0."""
+    from graphengine.messages.message_input import full_type, parse
+    from graphengine.messages.message_text import TypedValue, to_expression
+    from graphengine.messages.messages import encode
+
+    topic, message_type, qos = absolute(arguments.topic), full_type(arguments.type), quality(arguments)
+    times = 1 if arguments.once else arguments.times
+    wanted = arguments.wait_matching_subscriptions
+    wanted = min(times, 1) if wanted is None else wanted
+    if arguments.max_wait_time_secs is not None and not wanted:
+        raise UsageError("--max-wait-time-secs needs --wait-matching-subscriptions, --once or --times")
+    with Live(arguments, arguments.node_name) as live:
+        draft = parse(sys.stdin.read() if arguments.stdin else arguments.values, message_type, live.definitions)
+        clock = live.clock(arguments)
+        writer = live.transport.writer(topic, message_type, qos)
+        if wanted:
+            offer = Endpoint(b"", "publish", topic, message_type, qos)
+            _wait_for_readers(live, offer, wanted, arguments.max_wait_time_secs)
+        show("publisher: beginning loop")
+        due = time.monotonic()
+        for number in itertools.count(1):
+            message = draft.stamp(clock())
+            if arguments.print and number % arguments.print == 0:
+                show(f"publishing #{number}: {to_expression(TypedValue.of(message, live.definitions))}\n")
+            writer.write(encode(message, live.definitions))
+            if number == times:
+                break
+            due = max(due + 1.0 / arguments.rate, time.monotonic())
+            time.sleep(max(0.0, due - time.monotonic()))
+        time.sleep(arguments.keep_alive)
+    return 0
+
+
+def _wait_for_readers(live: Live, offer: Endpoint, wanted: int, limit: float | None) -> None:
+    """Wait until `wanted` subscribers match the offered publisher in topic, type and quality of service.
+
+    Raises:
+        TransportError: too few subscribers match within `limit` s; None: there is no limit.
+    """
+
+    def found(graph: NetworkGraph) -> int:
+        return sum(map(offer.serves, graph.subscribers(offer.topic)))
+
+    begun, why = time.monotonic(), ""
+    told, hint = begun, begun + PATIENCE
+    graph = live.graph(lambda graph: found(graph) >= wanted)
+    while found(graph) < wanted:
+        now = time.monotonic()
+        if limit is not None and now - begun >= limit:
+            what = f"Expected {wanted} subscribers but only got {found(graph)} subscribers"
+            raise TransportError(f"Timed out waiting for subscribers: {what}{_mismatches(graph, offer)}")
+        if now >= told:
+            before, why = why, _mismatches(graph, offer)
+            show(f"Waiting for at least {wanted} matching subscription(s)...{why if why != before else ''}")
+            told = now + PATIENCE
+        if limit is None and now >= hint:
+            print(HOW_TO_LEAVE, file=sys.stderr, flush=True)
+            hint = float("inf")
+        time.sleep(POLL)
+        graph = live.graph_now()
+
+
+def _mismatches(graph: NetworkGraph, offer: Endpoint) -> str:
+    """Return a line with the reason for each subscriber of the topic that does not match; without subscribers, a suggestion."""
+    lines = []
+    for end in graph.subscribers(offer.topic):
+        if end.message_type != offer.message_type:
+            lines.append(f"{end.full_node} subscribes to {end.message_type}")
+        elif reason := mismatch(offer.qos, end.qos, "this publisher", end.full_node):
+            lines.append(reason)
+    read = {end.topic for end in graph.endpoints if end.direction == "subscribe"}
+    hint = "" if offer.topic in read else near_topic(offer.topic, read)
+    return "".join(f"\n  {line}" for line in (*lines, hint) if line)
