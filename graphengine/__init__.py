@@ -18,6 +18,7 @@ from graphengine.format.version import __version__ as __version__
 TYPE_CHECKING = False  # the name that type checkers know; `typing` takes longer to import than all else here
 if TYPE_CHECKING:
     from graphengine.api.calibration.figures import Calibration as Calibration
+    from graphengine.api.mujoco_objects import MujocoObjects as MujocoObjects
     from graphengine.api.robots import Joint as Joint
     from graphengine.api.robots import Pose as Pose
     from graphengine.api.robots import Robot as Robot
@@ -48,6 +49,7 @@ _MODULES = {
     "api.session": ("Session", "Checkpoint"),
     "api.topics": ("Subscription", "Publication"),
     "api.calibration.figures": ("Calibration",),
+    "api.mujoco_objects": ("MujocoObjects",),
     "api.robots": ("Robot", "Pose", "Velocity", "Joint"),
     "runtime.reloading": ("Reloaded",),
     "format.errors": (

@@ -14,13 +14,13 @@ from pathlib import Path
 import pytest
 
 import graphengine as ge
-from graphengine.api import robots, scene, scene_loading
+from graphengine.api import mujoco_objects, robots, scene, scene_loading
 from graphengine.api import session as sessions
 
 ROOT = Path(__file__).parents[2]
 EXAMPLES = ROOT / "examples"
 FINDER = doctest.DocTestFinder(exclude_empty=False)
-MODULES = (scene_loading, scene, sessions, robots)
+MODULES = (scene_loading, scene, sessions, robots, mujoco_objects)
 DOCUMENTED = {test.name: test for module in MODULES for test in FINDER.find(module) if test.examples}
 
 

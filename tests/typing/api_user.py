@@ -40,6 +40,8 @@ def drive(sim: Session) -> float:
     sim.set("DiffController.maxLinearSpeed", 1.0)
     sim.move("box", position=(1, 2, 0), orientation=(0, 0, 0, 1))
     sim.reset("state", "time")
+    sim.mujoco.data.qvel[:] = 0.0 * sim.mujoco.model.opt.timestep
+    sim.mujoco.data = None  # error: misc reportAttributeAccessIssue
     x: float = sim.robots["dd100"].joints["front_left_wheel_joint"].position
     _ = (reached, frames, ranges, pixels.shape, done, anything.messages[-1].whatever, sim.time, sim.tick, sim.state)
     sim.run("5 s")  # error: arg-type reportArgumentType
