@@ -13,6 +13,7 @@ import pytest
 import graphengine as ge
 from graphengine.cli import main
 from graphengine.runtime.commands import parse
+from tests.physics.mjcf_models import KITCHEN_SINK, write_model
 
 TICK, STEP = 1 / 60, 1 / 240  # s
 RADIUS = 0.049  # m, of the dd100's wheels
@@ -164,6 +165,21 @@ def test_what_makes_no_sense_is_refused_and_changes_nothing(bench: ge.Session, a
     bench.step()
     assert not bench.mujoco.data.ctrl.any()
     assert not clamped(bench)
+
+
+def test_the_name_of_an_actuator_is_that_of_what_it_moves(tmp_path: Path) -> None:
+    write_model(tmp_path, "sink.xml", KITCHEN_SINK)
+    scene = write_model(tmp_path, "scene.yaml", SCENE.replace("bench.yaml", "sink.xml"))
+    with ge.load(scene).session() as sim:
+        robot, data = sim.robots["bench"], sim.mujoco.data
+        robot.command(
+            positions={"gripper": 0.02}, efforts={"lift_motor": 5.0}
+        )  # a tendon of two joints; a motor of one
+        sim.step()
+        assert data.actuator("bench/gripper").ctrl[0] == pytest.approx(0.02 * 100 / 0.0157)  # what its spring holds
+        assert data.actuator("bench/lift_motor").ctrl[0] == pytest.approx(5.0 / 10)  # gear
+        with pytest.raises(ge.UsageError, match="without a drive for effort targets: gripper\n  command the joints"):
+            robot.command(efforts={"gripper": 1.0})
 
 
 def test_a_robot_that_was_removed_has_no_joints(bench: ge.Session) -> None:
