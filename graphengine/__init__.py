@@ -17,6 +17,8 @@ from graphengine.format.version import __version__ as __version__
 
 TYPE_CHECKING = False  # the name that type checkers know; `typing` takes longer to import than all else here
 if TYPE_CHECKING:
+    "bringup.calibration.figures": ("Calibration",),
+    "api.mujoco_objects": ("MujocoObjects",),
     from graphengine.api.robots import Joint as Joint
     from graphengine.api.robots import Pose as Pose
     from graphengine.api.robots import Robot as Robot
@@ -50,6 +52,7 @@ _MODULES = {
     "api.session": ("Session", "Checkpoint"),
     "api.topics": ("Subscription", "Publication"),
     "bringup.calibration.figures": ("Calibration",),
+    "api.mujoco_objects": ("MujocoObjects",),
     "api.robots": ("Robot", "Pose", "Velocity", "Joint"),
     "runtime.reloading": ("Reloaded",),
     "format.errors": (

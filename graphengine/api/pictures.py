@@ -30,7 +30,7 @@ MILLIMETRES = 1000
 
 
 def simulated(world: World) -> Simulation:
-    """Return the session's world as a Simulation, the only kind of world that can be rendered.
+    """Return the session's world as a Simulation, the only kind of world that has a MuJoCo model.
 
     Raises:
         UsageError: the session runs a graph without a scene.
@@ -38,7 +38,7 @@ def simulated(world: World) -> Simulation:
     from graphengine.physics.simulation import Simulation
 
     if not isinstance(world, Simulation):
-        raise UsageError("a graph without a scene has nothing to draw; give a scene with --scene")
+        raise UsageError("a graph without a scene has no MuJoCo model and nothing to draw; give a scene with --scene")
     return world
 
 

@@ -2,18 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, overload
+
+import numpy as np
+from numpy.typing import NDArray
 
 from graphengine.api.guards import acting, reading
 from graphengine.api.runner import Runner
 from graphengine.api.topics import M, MessageType, Publication, Subscription, open_subscription
+from graphengine.api.values import plain
 from graphengine.devices.rotation import Quaternion, Vector3
 from graphengine.devices.stage import Prim
-from graphengine.format.errors import GraphError, UnknownEntityError
+from graphengine.format.errors import GraphError, UnknownEntityError, UsageError
 from graphengine.format.wording import listing, unknown
 from graphengine.messages.names import full_topic, join_namespaces
+
+Targets = Mapping[str, float] | Sequence[float] | NDArray[np.float64]
+"""Targets of joints: a mapping by joint name, or numbers in the order of the argument `joints`."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -96,6 +103,61 @@ class Robot:
         """Namespace of the robot's topics, without a leading slash, such as `dd100_0000`; empty if there is no namespace."""
         base_link = find_robot(self._runner, self.name).facts["base_link"]
         return join_namespaces(self._runner.session.services.stage.namespaces(base_link))
+
+    @acting
+    def command(
+        self,
+        positions: Targets | None = None,
+        velocities: Targets | None = None,
+        efforts: Targets | None = None,
+        *,
+        joints: Sequence[str] | None = None,
+    ) -> None:
+        """Set targets of joints, which hold until the next command to the same joint. A recording stores the call.
+
+        The targets act from the physics steps of the next tick on, which run before its graphs. A graph that commands the same
+        joint in that tick wins: its target replaces this one from the following tick on. Where a graph commands the joint in
+        every tick, as `cmd_vel` of the dd100 does, call `command` before every tick, or use a robot file without that graph.
+        `reset` sets the initial targets again. Targets beyond the limits of a joint are clamped and counted, as those of
+        IsaacArticulationController.
+
+        >>> robot = sim.robots["dd100"]
+        >>> for _ in range(10):
+        ...     robot.command(velocities={"front_left_wheel_joint": 5.0, "front_right_wheel_joint": 5.0})
+        ...     sim.step()
+        >>> round(robot.joints["front_left_wheel_joint"].velocity, 1)
+        5.0
+        >>> robot.command(velocities=[0.0, 0.0], joints=["front_left_wheel_joint", "front_right_wheel_joint"])
+
+        Args:
+            positions: position targets, rad, or m for a prismatic joint; the joint needs a drive with stiffness. A mapping from
+                joint names to numbers, or numbers in the order of `joints`. NaN keeps the target of its joint.
+            velocities: velocity targets in the same form, rad/s or m/s; the joint needs a drive with damping.
+            efforts: torques or forces in the same form, N m or N, which act in addition to those of drives.
+            joints: joint names for targets that are not mappings; None is all joints, in the order of `Robot.joints`.
+
+        Raises:
+            UnknownEntityError: the robot was removed.
+            UsageError: the robot has no such joint, the joint has no drive for this kind of target, there is not one number for
+                each joint, or a number is infinite. No target has changed.
+        """
+        given = {"positions": positions, "velocities": velocities, "efforts": efforts}
+        named = {kind: self._by_joint(kind, it, joints) for kind, it in given.items() if it is not None}
+        self._runner.command("command", robot=self.name, **named)
+
+    def _by_joint(self, kind: str, targets: Targets, joints: Sequence[str] | None) -> dict[str, Any]:
+        """Return targets by joint name, as JSON types and without NaN."""
+        values = plain(targets)
+        if not isinstance(targets, Mapping):
+            robot = find_robot(self._runner, self.name)
+            names = self._runner.session.services.world.articulation(robot).joint_names if joints is None else joints
+            if len(values) != len(names) or len(set(names)) != len(names):
+                text = f"{kind}: expected one number for each of {len(names)} different joints, got {len(values)}"
+                raise UsageError(f"{text}\n  {listing(names, 'joints')}")
+            values = dict(zip(names, values, strict=True))
+        elif joints is not None:
+            raise UsageError(f"{kind}: the mapping names its joints; leave out the argument `joints`")
+        return {name: value for name, value in values.items() if value == value}
 
     @acting
     def publish(self, topic: str, message: Any, every: float | None = None, type: MessageType = None) -> Publication:

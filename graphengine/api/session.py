@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from graphengine.api.guards import acting, reading
+from graphengine.api.mujoco_objects import MujocoObjects
 from graphengine.api.pictures import look, simulated, write_png
 from graphengine.api.robots import Robot, Robots
 from graphengine.api.runner import AfterTick, Runner
@@ -381,6 +382,18 @@ class Session:
         prims = self._runner.session.services.stage.prims("robot")
         return Robots((prim.entity_name, Robot(self._runner, prim.entity_name)) for prim in prims)
 
+    @property
+    def mujoco(self) -> MujocoObjects:
+        """MuJoCo's own model and state. Writes to them are not recorded; `MujocoObjects` says when they are overwritten.
+
+        >>> round(float(sim.mujoco.model.opt.timestep), 6)  # s; four substeps at 60 Hz
+        0.004167
+
+        Raises:
+            UsageError: the session runs a graph without a scene (when `model` or `data` is read).
+        """
+        return MujocoObjects(self._runner)
+
     @acting
     def move(
         self,
@@ -646,8 +659,8 @@ class Session:
 
         Args:
             command: name of the command. `pause` and `stop` suspend a `run`, `play` and `step` resume it, and `quit` ends it. The
-                other commands are `reset`, `rate`, `spawn`, `delete`, `move`, `push`, `set`, `impulse`, `press`, `release`,
-                `reload` and `state`.
+                other commands are `reset`, `rate`, `spawn`, `delete`, `move`, `push`, `command`, `set`, `impulse`, `press`,
+                `release`, `reload` and `state`.
             arguments: arguments of the command, as JSON values.
 
         Returns:

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 from graphengine.cli import Parser, add_verb, terminal
 from graphengine.cli.common import clean, counted, parse_set, table
-from graphengine.cli.quantities import angle, duration, number, rate, vector, whole
+from graphengine.cli.quantities import angle, duration, number, rate, target, vector, whole
 from graphengine.control.client import Client, find
 from graphengine.control.runs import Entry
 from graphengine.devices.rotation import yaw_of
@@ -29,6 +29,7 @@ EXAMPLES = """examples:
   graphrun ctl play
   graphrun ctl rate 0.5
   graphrun ctl push dd100 --force 0,80,0 --for 0.5s
+  graphrun ctl command arm --positions shoulder=0.5 elbow=90deg
   graphrun ctl move dd100 0 4 --yaw 90deg
   graphrun ctl spawn second robots/dd100.yaml --at 0,6,0.03 --namespace second
   graphrun ctl set DiffController.maxLinearSpeed=0.5
@@ -184,6 +185,17 @@ def _add_forces(add: Callable[..., Any]) -> None:
         help="point of application in the world frame, m (default: centre of mass)",
     )
 
+    command = add("command", "set targets of a robot's joints from the next tick on", make=_command)
+    command.add_argument("robot", metavar="NAME", help="name of the robot")
+    kinds = {
+        "positions": "position targets, rad or m, or as shoulder=90deg; the joints need drives with stiffness",
+        "velocities": "velocity targets, rad/s or m/s; the joints need drives with damping",
+        "efforts": "torques or forces, N m or N, in addition to those of the drives",
+    }
+    for kind, meaning in kinds.items():
+        read = target(angle if kind == "positions" else number)
+        command.add_argument(f"--{kind}", metavar="JOINT=NUMBER", nargs="+", type=read, help=meaning)
+
 
 def _add_rotation(parser: argparse.ArgumentParser) -> None:
     one = parser.add_mutually_exclusive_group()
@@ -232,6 +244,12 @@ def _move(given: argparse.Namespace) -> dict[str, Any]:
         "odometry": given.odometry,
         "force": given.force,
     }
+
+
+def _command(given: argparse.Namespace) -> dict[str, Any]:
+    kinds = ("positions", "velocities", "efforts")
+    targets = {kind: dict(getattr(given, kind)) for kind in kinds if getattr(given, kind) is not None}
+    return {"robot": given.robot, **targets}
 
 
 def _assign(given: argparse.Namespace) -> dict[str, Any]:

@@ -117,6 +117,19 @@ def angle(text: str) -> float:
     return math.radians(number(match[1])) if match[2] == "deg" else number(match[1])
 
 
+def target(item: Callable[[str], float]) -> Callable[[str], tuple[str, float]]:
+    """Return a parser for targets of joints such as `shoulder=0.5`, in which `item` parses the number."""
+
+    def read(text: str) -> tuple[str, float]:
+        name, _, value = text.strip().rpartition("=")
+        if not name:
+            advice = "write JOINT=NUMBER, such as shoulder=0.5"
+            raise argparse.ArgumentTypeError(f"{text.strip()!r} is not a target; {advice}")
+        return name, item(value)
+
+    return read
+
+
 def vector(*sizes: int, item: Callable[[str], float] = number) -> Callable[[str], tuple[float, ...]]:
     """Return a parser for vectors such as `1,2,0`.
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from typing import Any, Protocol, TypeVar
 
 import numpy as np
@@ -282,6 +282,15 @@ def select_joints(articulation: Articulation, names: Sequence[str], indices: Seq
             text = f"{articulation.prim_path} has no joint with index {index}"
             raise JointError(text, index, f"legal: 0 to {len(known) - 1}")
     return [places[name] for name in names] or [int(index) for index in indices] or list(range(len(known)))
+
+
+def follower_warnings(articulation: Articulation, names: Collection[str]) -> list[str]:
+    """Return a warning for each of the named joints that mimics another joint, which should be commanded instead."""
+    leaders = zip(articulation.joint_names, articulation.leaders, strict=True)
+    followers = [(name, leader) for name, leader in leaders if leader and name in names]
+    return [
+        f"joint {name} of {articulation.prim_path} follows {lead}: command {lead} instead" for name, lead in followers
+    ]
 
 
 def joint_numbers(articulation: Articulation, names: Sequence[str]) -> list[int]:

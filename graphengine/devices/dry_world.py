@@ -266,3 +266,7 @@ class JointSelectionStub(Shared):
         for target, values in zip(self.robot.targets.values(), (positions, velocities, efforts), strict=True):
             for joint, value in zip(self.joints, values or [math.nan] * len(self.joints), strict=True):
                 target[joint] = target[joint] if math.isnan(value) else value
+
+    def undriven(self, kind: str) -> Sequence[str]:
+        """Return an empty sequence: every joint takes commands of every kind."""
+        return ()

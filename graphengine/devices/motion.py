@@ -5,13 +5,16 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Literal, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from graphengine.devices.rotation import Quaternion, Vector3
 from graphengine.devices.stage import Prim
+
+CommandKind = Literal["position", "velocity", "effort"]
+"""Kinds of joint commands."""
 
 
 class Frame(Protocol):
@@ -102,6 +105,9 @@ class JointSelection(Protocol):
             BadValueError: a number is infinite or too large for the physics. No target has changed then. The error names the port
                 `positionCommand`, `velocityCommand` or `effortCommand`.
         """
+
+    def undriven(self, kind: CommandKind) -> Sequence[str]:
+        """Return the names of the selected joints on which commands of a kind have no effect, because no drive takes them."""
 
 
 class Articulation(Protocol):

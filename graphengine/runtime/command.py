@@ -21,6 +21,11 @@ class Command(Spec):
     admitted: ClassVar[bool] = False
     """Whether `apply` calls `SessionCore.admit`, which refuses the command within a tick and after the session failed."""
 
+    @classmethod
+    def command_name(cls) -> str:
+        """Return the name of the command in `graphrun ctl` and in recordings; by default, that of the class in lower case."""
+        return cls.__name__.lower()
+
     def apply(self, session: SessionCore) -> Any:
         """Execute the command in the session's thread, between two ticks; return a result that can be written as JSON."""
         if self.admitted:
@@ -39,4 +44,4 @@ class ChangeCommand(Command):
 
     def _record(self, session: SessionCore, **arguments: Any) -> None:
         """Record that the command was executed, with arguments that mean the same in a replay."""
-        session.note(type(self).__name__.lower(), arguments)
+        session.note(self.command_name(), arguments)

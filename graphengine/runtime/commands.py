@@ -27,6 +27,7 @@ from graphengine.node.mailbox import find_impulses
 from graphengine.runtime.addresses import find_ports, find_variable_at
 from graphengine.runtime.command import ChangeCommand, Command, EntityName
 from graphengine.runtime.entity_commands import Clearance, Delete, Move, Push, Spawn
+from graphengine.runtime.joint_command import JointCommand
 from graphengine.runtime.pacer import SLOWEST
 from graphengine.runtime.session_core import SessionCore
 from graphengine.runtime.ticker import SCOPES, ResetScope
@@ -292,10 +293,10 @@ class Quit(Command):
         session.interrupt()
 
 
-_KINDS: tuple[type[Command], ...] = (Play, Pause, Step, Stop, Reset, Rate, Spawn, Delete, Move, Push, Set, Assign)
-_KINDS += (Impulse, Press, Release, Reload, Checkpoint, Restore, State, Clearance, Topics, View, Quit)
+_KINDS: tuple[type[Command], ...] = (Play, Pause, Step, Stop, Reset, Rate, Spawn, Delete, Move, Push, JointCommand)
+_KINDS += (Set, Assign, Impulse, Press, Release, Reload, Checkpoint, Restore, State, Clearance, Topics, View, Quit)
 
-COMMANDS: Mapping[str, type[Command]] = MappingProxyType({kind.__name__.lower(): kind for kind in _KINDS})
+COMMANDS: Mapping[str, type[Command]] = MappingProxyType({kind.command_name(): kind for kind in _KINDS})
 
 
 def parse(name: str, arguments: Any = None) -> Command:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from graphengine.compiler.lint_registry import lint
+from graphengine.devices.backend import follower_warnings
 from graphengine.devices.motion import Articulation, JointSelection
 from graphengine.format.errors import BadValueError, GraphError, JointError
 from graphengine.format.wording import listing
@@ -115,12 +116,10 @@ class IsaacArticulationController(SelectedJointsNode, type="isaacsim.core.nodes.
 
     def select(self) -> JointSelection:
         """Look up the joints that the inputs select, and warn of joints selected by name or index that mimic other joints."""
-        selection, robot = super().select(), self.articulation
+        selection = super().select()
         chosen = set(selection.names) if self.joint_names or len(self.joint_indices) else ()
-        for name, leader in zip(robot.joint_names, robot.leaders, strict=True):
-            if leader and name in chosen:
-                text = f"joint {name} of {robot.prim_path} follows {leader}: command {leader} instead"
-                self.logger.log("warning", text)
+        for text in follower_warnings(self.articulation, chosen):
+            self.logger.log("warning", text)
         return selection
 
     def compute(self) -> None:

@@ -14,14 +14,14 @@ from pathlib import Path
 import pytest
 
 import graphengine as ge
-from graphengine.api import robots, scene, scene_loading
+from graphengine.api import mujoco_objects, robots, scene, scene_loading
 from graphengine.api import session as sessions
 from graphengine.bringup import scenes
 
 ROOT = Path(__file__).parents[2]
 EXAMPLES = ROOT / "examples"
 FINDER = doctest.DocTestFinder(exclude_empty=False)
-MODULES = (scene_loading, scene, sessions, robots, scenes)
+MODULES = (scene_loading, scene, sessions, robots, mujoco_objects, scenes)
 DOCUMENTED = {test.name: test for module in MODULES for test in FINDER.find(module) if test.examples}
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import json
+import math
 import os
 import re
 import signal
@@ -98,6 +99,14 @@ def test_a_run_goes_back_to_a_checkpoint(ctl: Graphrun) -> None:
         ctl("checkpoint", "before")
         here = state(ctl)["robots"]
         ctl("move", "dd100", "3", "1")
+        ctl("command", "dd100", "--velocities", "front_left_wheel_joint=5")
+        ctl(
+            "command",
+            "dd100",
+            "--velocities",
+            "front_lift_wheel_joint=5",
+            refused="did you mean 'front_left_wheel_joint'",
+        )
         ctl("step", "30")
         assert state(ctl)["robots"] != here
         ctl("restore", "before")
@@ -294,6 +303,8 @@ def test_a_terminal_shows_that_a_run_is_paused(project: Path) -> None:
         (["push", "a", "--force", "1,2"], "'1,2': write 3 numbers"),
         (["push", "a", "--force", "1,2,3", "--for", "soon"], "'soon' is not a time"),
         (["push", "a", "--force", "1,2,3", "--for", "-2ms"], "'-2ms' is not a time"),
+        (["command", "a", "--velocities", "5"], "'5' is not a target; write JOINT=NUMBER"),
+        (["command", "a", "--velocities", "b=fast"], "'fast' is not a number"),
         (["reset", "--scope", "world"], "invalid choice"),
         (["fly"], "no command 'fly'"),
         ([], "COMMAND is missing"),
@@ -313,6 +324,10 @@ def test_a_command_line_that_makes_no_sense_is_told(graphrun: Graphrun, words: l
         (["rate", "realtime"], {"factor": 1.0}),
         (["rate", "max"], {"factor": "max"}),
         (["push", "a", "--impulse", "-1,0,.5"], {"entity": "a", "impulse": (-1.0, 0.0, 0.5)}),
+        (
+            ["command", "a", "--positions", "b=-1", "c=90deg", "--efforts", "d=.5"],
+            {"robot": "a", "positions": {"b": -1.0, "c": math.pi / 2}, "efforts": {"d": 0.5}},
+        ),
         (["move", "a", "-1", "-2e-1"], {"entity": "a", "position": [-1.0, -0.2]}),
         (["move", "a", "--angular", "-.5,0,0"], {"entity": "a", "angular": (-0.5, 0.0, 0.0)}),
         (["move", "a", "1", "2", "--odometry-jumps"], {"entity": "a", "position": [1.0, 2.0], "odometry": "jumps"}),

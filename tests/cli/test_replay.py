@@ -195,6 +195,7 @@ def test_what_is_asked_for_in_the_queue_is_done_again_to_the_last_bit(graphrun: 
         7: [("spawn", {"name": "late", "use": {"use": str(own), **late}}), ("rate", {"factor": 0.5})],
         8: [("spawn", {"name": "later", "use": {"use": "noisy_robot.yaml", "namespace": "later"}})],
         11: [("push", {"entity": "late", "force": [0.0, 90.0, 5.0], "duration": 0.777, "at": [-1.0, 6.1, 0.3]})],
+        12: [("command", {"robot": "dd100", "velocities": {"front_left_wheel_joint": 0.1}})],
         13: [("move", {"entity": "dd100", "position": [-3.1, 5.7], "orientation": turned, "linear": [0.3, 0.1, 0.0]})],
         14: [("delete", {"name": "nobody"}), ("delete", {"name": "later"})],
         29: [("reset", {"scope": "state"}), ("push", {"entity": "dd100", "force": [0.0, 60.0, 0.0], "duration": 9.0})],

@@ -40,6 +40,13 @@ def drive(sim: Session) -> float:
     sim.set("DiffController.maxLinearSpeed", 1.0)
     sim.move("box", position=(1, 2, 0), orientation=(0, 0, 0, 1))
     sim.reset("state", "time")
+    sim.mujoco.data.qvel[:] = 0.0 * sim.mujoco.model.opt.timestep
+    sim.mujoco.data = None  # error: misc reportAttributeAccessIssue
+    robot = sim.robots["dd100"]
+    robot.command(positions={"shoulder": 0.5}, efforts=np.zeros(2))
+    robot.command(velocities=[5.0, 5.0], joints=["left", "right"])
+    robot.command(velocities=5.0)  # error: arg-type reportArgumentType
+    robot.command(torques={"shoulder": 0.5})  # error: call-arg reportCallIssue
     x: float = sim.robots["dd100"].joints["front_left_wheel_joint"].position
     _ = (reached, frames, ranges, pixels.shape, done, anything.messages[-1].whatever, sim.time, sim.tick, sim.state)
     sim.run("5 s")  # error: arg-type reportArgumentType

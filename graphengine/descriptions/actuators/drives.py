@@ -12,20 +12,18 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
-from typing import Literal
 
 import numpy as np
 
 from graphengine.descriptions.engine import Indices, mujoco
+from graphengine.devices.motion import CommandKind
 from graphengine.format.robot_spec import JointSpec
 
 DEGREES = 180 / math.pi
 """Degrees per radian, the factor that converts angular gains in USD (per degree) to gains per radian."""
 
 
-Kind = Literal["position", "velocity", "effort"]
-"""Kinds of joint commands."""
-KINDS: tuple[Kind, ...] = ("position", "velocity", "effort")
+KINDS: tuple[CommandKind, ...] = ("position", "velocity", "effort")
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,7 +39,7 @@ class Servo:
         highest: highest command within the range of the control signal.
     """
 
-    kind: Kind
+    kind: CommandKind
     name: str
     scale: float = 1.0
     offset: float = 0.0
@@ -76,7 +74,7 @@ class Drive:
     servos: tuple[Servo, ...] | None = None
     """Actuators of the MuJoCo model, one per kind of command; None if actuators are created from the gains."""
 
-    def servo(self, joint: str, kind: Kind) -> Servo | None:
+    def servo(self, joint: str, kind: CommandKind) -> Servo | None:
         """Return the actuator of the compiled model that takes commands of the given kind; None if there is none.
 
         Args:

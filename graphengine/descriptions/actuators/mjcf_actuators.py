@@ -10,8 +10,9 @@ import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
-from graphengine.descriptions.actuators.drives import KINDS, Drive, Kind, Servo
+from graphengine.descriptions.actuators.drives import KINDS, Drive, Servo
 from graphengine.descriptions.engine import mujoco
+from graphengine.devices.motion import CommandKind
 
 _TYPE, _GAIN, _BIAS, _DYNAMICS = mujoco.mjtTrn, mujoco.mjtGain, mujoco.mjtBias, mujoco.mjtDyn
 _ON_JOINTS = (_TYPE.mjTRN_JOINT.value, _TYPE.mjTRN_JOINTINPARENT.value)
@@ -36,7 +37,7 @@ class Actuator:
     drive: Drive
 
     @property
-    def kind(self) -> Kind:
+    def kind(self) -> CommandKind:
         """Kind of command that the actuator takes: position, velocity or effort."""
         assert self.drive.servos is not None
         return self.drive.servos[0].kind

@@ -13,8 +13,9 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 
-from graphengine.descriptions.actuators.drives import KINDS, Drive, Kind
+from graphengine.descriptions.actuators.drives import KINDS, Drive
 from graphengine.descriptions.engine import mujoco
+from graphengine.devices.motion import CommandKind
 from graphengine.devices.stage import Prim
 
 GRAVITY, ARM = 9.81, 1.0
@@ -24,9 +25,9 @@ FASTEST_WHEEL = 100.0
 """Highest velocity command of a wheel, rad/s; if `max_velocity` of the drive is lower, it is the limit instead."""
 
 
-Limits = dict[Kind, list[tuple[float, float]]]
+Limits = dict[CommandKind, list[tuple[float, float]]]
 """Lowest and highest legal commands, in lists by the kind of command."""
-_NO_LIMITS: Mapping[Kind, tuple[float, float]] = dict.fromkeys(KINDS, (-math.inf, math.inf))
+_NO_LIMITS: Mapping[CommandKind, tuple[float, float]] = dict.fromkeys(KINDS, (-math.inf, math.inf))
 
 
 def command_limits(model: mujoco.MjModel, robot: Prim, joints: Sequence[int]) -> Limits:
@@ -52,7 +53,7 @@ def command_limits(model: mujoco.MjModel, robot: Prim, joints: Sequence[int]) ->
     return found
 
 
-def add_limits(limits: Limits, drive: Drive, usual: Mapping[Kind, tuple[float, float]] = _NO_LIMITS) -> None:
+def add_limits(limits: Limits, drive: Drive, usual: Mapping[CommandKind, tuple[float, float]] = _NO_LIMITS) -> None:
     """Append the limits of a drive for each kind of command: those of its actuator, or the usual ones if it has none."""
     for kind, (lowest, highest) in usual.items():
         servo = next((servo for servo in drive.servos or () if servo.kind == kind), None)

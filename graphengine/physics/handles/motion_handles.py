@@ -11,10 +11,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from graphengine.descriptions.actuators.drives import KINDS, Drive, Kind, Servo, servo_ids
+from graphengine.descriptions.actuators.drives import KINDS, Drive, Servo, servo_ids
 from graphengine.descriptions.engine import Floats, mujoco
 from graphengine.devices.backend import select_joints
-from graphengine.devices.motion import JointFacts
+from graphengine.devices.motion import CommandKind, JointFacts
 from graphengine.devices.rotation import NOWHERE, Quaternion, Vector3, multiply, rotate
 from graphengine.devices.stage import Prim
 from graphengine.format.errors import BadValueError
@@ -245,7 +245,14 @@ class SelectedJoints(Shared):
             if array[place] != value:
                 array[place], points.pending = value, True
 
-    def _clamped(self, kind: Kind, joint: int, value: float) -> float:
+    def undriven(self, kind: CommandKind) -> list[str]:
+        """Return the names of the selected joints on which commands of a kind have no effect; every joint takes efforts."""
+        joints, number = self._joints, KINDS.index(kind)
+        free = len(joints.dofs) if kind == "effort" else 0
+        without = [joint for joint in self._chosen if joint >= free and joints.servos[joint][number] is None]
+        return [joints.commanded_names[joint] for joint in without]
+
+    def _clamped(self, kind: CommandKind, joint: int, value: float) -> float:
         """Return a command clamped to its joint's limits, and count the clamping; unchanged if the simulation does not clamp."""
         lowest, highest = self._joints.limits[kind][joint]
         if lowest <= value <= highest or not self._simulation.clamps_commands:
