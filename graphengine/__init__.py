@@ -17,8 +17,7 @@ from graphengine.format.version import __version__ as __version__
 
 TYPE_CHECKING = False  # the name that type checkers know; `typing` takes longer to import than all else here
 if TYPE_CHECKING:
-    "bringup.calibration.figures": ("Calibration",),
-    "api.mujoco_objects": ("MujocoObjects",),
+    from graphengine.api.mujoco_objects import MujocoObjects as MujocoObjects
     from graphengine.api.robots import Joint as Joint
     from graphengine.api.robots import Pose as Pose
     from graphengine.api.robots import Robot as Robot
