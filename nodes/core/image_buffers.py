@@ -24,10 +24,11 @@ _HOST = "no effect: buffers are in host memory"
 class ImageBufferNode(Node):
     """Base of nodes that convert the image in a buffer, or the newest image of a camera if there is no buffer.
 
-    A subclass implements the conversion in `from_buffer` and `from_picture`, and defines `exec_out`.
+    A subclass implements the conversion in `from_buffer` and `from_picture`, and defines `data_ptr` and `exec_out`.
     """
 
     exec_out: ClassVar[ExecOut]
+    data_ptr: Buffer
 
     exec_in = ExecIn()
     render_product_path: Token = In(
@@ -48,33 +49,31 @@ class ImageBufferNode(Node):
         """Look up the camera that `renderProductPath` selects, if it is not empty."""
         self.camera = context.device(Camera, self.render_product_path) if self.render_product_path else None
 
-    def converted(self, buffer: Buffer) -> bool:
-        """Convert the image in the buffer; without a buffer, convert the image that the camera delivers in this tick.
+    def compute(self) -> Fire:
+        """Convert the image in `dataPtr`, or without a buffer the image that the camera delivers in this tick, and fire.
 
-        Args:
-            buffer: buffer with an image, or the integer 0 for no buffer.
-
-        Returns:
-            Whether an image was converted; False if there is no buffer and the camera delivers no image in this tick.
+        Do not fire if there is no buffer and the camera delivers no image in this tick.
 
         Raises:
-            BadValueError: there is neither a buffer nor a camera, or the size of the buffer does not match `width` and `height`.
+            BadValueError: there is neither a buffer nor a camera, the size of the buffer does not match `width` and `height`, or
+                another input that describes the buffer is not legal.
         """
-        if not isinstance(buffer, int):
-            self.from_buffer(memoryview(buffer))
-            return True
+        if not isinstance(self.data_ptr, int):
+            self.from_buffer(memoryview(self.data_ptr))
+            return self.exec_out
         if self.camera is None:
             raise BadValueError(
                 "dataPtr, renderProductPath",
-                buffer,
+                self.data_ptr,
                 "a buffer in dataPtr or a camera path in renderProductPath",
             )
         if self.camera.due:
             self.camera.request()
         picture = self.camera.delivered()
-        if picture is not None:
-            self.from_picture(self.camera, picture)
-        return picture is not None
+        if picture is None:
+            return None
+        self.from_picture(self.camera, picture)
+        return self.exec_out
 
     def pixels(self, buffer: memoryview, dtype: str, channels: int) -> NDArray[np.generic]:
         """Return the image in a buffer as an array of shape (height, width, channels).
@@ -124,15 +123,6 @@ class IsaacConvertRGBAToRGB(ImageBufferNode, type="isaacsim.core.nodes.IsaacConv
     width_out: UInt = Out(name="width", unit="pixel", doc="width of the image")
     height_out: UInt = Out(name="height", unit="pixel", doc="height of the image")
     buffer_size_out: UInt = Out(name="bufferSize", doc="size of the rgb8 image in bytes")
-
-    def compute(self) -> Fire:
-        """Convert an image and fire; do not fire if the camera delivers no image in this tick.
-
-        Raises:
-            BadValueError: `encoding` is not rgba8, there is neither a buffer nor a camera, or the size of the buffer does not
-                match `width` and `height`.
-        """
-        return self.exec_out if self.converted(self.data_ptr) else None
 
     def from_buffer(self, buffer: memoryview) -> None:
         """Output the image in the buffer without its alpha channel."""
@@ -185,15 +175,6 @@ class IsaacConvertDepthToPointCloud(
     buffer_size_out: UInt = Out(name="bufferSize", doc="size of the buffer of points in bytes")
     height_out: UInt = Out(default=1, name="height", doc="always 1")
     width_out: UInt = Out(default=0, name="width", doc="number of points")
-
-    def compute(self) -> Fire:
-        """Convert a depth image and fire; do not fire if the camera delivers no image in this tick.
-
-        Raises:
-            BadValueError: `format` is not 33, there is neither a buffer nor a camera, the size of the buffer does not match
-                `width` and `height`, or the focal length or the aperture is not above 0.
-        """
-        return self.exec_out if self.converted(self.data_ptr) else None
 
     def from_buffer(self, buffer: memoryview) -> None:
         """Output the points of the depth image in the buffer."""
