@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from graphengine.devices.device import Sensor, Stub, device
-from graphengine.devices.stage import Prim
 
 Floats = NDArray[np.float64]
 
@@ -41,10 +40,7 @@ class LightBeam(Sensor, Protocol):
 class LightBeamStub(Stub):
     """A light beam sensor for tests. It reports the reading that a test assigns to `measured`; initially, it has no beams."""
 
-    def __init__(self, prim: Prim) -> None:
-        super().__init__(prim)
-        none = np.zeros((0, 3))
-        self.measured = BeamReading(np.zeros(0, bool), np.zeros(0), none, none, none)
+    measured = BeamReading(np.zeros(0, bool), np.zeros(0), *[np.zeros((0, 3))] * 3)
 
     def reading(self) -> BeamReading:
         """Return the value of `measured`."""

@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from graphengine.devices.device import Sensor, Stub, device
-from graphengine.devices.stage import Prim
 
 Floats = NDArray[np.float64]
 
@@ -48,10 +47,8 @@ class RaycastSensor(Sensor, Protocol):
 class RaycastSensorStub(Stub):
     """A raycast sensor for tests. It reports the reading that a test assigns to `measured`; initially, it has no rays."""
 
-    def __init__(self, prim: Prim) -> None:
-        super().__init__(prim)
-        none = np.zeros((0, 3))
-        self.measured = RaycastReading(0.0, np.zeros(0), none, none, (), none, none)
+    _none = np.zeros((0, 3))
+    measured = RaycastReading(0.0, np.zeros(0), _none, _none, (), _none, _none)
 
     def reading(self) -> RaycastReading:
         """Return the value of `measured`."""
