@@ -178,14 +178,10 @@ class ComputeWheelOdometry(RobotNode, type="graphengine.wheeled_robots.ComputeWh
                 f"the joints do not fit {self.kinematics} kinematics", self.kinematics, _JOINTS[self.kinematics]
             )
         self.articulation, self.clock, self.random = context.articulation(self.prim()), context.clock, context.random()
-        self.wheels = self.joints(self.left_joints + self.right_joints)
-        self.steering = self.joints(self.steering_joints) if steering else []
+        self.wheels = joint_numbers(self.articulation, self.left_joints + self.right_joints)
+        self.steering = joint_numbers(self.articulation, self.steering_joints) if steering else []
         self.last = self.known = None
         self.propagation = Propagation()
-
-    def joints(self, names: Tokens) -> list[int]:
-        """Return the indices of the named joints among the joints of the robot."""
-        return joint_numbers(self.articulation, names)
 
     def compute(self) -> None:
         """Add the motion since the previous execution to the pose, and set the outputs.
