@@ -372,7 +372,11 @@ def test_nothing_is_written_over_unless_asked_for(graphrun: Graphrun, cart: Path
         ('link="grip"', 'link="grp"', "did you mean 'grip'?"),
         ('mass value="1"', 'mass value="-1"', "mass '-1' is not a number of at least 0 (kg)"),
         ("</robot>", "", "XML syntax"),
-        ("</robot>", '<mujoco><compiler boundmass="heavy"/></mujoco></robot>', "error S103: MuJoCo: "),
+        (
+            "</robot>",
+            '<mujoco><compiler boundmass="heavy"/></mujoco></robot>',
+            "error S103: <compiler>: boundmass must be a number, not 'heavy'",
+        ),
         ('link name="grip"', 'link name="1 grip"', "no child link 'grip'"),
     ],
 )

@@ -16,6 +16,8 @@ from graphengine.format.wording import listing
 MAX_MEMORY = 1_500_000_000
 """Maximum estimated memory of a world with its robots, bytes: e.g. eleven textures of 4096 x 4096 texels, or 100 000 elements."""
 ELEMENT = 15_000
+PART = 5 * ELEMENT
+"""Bytes for a link, a joint or a shape of a robot."""
 _TEXEL = 7.5
 """Bytes for a texel of three channels: MuJoCo decodes it into the parsed model, and copies it to the compiled model."""
 _SAMPLE, _INLINE_SAMPLE = 10, 20
@@ -31,7 +33,7 @@ _USER = 8
 PAIR = 5000
 """Bytes for a pair of links whose contacts are excluded; 300 000 pairs take two seconds."""
 _EACH = (
-    f"{ELEMENT // 1000} kB an element or copy of one",
+    f"{ELEMENT // 1000} kB an element or copy of one, {PART // 1000} kB a robot's link, joint or shape",
     f"{_TRIANGLE} bytes a triangle or vertex of a mesh",
     f"{_TEXEL} bytes a texel of three channels",
     f"{PAIR // 1000} kB a pair of links that may not collide",

@@ -182,6 +182,8 @@ def write(root: Element) -> tuple[str, list[Span]]:
 
 def numbers(text: str, count: int) -> tuple[float, ...] | None:
     """Return the `count` finite numbers that a text consists of, separated by spaces; None if it contains anything else."""
+    if "_" in text or not text.isascii():  # Python reads `1_0` and the digits of all scripts
+        return None
     try:
         values = tuple(float(part) for part in text.split())
     except ValueError:

@@ -19,7 +19,7 @@ from graphengine.descriptions.mjcf.mjcf_links import MjcfLinks
 from graphengine.descriptions.mjcf.mjcf_preparation import name_bodies, prepare
 from graphengine.descriptions.mjcf.mjcf_trial import MAX_MEMORY_BYTES, reason_against
 from graphengine.descriptions.urdf.urdf import WORLD, Urdf
-from graphengine.descriptions.urdf.urdf_reader import MAX_LINKS, check_limits
+from graphengine.descriptions.urdf.urdf_reader import MAX_LINKS, check_limits, check_numbers
 from graphengine.descriptions.urdf.urdf_writer import as_urdf
 from graphengine.format.diagnostics import Findings, Span
 from graphengine.format.wording import listing
@@ -60,9 +60,14 @@ def read_mjcf(path: Path, library: Library, text: str | None = None) -> Urdf | N
     if len(links.links) > MAX_LINKS:
         findings.add("S103", f"more than {MAX_LINKS} links", root.span)
         return None
-    check_limits(links.joints.values(), findings)
     packages = Packages(path.parent, (), library.files)
     document = as_urdf(spec.modelname, links.links.values(), links.joints.values(), root.span)
+    before = len(findings.errors)
+    for element in document.children:
+        check_numbers(element, findings)
+    check_limits(links.joints.values(), findings)
+    if len(findings.errors) > before:
+        return None
     urdf = Urdf(document, packages, links.links, links.joints, links.root)
     floating = [joint.name for joint in links.joints.values() if joint.type == "floating"]
     urdf.mjcf = MjcfModel(spec, root, links.free, floating, read_actuators(model), keyframes)
@@ -84,22 +89,21 @@ def is_safe(root: Element, library: Library, what: str = "model") -> bool:
     return not against
 
 
-def parse(root: Element, library: Library, code: str = "S102") -> tuple[mujoco.MjSpec | None, list[Span]]:
-    """Parse MJCF or URDF with MuJoCo; return its model specification, or None if MuJoCo refuses the text.
+def parse(root: Element, library: Library) -> tuple[mujoco.MjSpec | None, list[Span]]:
+    """Parse MJCF with MuJoCo; return its model specification, or None if MuJoCo refuses the text.
 
     All bodies of the specification have names. The second value is the source location of each line of the parsed text.
 
     Args:
-        root: root element from the library or from `for_mujoco`.
+        root: root element from the library.
         library: library with the referenced files; its findings receive an error if MuJoCo refuses the text.
-        code: code of that error.
     """
     text, lines = write(root)
     try:
         spec = mujoco.MjSpec.from_string(text, include=library.models, assets=library.assets)
     except REFUSALS as error:
         message, _, line = mujoco_says(error)
-        library.findings.add(code, f"MuJoCo: {message}", place_of(lines, line))
+        library.findings.add("S102", f"MuJoCo: {message}", place_of(lines, line))
         return None, lines
     name_bodies(spec)
     return spec, lines

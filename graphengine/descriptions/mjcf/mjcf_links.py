@@ -190,7 +190,9 @@ class MjcfLinks:
         if joint >= 0:
             lower, upper = model.jnt_range[joint].tolist() if model.jnt_limited[joint] else (0.0, 0.0)
             dof = model.jnt_dofadr[joint]
-            made.axis = made.stated_axis = vector(model.jnt_axis[joint])
+            x, y, z = made.stated_axis = vector(model.jnt_axis[joint])
+            length = math.hypot(x, y, z) or 1.0
+            made.axis = (x / length, y / length, z / length)
             made.bounds = Bounds(lower, upper, self._strongest.get(name, 0.0), 0.0)
             made.losses = float(model.dof_damping[dof]), float(model.dof_frictionloss[dof])
         self.joints[name] = made

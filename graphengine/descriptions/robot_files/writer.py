@@ -93,13 +93,13 @@ def _shape(collider: Shape) -> str:
     kind = kind_of(collider.geometry)
     match collider.geometry:
         case Box(size):
-            return f"{kind} {' '.join(f'{length:g}' for length in size)}"
+            return f"{kind} {' '.join(f'{length:.12g}' for length in size)}"
         case Mesh(filename):
             return f"{kind} {filename}"
         case Sphere(radius):
-            return f"{kind} of radius {radius:g}"
+            return f"{kind} of radius {radius:.12g}"
         case Cylinder(radius, length) | Capsule(radius, length):
-            return f"{kind} of radius {radius:g} and length {length:g}"
+            return f"{kind} of radius {radius:.12g} and length {length:.12g}"
 
 
 def _joints(draft: Draft) -> Iterator[str]:

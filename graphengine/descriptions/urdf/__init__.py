@@ -1,1 +1,1 @@
-"""Links and joints of a description: `urdf_reader` parses them, `for_mujoco` converts them, and `inertia` corrects masses."""
+"""Links and joints: `urdf_reader` parses them, `mujoco_writer` writes them onto an MjSpec, and `inertia` corrects masses."""

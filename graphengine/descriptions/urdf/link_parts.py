@@ -52,6 +52,8 @@ def inertial_of(link: Element, findings: Findings) -> Inertial | None:
     if inertia is None:
         return Inertial(mass, None, pose)
     terms = numbers(" ".join(inertia.get(term, "0") for term in TERMS), len(TERMS))
+    if terms is None and not mass:  # its inertia does not count
+        return Inertial(mass, None, pose)
     if terms is None:
         text = f"link {link.get('name')!r}: the inertia must have six numbers, in kg m2"
         findings.add("S103", text, inertia.span)

@@ -6,10 +6,10 @@ of each element holds its place in the user's file, which MuJoCo's errors repeat
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 
 from graphengine.descriptions.engine import mujoco
-from graphengine.descriptions.files.bounds import ELEMENT, memory_of_file
+from graphengine.descriptions.files.bounds import PART, memory_of_file
 from graphengine.descriptions.files.mesh_file import MeshFile
 from graphengine.descriptions.files.references import Library
 from graphengine.descriptions.files.xml import Element, number
@@ -22,13 +22,29 @@ from graphengine.format.diagnostics import Findings
 _GEOM = mujoco.mjtGeom
 _VISUAL_GROUP = 1
 """Geom group of visuals in MuJoCo's reader of URDF."""
-_PARTS = 5
-"""Number of elements as which a link, a joint or a shape counts towards the limit of memory."""
+_TYPES: Mapping[type, mujoco.mjtGeom] = {
+    Box: _GEOM.mjGEOM_BOX,
+    Sphere: _GEOM.mjGEOM_SPHERE,
+    Cylinder: _GEOM.mjGEOM_CYLINDER,
+    Capsule: _GEOM.mjGEOM_CAPSULE,
+}
 _FROM_GEOMS = {
     "false": mujoco.mjtInertiaFromGeom.mjINERTIAFROMGEOM_FALSE,
     "true": mujoco.mjtInertiaFromGeom.mjINERTIAFROMGEOM_TRUE,
     "auto": mujoco.mjtInertiaFromGeom.mjINERTIAFROMGEOM_AUTO,
 }
+_SETTINGS: Mapping[str, tuple[Callable[[str], object], str]] = {
+    "balanceinertia": ({"true": True, "false": False}.get, "true or false"),
+    "boundmass": (number, "a number"),
+    "boundinertia": (number, "a number"),
+    "inertiafromgeom": (_FROM_GEOMS.get, "true, false or auto"),
+}
+"""Settings of `<mujoco><compiler>` that apply: the reader of the value, and the legal values."""
+
+Part = tuple[Shape, MeshFile | None, int]
+"""A shape, the file of its mesh or of the part of the mesh with one colour, and the number of the part."""
+Meshes = dict[str, dict[Vector3, mujoco.MjsMesh]]
+"""Meshes by name of their file and by scale."""
 
 
 def write_robot(
@@ -67,7 +83,7 @@ def write_robot(
     spec.assets = library.assets
     bodies = _add_bodies(spec, urdf, free_link or urdf.root)
     drawn = {name: (*colour, 1.0) for name, colour in colours.items()}
-    made: dict[str, list[mujoco.MjsMesh]] = {}
+    made: Meshes = {}
     for link in urdf.links.values():
         body = bodies[link.name]
         body.info = str(link.element.span)
@@ -81,30 +97,17 @@ def write_robot(
 
 
 def _set_compiler(spec: mujoco.MjSpec, urdf: Urdf, findings: Findings) -> None:
-    """Apply the settings on inertias in the `<mujoco><compiler>` element of a description; all others are ignored."""
+    """Apply the settings on inertias in the `<mujoco><compiler>` elements of a description; all others are ignored."""
     settings = [compiler for each in urdf.element.all("mujoco") if (compiler := each.first("compiler")) is not None]
-    for compiler in settings:
-        for key in ("boundmass", "boundinertia"):
-            if key in compiler.attributes:
-                _set(spec, key, number(compiler.get(key)), compiler, "a number", findings)
-        if "balanceinertia" in compiler.attributes:
-            flag = {"true": True, "false": False}.get(compiler.get("balanceinertia"))
-            _set(spec, "balanceinertia", flag, compiler, "true or false", findings)
-        if "inertiafromgeom" in compiler.attributes:
-            chosen = _FROM_GEOMS.get(compiler.get("inertiafromgeom"))
-            _set(spec, "inertiafromgeom", chosen, compiler, "true, false or auto", findings)
-
-
-def _set(spec: mujoco.MjSpec, key: str, value: object, compiler: Element, legal: str, findings: Findings) -> None:
-    if value is None:
-        text = f"<compiler>: {key} must be {legal}, not {compiler.get(key)[:60]!r}"
-        findings.add("S103", text, compiler.place(key))
-    else:
-        setattr(spec.compiler, key, value)
-
-
-Part = tuple[Shape, MeshFile | None, int]
-"""A shape, the file of its mesh or of the part of the mesh with one colour, and the number of the part."""
+    given = {key: compiler for compiler in settings for key in _SETTINGS if key in compiler.attributes}
+    for key, compiler in given.items():
+        read, legal = _SETTINGS[key]
+        value = read(compiler.get(key))
+        if value is None:
+            text = f"<compiler>: {key} must be {legal}, not {compiler.get(key)[:60]!r}"
+            findings.add("S103", text, compiler.place(key), "correct it, or remove it: MuJoCo's default then applies")
+        else:
+            setattr(spec.compiler, key, value)
 
 
 def _parts(shapes: Sequence[Shape], files: Mapping[Element, Sequence[MeshFile]], findings: Findings) -> Iterator[Part]:
@@ -139,15 +142,15 @@ def _memory(
     yield urdf.element, more
     shared: set[tuple[str, Vector3]] = set()
     for link in urdf.links.values():
-        yield link.element, _PARTS * ELEMENT
+        yield link.element, PART
         for shape, file, _ in shapes[link.name]:
-            yield shape.element, _PARTS * ELEMENT
+            yield shape.element, PART
             mesh = shape.geometry
             if file is not None and isinstance(mesh, Mesh) and (file.key, mesh.scale) not in shared:
                 shared.add((file.key, mesh.scale))
                 yield mesh.element, memory_of_file("mesh", library.assets[file.key])
     for joint in urdf.joints.values():
-        yield joint.element, _PARTS * ELEMENT
+        yield joint.element, PART
 
 
 def _add_bodies(spec: mujoco.MjSpec, urdf: Urdf, top: str) -> dict[str, mujoco.MjsBody]:
@@ -200,7 +203,7 @@ def _add_geoms(
     body: mujoco.MjsBody,
     parts: Sequence[Part],
     otherwise: Colour | None,
-    made: dict[str, list[mujoco.MjsMesh]],
+    made: Meshes,
 ) -> None:
     """Add the geoms of a link. A visual without a colour, and a collider, get the colour of the visual before it.
 
@@ -209,7 +212,7 @@ def _add_geoms(
         body: body of the link.
         parts: parts of the shapes of the link.
         otherwise: colour of visuals without a material.
-        made: meshes so far with each name, with different scales.
+        made: meshes so far.
     """
     colour: Colour | None = None
     for shape, file, index in parts:
@@ -230,22 +233,14 @@ def _add_geoms(
             geom.rgba = colour
 
 
-_TYPES: Mapping[type, mujoco.mjtGeom] = {
-    Box: _GEOM.mjGEOM_BOX,
-    Sphere: _GEOM.mjGEOM_SPHERE,
-    Cylinder: _GEOM.mjGEOM_CYLINDER,
-    Capsule: _GEOM.mjGEOM_CAPSULE,
-}
-
-
-def _mesh(spec: mujoco.MjSpec, mesh: Mesh, key: str, made: dict[str, list[mujoco.MjsMesh]]) -> str:
+def _mesh(spec: mujoco.MjSpec, mesh: Mesh, key: str, made: Meshes) -> str:
     """Return the name of the mesh of a file with a scale, which is added unless it is there. Further scales get a number."""
     name = key.rpartition(".")[0] or key
-    known = made.setdefault(name, [])
-    found = next((each for each in known if tuple(each.scale) == mesh.scale), None)
-    if found is None:
-        found = spec.add_mesh(name=f"{name}{len(known)}" if known else name, file=key, scale=mesh.scale)
-        known.append(found)
+    known = made.setdefault(name, {})
+    if mesh.scale not in known:
+        called = f"{name}{len(known)}" if known else name
+        known[mesh.scale] = spec.add_mesh(name=called, file=key, scale=mesh.scale)
+    found = known[mesh.scale]
     found.info = str(mesh.element.span)
     return str(found.name)
 

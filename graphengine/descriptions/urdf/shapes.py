@@ -10,6 +10,8 @@ from graphengine.format.diagnostics import Span
 
 Colour = tuple[float, float, float, float]
 """Red, green, blue and opacity from 0 to 1."""
+MAX_COLOUR = 1e38
+"""Maximum magnitude of a part of a colour, which MuJoCo keeps in single precision."""
 
 
 @dataclass(frozen=True, slots=True)

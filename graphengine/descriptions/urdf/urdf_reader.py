@@ -13,6 +13,7 @@ from graphengine.descriptions.files.packages import Packages
 from graphengine.descriptions.files.xml import Element, numbers
 from graphengine.descriptions.urdf.joint_units import check_degrees, swapped_limits
 from graphengine.descriptions.urdf.link_parts import colours_by_name, inertial_of, number_at, origin_of, shapes_of
+from graphengine.descriptions.urdf.shapes import MAX_COLOUR
 from graphengine.descriptions.urdf.urdf import MOVING, Bounds, Mimic, Urdf, UrdfJoint, UrdfLink
 from graphengine.devices.rotation import Vector3
 from graphengine.format.diagnostics import Findings
@@ -58,7 +59,7 @@ def read_urdf(root: Element, packages: Packages, findings: Findings) -> Urdf | N
         if owner.tag == "link":
             _leave_one_shape(owner, findings)
         if owner.tag in ("link", "joint", "material"):
-            _check_numbers(owner, findings)
+            check_numbers(owner, findings)
     links: dict[str, UrdfLink] = {}
     colours = colours_by_name(root)
     for element in _named(root, "link", findings):
@@ -158,7 +159,7 @@ def _joint(element: Element, links: dict[str, UrdfLink], findings: Findings) -> 
     pose, axis = origin_of(element), _axis(element)
     length = math.hypot(*axis) if axis is not None else 0.0
     if pose is None or (not length and kind in MOVING):
-        return None  # _check_numbers has added an error
+        return None  # check_numbers has added an error
     parent, child = ends
     if child.carrier is not None:
         first = (child.carrier.element.span, "first here")
@@ -182,7 +183,7 @@ def _axis(joint: Element) -> Vector3 | None:
     return (values[0], values[1], values[2]) if values is not None else None
 
 
-def _check_numbers(owner: Element, findings: Findings) -> None:
+def check_numbers(owner: Element, findings: Findings) -> None:
     """Add an error for each attribute below a link, joint or material that must be numeric and is not."""
     for part in owner.walk():
         for attribute, count in _COUNTS.get(part.tag, {}).items():
@@ -190,6 +191,8 @@ def _check_numbers(owner: Element, findings: Findings) -> None:
             values, wanted = numbers(text, count), _IN_WORDS[count]
             if part.tag == "axis" and values is not None and not any(values) and owner.get("type") in MOVING:
                 values, wanted = None, f"{wanted}, not all of them zero"
+            elif part.tag == "color" and values is not None and max(map(abs, values)) > MAX_COLOUR:
+                values = None
             elif part.tag == "dynamics" and values is not None and values[0] < 0:
                 values, wanted = None, f"{wanted} of at least 0"
             if attribute in part.attributes and values is None:

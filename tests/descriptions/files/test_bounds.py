@@ -56,7 +56,10 @@ def test_a_world_that_unfolds_without_end_is_refused_where_it_becomes_too_much(
     error = project.write("world.xml", text).error()
     assert f"error S102: at this <{tag}> the world and its robots exceed the limit of 1.5 GB of memory" in error
     assert "use fewer copies, smaller textures or coarser meshes" in error
-    assert "estimated: 15 kB an element or copy of one, 1000 bytes a triangle or vertex of a mesh" in error
+    assert (
+        "estimated: 15 kB an element or copy of one, 75 kB a robot's link, joint or shape, 1000 bytes a triangle or vertex"
+        in error
+    )
 
 
 def test_models_that_attach_models_that_attach_models_are_counted_whole(project: Project) -> None:

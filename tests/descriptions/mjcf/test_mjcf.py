@@ -350,3 +350,27 @@ def test_a_robot_file_may_name_links_that_stand_for_sites(project: Project) -> N
     loaded(project, ARM, "links: {flange: {gravity: false}}\n", "base")
     error = model(project, ARM, "wheel_colliders: {flange: ellipsoid}\n", "base").error()
     assert "link 'flange' cannot become an ellipsoid" in error
+
+
+def hinged(attributes: str) -> str:
+    """Return a model whose only joint has the given attributes."""
+    return f"""<mujoco><compiler angle="radian"/><worldbody><body name="base"><geom size=".1"/><body name="arm">
+      <joint name="turn" {attributes}/><geom size=".05" mass="1" pos=".3 0 0"/></body></body></worldbody></mujoco>"""
+
+
+@pytest.mark.parametrize(
+    ("attributes", "told"),
+    [
+        ('damping="-1"', "joint 'turn': dynamics damping must be a number of at least 0, not '-1.0'"),
+        ('frictionloss="-1"', "joint 'turn': dynamics friction must be a number of at least 0, not '-1.0'"),
+        ('range="-1e305 1e305"', "joint 'turn': limit lower must be a number, not '-1e+305'"),
+        ('axis="1e200 0 0"', "joint 'turn': axis xyz must be three numbers, not all of them zero"),
+    ],
+)
+def test_numbers_that_no_joint_can_have_are_errors(project: Project, attributes: str, told: str) -> None:
+    assert told in "\n".join(model(project, hinged(attributes), base="base").errors())
+
+
+def test_limits_of_a_model_that_are_probably_in_degrees_are_a_warning(project: Project) -> None:
+    _, findings = model(project, hinged('range="-180 180"'), base="base").load_with_findings()
+    assert [each.code for each in findings.items if each.code == "W217"] == ["W217"]

@@ -6,13 +6,14 @@ import math
 from pathlib import Path
 
 import numpy as np
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from graphengine.descriptions.engine import mujoco
 from graphengine.descriptions.files.packages import Packages
 from graphengine.descriptions.files.references import Library
-from graphengine.descriptions.files.xml import parse
+from graphengine.descriptions.files.xml import number, parse
 from graphengine.descriptions.urdf.mujoco_writer import write_robot
 from graphengine.descriptions.urdf.urdf_reader import read_urdf
 from graphengine.format.diagnostics import Findings
@@ -74,17 +75,50 @@ def robots(draw: st.DrawFn) -> str:
     return f'<robot name="r">{COMPILER}{draw(links("a"))}{draw(links("b"))}{joint}</robot>'
 
 
-@given(robots())
-def test_each_array_is_that_of_mujocos_reader(text: str) -> None:
+def written(text: str) -> tuple[mujoco.MjSpec | None, Findings]:
+    """Return the MjSpec of a URDF, None after an error, and the findings."""
     findings, files = Findings(), Files((Path("/nowhere"),))
     root = parse(text.encode(), "r.urdf", findings, "S103")
     assert root is not None
     urdf = read_urdf(root, Packages(Path("/nowhere"), (), files), findings)
-    assert urdf is not None, [finding.message for finding in findings.items]
-    spec = write_robot(urdf, "r", Library(files, findings), findings, free_link=None, colours={}, more=0.0)
+    if urdf is None:
+        return None, findings
+    library = Library(files, findings)
+    return write_robot(urdf, "r", library, findings, free_link=None, colours={}, more=0.0), findings
+
+
+@given(robots())
+def test_each_array_is_that_of_mujocos_reader(text: str) -> None:
+    spec, _ = written(text)
     assert spec is not None
     ours, theirs = spec.compile(), mujoco.MjSpec.from_string(text).compile()
     for name in dir(theirs):
         wanted = getattr(theirs, name) if not name.startswith("_") else None
         if isinstance(wanted, np.ndarray):
             assert getattr(ours, name).tobytes() == wanted.tobytes(), name
+
+
+@pytest.mark.parametrize("text", ["1_0", "\u0661", "\uff11.5"])
+def test_digits_that_only_python_reads_are_no_number(text: str) -> None:
+    assert number(text) is None
+
+
+@pytest.mark.parametrize(
+    ("settings", "told"),
+    [
+        ('boundmass="x"', "boundmass must be a number, not 'x'"),
+        ('balanceinertia="yes"', "balanceinertia must be true or false, not 'yes'"),
+        ('inertiafromgeom="maybe"', "inertiafromgeom must be true, false or auto, not 'maybe'"),
+    ],
+)
+def test_settings_of_the_compiler_that_are_not_legal_are_errors(settings: str, told: str) -> None:
+    spec, findings = written(f'<robot name="r"><mujoco><compiler {settings}/></mujoco><link name="a"/></robot>')
+    assert spec is None
+    assert [told in finding.message for finding in findings.errors] == [True]
+
+
+def test_a_colour_beyond_single_precision_is_an_error() -> None:
+    material = '<material name="m"><color rgba="1e299 0 0 1"/></material>'
+    visual = f'<visual><geometry><sphere radius="1"/></geometry>{material}</visual>'
+    _, findings = written(f'<robot name="r"><link name="a">{visual}</link></robot>')
+    assert "color rgba must be four numbers" in findings.errors[0].message
