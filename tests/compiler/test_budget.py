@@ -95,9 +95,9 @@ def test_a_file_is_read_once_however_often_it_is_used(tmp_path: Path, monkeypatc
     parsed: list[str] = []
     real = document.parse
 
-    def parse(text: str, shown: str, found: Findings) -> document.Document | None:
+    def parse(text: str, shown: str, found: Findings, **options: bool) -> document.Document | None:
         parsed.append(shown)
-        return real(text, shown, found)
+        return real(text, shown, found, **options)
 
     monkeypatch.setattr(document, "parse", parse)
     findings(tmp_path, a=uses(100, "b"), b="nodes: {A: Counter}\n")

@@ -63,6 +63,13 @@ def _(links: int) -> bool:
     return len(list(urdf_reader._named(root, "link", findings))) == links and not findings.items
 
 
+@limit("descriptions.urdf.shapes.MAX_COLOUR", step=1e30)
+def _(red: float) -> bool:
+    root, findings = parsed(f'<robot><material name="m"><color rgba="{red!r} 0 0 1"/></material></robot>')
+    urdf_reader.check_numbers(root.children[0], findings)
+    return not findings.items
+
+
 @limit("descriptions.xacro.absent_packages.MAX_NAMED", at=3)
 def _(number: int) -> bool:
     findings = Findings()
