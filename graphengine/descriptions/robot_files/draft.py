@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import defaultdict
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cache
 from typing import Any
 
 from graphengine.descriptions.files.references import Library
@@ -13,8 +14,9 @@ from graphengine.descriptions.urdf.rollers import NO_ROLLERS, Rollers
 from graphengine.descriptions.urdf.urdf import Urdf
 from graphengine.devices.rotation import Vector3
 from graphengine.devices.stage import prim_name
-from graphengine.format.diagnostics import Span
-from graphengine.format.document import Document
+from graphengine.format.diagnostics import Findings, Span
+from graphengine.format.document import Document, load
+from graphengine.format.files import shipped
 from graphengine.format.wording import did_you_mean, printable
 
 
@@ -59,6 +61,14 @@ def says(*path: str, value: Any) -> Claim:
 def in_path(link: str) -> str:
     """Return the name of a link as part of a prim path; only a name with slashes differs from it."""
     return prim_name(link) if "/" in link else link
+
+
+@cache
+def graph_defaults(use: str) -> dict[str, Any]:
+    """Return the default values of the parameters of a graph that ships with the package."""
+    graph = load(shipped() / use, Findings())
+    assert graph is not None
+    return {name: declared["default"] for name, declared in graph.data["parameters"].items()}
 
 
 def no_joint(urdf: Urdf, name: str) -> str:
