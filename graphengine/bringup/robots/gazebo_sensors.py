@@ -13,7 +13,7 @@ from graphengine.bringup.robots import gazebo_profiles, gazebo_topics
 from graphengine.bringup.robots.gazebo_figures import Figures
 from graphengine.bringup.robots.gazebo_values import Subject, UnusableError, Values
 from graphengine.descriptions.files.xml import Element, numbers
-from graphengine.descriptions.robot_files.draft import Claim, Draft, Remark, RobotData, says
+from graphengine.descriptions.robot_files.draft import Claim, Draft, Remark, RobotData, graph_defaults, says
 from graphengine.descriptions.urdf.urdf import Urdf
 from graphengine.devices.camera import LOOKING_FORWARD
 from graphengine.devices.device import Device
@@ -183,13 +183,14 @@ def _publish(draft: Draft, sensor: _Found, *, alone: bool) -> None:
         names = customary if alone else {name: f"{owner}/{topic}" for name, topic in customary.items()}
         below = "" if alone else ", below its name"
         sensor.subject.guessed(f"no topic: published on {', '.join(customary.values())}{below}")
-    declared = gazebo_topics.parameters_of(figures.graph)
+    use = f"graphs/publishers/{figures.graph}.yaml"
+    declared = graph_defaults(use)
     parameters: dict[str, Any] = {kind if kind in declared else "sensor": path, **names}
     if "frame" in declared:
         parameters["frame"] = _frame(draft, sensor)
     if "width" in declared:
         parameters |= dict(zip(("width", "height"), figures.profile["size"], strict=True))
-    _use(draft, sensor.name, f"graphs/publishers/{figures.graph}.yaml", parameters)
+    _use(draft, sensor.name, use, parameters)
     rate = f" at {figures.profile['rate']:g} Hz" if "rate" in figures.profile else ""
     text = f"{figures.told} on {printable(sensor.link)}{rate}, published on {', '.join(names.values())}"
     sensor.subject.carried(text, _published(sensor, parameters))
