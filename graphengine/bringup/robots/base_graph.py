@@ -135,30 +135,28 @@ def _grip(draft: Draft, drivetrain: Drivetrain) -> None:
     groups: dict[Vector3, list[str]] = {}
     for link, direction in drivetrain.grip.items():
         groups.setdefault(direction, []).append(link)
-    links = drivetrain.grip.keys()
-    materials = draft.sections["materials"]
+    materials, skid = draft.sections["materials"], drivetrain.skid
     for name, entry in [*materials.items()]:
-        replaced = drivetrain.skid is not None or "direction" not in entry.value
-        if replaced and links & set(entry.value.get("bind", ())):
-            draft.unbind(name, links)
-    bound, skid = draft.bound(), drivetrain.skid
-    differential = drivetrain.base.kinematics == "differential"
+        if skid is not None or "direction" not in entry.value:
+            draft.unbind(name, drivetrain.grip)
+    bound = draft.bound()
     for number, (direction, group) in enumerate(groups.items()):
         if not bound.isdisjoint(group):
             continue
-        name = "casters" if differential else f"rollers_{number + 1}"
-        comment = "they slide sideways, as casters do" if differential else "they grip along the axes of their rollers"
-        along = _ROLLER_ALONG
+        along, across, rule = _ROLLER_ALONG, 0.0, "min"
+        name, comment = f"rollers_{number + 1}", "they grip along the axes of their rollers"
         if skid is not None:
-            name, comment, along = NAME, f"they slide sideways in a turn; friction {skid.reason}", skid.along
+            along, across, rule = skid.along, skid.across, "min" if skid.described else "max"
+            name, comment = NAME, f"they slide sideways in a turn; friction {skid.reason}"
+        elif drivetrain.base.kinematics == "differential":
+            name, comment = "casters", "they slide sideways, as casters do"
         value = {
             "static_friction": along,
             "dynamic_friction": along,
-            "across": drivetrain.across,
+            "across": across,
             "direction": [rounded(part, 6) for part in direction],
             "expressed_in": draft.urdf.root,
         }
         if skid is not None:
             value["steady_sliding"] = True
-        rule = "max" if skid is not None and not skid.described else "min"
         materials[name] = Entry(value | {"combine": rule, "bind": group}, [comment])
