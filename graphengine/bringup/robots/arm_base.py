@@ -27,10 +27,9 @@ def fill(draft: Draft) -> None:
     if max(depths.values()) < CHAIN or _legs(draft, limbs) > 1:
         return
     draft.fixed_base = True
-    text = (
-        f"the base is fixed to the world: an arm without wheels or legs would fall over; for a robot whose {urdf.root} "
-    )
-    draft.guessed.append(Remark(printable(text + "moves, write fixed_base: false"), urdf.links[urdf.root].element.span))
+    text = "the base is fixed to the world: an arm without wheels or legs would fall over; "
+    text += f"for a robot whose {urdf.root} moves, write fixed_base: false"
+    draft.guessed.append(Remark(printable(text), urdf.links[urdf.root].element.span))
 
 
 def _rolls(draft: Draft) -> bool:

@@ -9,14 +9,14 @@ from typing import Any
 from graphengine.bringup.robots.base import Drivetrain
 from graphengine.bringup.robots.base_wheels import BaseWheel
 from graphengine.bringup.robots.skid_steering import NAME, guess_limits
-from graphengine.descriptions.robot_files.draft import Draft, Entry, Remark, graph_defaults, in_path, rounded, says
+from graphengine.descriptions.robot_files.draft import Draft, Entry, Remark, every, graph_defaults, rounded, says
 from graphengine.devices.rotation import Vector3
 from graphengine.physics.dynamics.command_limits import FASTEST_WHEEL
 
 GRAPH = "base"
 """Name of the base's graph in the robot file."""
 _USUAL = (
-    *("base", "cmd_vel", "odom", "odom_frame", "joint_states", "center", "wheels_per_side", "axles", "rollers"),
+    *("cmd_vel", "odom", "odom_frame", "joint_states", "center", "wheels_per_side", "axles", "rollers"),
     *("left_multiplier", "right_multiplier", "steering_multiplier"),
     *("rear_steering", "steered_wheels", "first_wheel", "end_wheel"),
 )
@@ -33,7 +33,7 @@ def fill(draft: Draft, drivetrain: Drivetrain) -> None:
     base = drivetrain.base
     use = f"graphs/base/{base.kinematics}.yaml"
     defaults = graph_defaults(use)
-    parameters = {"base": in_path(draft.urdf.root)} | drivetrain.parameters | _odometry(drivetrain)
+    parameters = drivetrain.parameters | _odometry(drivetrain)
     guessed: dict[str, float] = {}
     if drivetrain.skid is not None:
         slowest, fastest = _slowest_wheel(draft, drivetrain)
@@ -41,9 +41,8 @@ def fill(draft: Draft, drivetrain: Drivetrain) -> None:
     parameters |= guessed | _limits_of_wheels(draft, drivetrain, defaults | guessed)
     usual = {name: defaults.get(name) for name in _USUAL}
     parameters = {name: value for name, value in parameters.items() if usual.get(name) != value}
-    comment = f"{base.kinematics}, from {base.source}"
-    draft.sections["graphs"][GRAPH] = Entry({"use": use, "parameters": parameters}, [comment])
-    claim = says("graphs", GRAPH, "parameters", value=parameters)
+    draft.add_graph(GRAPH, use, parameters, f"{base.kinematics}, from {base.source}")
+    claim = says("graphs", GRAPH, value=draft.sections["graphs"][GRAPH].value)
     remark = Remark(f"base: {_summary(drivetrain)}, from {base.source}", base.span, claim)
     (draft.guessed if base.guessed else draft.carried).append(remark)
     _remark_on_defaults(draft, defaults, parameters)
@@ -82,14 +81,11 @@ def _limits_of_wheels(draft: Draft, drivetrain: Drivetrain, defaults: Mapping[st
     if speed + turn * lever <= rim:
         return {}
     found = {"wheel_speed": rim / known["radius"], "speed": min(speed, rim), "turn": min(turn, rim / lever)}
-    text = (
-        f"wheels that turn at {fastest:g} rad/s at most: the base drives straight at up to {rim:.3g} m/s, or turns on "
-    )
-    text += f"the spot at up to {rim / lever:.3g} rad/s; the graph scales faster commands down"
+    text = f"wheels that turn at {fastest:g} rad/s at most: the base drives straight at up to {rim:.3g} m/s, "
+    text += f"or turns on the spot at up to {rim / lever:.3g} rad/s; the graph scales faster commands down"
     limits = {name: rounded(value) for name, value in found.items() if name not in known}
     claims = [says("graphs", GRAPH, "parameters", name, value=value) for name, value in limits.items()]
-    span = draft.urdf.joints[slowest.joint].element.span
-    draft.carried.append(Remark(text, span, lambda data: all(claim(data) for claim in claims)))
+    draft.carried.append(Remark(text, draft.urdf.joints[slowest.joint].element.span, every(claims)))
     return limits
 
 

@@ -202,9 +202,8 @@ def _without_virtual_wheels(draft: Draft, base: Base, wheels: Sequence[BaseWheel
     driven = [joint for joint in base.driven if joint in joints] or fixed
     steering = [joint for joint in base.steering if joint in swivels] or [*swivels]
     names = ", ".join((*driven, *steering))
-    draft.guessed.append(
-        Remark(f"{base.source} commands joints without wheels: {names} are commanded instead", base.span)
-    )
+    text = f"{base.source} commands joints without wheels: {names} are commanded instead"
+    draft.guessed.append(Remark(text, base.span))
     return replace(base, driven=tuple(driven), steering=tuple(steering))
 
 

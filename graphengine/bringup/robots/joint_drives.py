@@ -93,10 +93,8 @@ def _tell_braking(draft: Draft, joints: Sequence[UrdfJoint], wheels: Sequence[Ba
     standing = {wheel.joint for wheel in wheels}
     if braking := [joint for joint in joints if joint.name in standing]:
         names = ", ".join(printable(joint.name) for joint in braking)
-        text = (
-            f"{names}: no graph commands these wheels on the floor, whose velocity drives hold them and brake the base"
-        )
-        draft.noticed.append(Remark(text, braking[0].element.span))
+        text = "no graph commands these wheels on the floor, whose velocity drives hold them and brake the base"
+        draft.noticed.append(Remark(f"{names}: {text}", braking[0].element.span))
 
 
 def _carrying(draft: Draft) -> dict[str, float]:

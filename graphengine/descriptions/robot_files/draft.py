@@ -58,6 +58,11 @@ def says(*path: str, value: Any) -> Claim:
     return holds
 
 
+def every(claims: Sequence[Claim]) -> Claim:
+    """Return the claim that all of the given claims hold."""
+    return lambda data: all(claim(data) for claim in claims)
+
+
 def in_path(link: str) -> str:
     """Return the name of a link as part of a prim path; only a name with slashes differs from it."""
     return prim_name(link) if "/" in link else link
@@ -251,6 +256,5 @@ def _combined(remarks: Sequence[Remark]) -> Remark:
         return first
     names = ", ".join(dict.fromkeys(remark.subject[1] for remark in remarks if remark.subject))
     claims = [remark.claim for remark in remarks if remark.claim is not None]
-    together = (lambda data: all(claim(data) for claim in claims)) if claims else None
     text = f"{first.subject[0]}{'s' if len(remarks) > 1 else ''} {names}: {first.text}"
-    return Remark(text, first.span, together)
+    return Remark(text, first.span, every(claims) if claims else None)
