@@ -67,18 +67,12 @@ def fill(draft: Draft) -> None:
     _wheel_slip(draft)
 
 
-def _use(draft: Draft, element: Element, *tags: str) -> None:
-    for child in element.children:
-        if child.tag in tags:
-            draft.use(child)
-
-
 def _friction(
     draft: Draft, element: Element, link: str, subject: Subject, surfaces: dict[str, tuple[Any, ...]]
 ) -> None:
     values = Values(element)
     path = next((path for path in _FRICTION_PATHS if values.find(*path, "mu1|mu|mu2") is not None), None)
-    _use(draft, element, "mu1", "mu2", "mu", "fdir1", "collision")
+    draft.use_parts(element, "mu1", "mu2", "mu", "fdir1", "collision")
     if path is None:
         return
     along = values.number(*path, "mu1|mu", default=1.0)
@@ -164,7 +158,7 @@ def _solver(draft: Draft, element: Element, link: str, subject: Subject, _: obje
         subject.lost(_SOLVER_LOST)
     if element.first("laserRetro") is not None:
         subject.lost("laserRetro: the intensity of a lidar follows from colours")
-    _use(draft, element, *_SOLVER, "laserRetro")
+    draft.use_parts(element, *_SOLVER, "laserRetro")
 
 
 def _colour(draft: Draft, element: Element, link: str, subject: Subject, _: object) -> None:
@@ -173,7 +167,7 @@ def _colour(draft: Draft, element: Element, link: str, subject: Subject, _: obje
     name = values.text("material", "script", "name") or values.text("visual", "material", "script", "name")
     name = name or values.text("material")
     diffuse = values.text("visual", "material", "diffuse") or values.text("material", "diffuse")
-    _use(draft, element, "material", "visual")
+    draft.use_parts(element, "material", "visual")
     bare = [visual for visual in draft.urdf.links[link].element.all("visual") if visual.first("material") is None]
     given = numbers(diffuse, 4) or numbers(diffuse, 3)
     if not (name or diffuse) or not bare:
@@ -192,7 +186,7 @@ def _gravity(draft: Draft, element: Element, link: str, subject: Subject, _: obj
     if values.flag("gravity") is False or values.flag("turnGravityOff"):
         draft.entry("links", link).value["gravity"] = False
         subject.carried("no gravity", says("links", link, "gravity", value=False))
-    _use(draft, element, "gravity", "turnGravityOff")
+    draft.use_parts(element, "gravity", "turnGravityOff")
 
 
 def _static(draft: Draft) -> None:
@@ -214,7 +208,7 @@ def _self_collision(draft: Draft) -> None:
         if values.flag("selfCollide|self_collide") and (not name or name in draft.urdf.links):
             asking.append(Subject(draft, "link", name, element.span))
         if not name or name in draft.urdf.links:
-            _use(draft, element, "selfCollide", "self_collide")
+            draft.use_parts(element, "selfCollide", "self_collide")
     solid = {name for name, link in draft.urdf.links.items() if link.colliders}
     names = {subject.name for subject in asking}
     if "" in names or (names and names >= solid):

@@ -56,9 +56,7 @@ def _spring(draft: Draft, joint: UrdfJoint, gazebo: Element) -> None:
     draft.entry("joints", joint.name).value["spring"] = spring
     claim = says("joints", joint.name, "spring", value=spring)
     draft.carried.append(Remark(f"joint {joint.name}: a spring with stiffness {force:g}", stiffness.span, claim))
-    for part in gazebo.children:
-        if part.tag in ("springStiffness", "springReference", "implicitSpringDamper", "provideFeedback"):
-            draft.use(part)
+    draft.use_parts(gazebo, "springStiffness", "springReference", "implicitSpringDamper", "provideFeedback")
 
 
 def _start(draft: Draft, joint: UrdfJoint) -> None:

@@ -244,6 +244,12 @@ class Draft:
         """Mark an element of the description and all elements below it as used, so that they are not reported as lost."""
         self._used.update((id(part), part) for part in element.walk())
 
+    def use_parts(self, element: Element, *tags: str) -> None:
+        """Mark the children of an element with the given tags as used."""
+        for child in element.children:
+            if child.tag in tags:
+                self.use(child)
+
     def used(self, element: Element) -> bool:
         """Return whether an element of the description is marked as used."""
         return id(element) in self._used
