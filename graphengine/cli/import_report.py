@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Collection, Sequence
-from itertools import zip_longest
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -77,14 +76,14 @@ def _places(items: Sequence[Remark] | Sequence[Finding], *, column: bool = False
     return [name and f"{name}{end})" for name, end in zip(names, ends, strict=True)]
 
 
-def _some(what: str, items: Sequence[str], ends: Sequence[str] = ()) -> list[str]:
+def _some(what: str, items: Sequence[str], ends: Sequence[str]) -> list[str]:
     """Return lines for the first `LONGEST` items, and a line with the number of the others.
 
     Args:
         what: label before each item.
         items: texts, which are cut to `WIDEST` characters.
-        ends: texts to append to the items.
+        ends: text to append to each item.
     """
     cut = [item if len(item) <= WIDEST else f"{item[: WIDEST - 1]}…" for item in items[:LONGEST]]
-    shown = [f"{what}: {item}{end}" for item, end in zip_longest(cut, ends[: len(cut)], fillvalue="")]
+    shown = [f"{what}: {item}{end}" for item, end in zip(cut, ends, strict=False)]
     return [*shown, *([f"{what}: … ({len(items) - LONGEST} more)"] if len(items) > LONGEST else [])]

@@ -167,7 +167,7 @@ class Project:
 
         joints = commanded(imported)
         if joints:
-            block = topic_based.block(self.name, joints, starts=imported.robot.starts)
+            block = topic_based.block(self.name, joints, imported.robot.starts)
             topics = {"states": topic_based.STATES, "commands": topic_based.COMMANDS}
             text = ROS2_CONTROL_FILE.format(name=self.name, block=block, **topics)
             self._add(self.folder / "ros2_control.xacro", text)

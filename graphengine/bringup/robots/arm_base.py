@@ -27,10 +27,9 @@ def fill(draft: Draft) -> None:
     if max(depths.values()) < CHAIN or _legs(draft, limbs) > 1:
         return
     draft.fixed_base = True
-    text = (
-        f"the base is fixed to the world: an arm without wheels or legs would fall over; for a robot whose {urdf.root} "
-    )
-    draft.guessed.append(Remark(printable(text + "moves, write fixed_base: false"), urdf.links[urdf.root].element.span))
+    text = "the base is fixed to the world: an arm without wheels or legs would fall over; "
+    text += f"for a robot whose {urdf.root} moves, write fixed_base: false"
+    draft.guessed.append(Remark(printable(text), urdf.links[urdf.root].element.span))
 
 
 def _rolls(draft: Draft) -> bool:
@@ -62,14 +61,11 @@ def _legs(draft: Draft, limbs: list[str]) -> int:
     whole = extents(model, data, np.arange(model.ngeom))
     if whole is None:
         return 0
-    found = 0
+    found, kind = 0, mujoco.mjtObj.mjOBJ_BODY
     for limb in limbs:
-        bodies = [body for link in draft.urdf.depth_first(limb) if (body := _body(model, link.name)) > 0]
+        bodies = [
+            body for link in draft.urdf.depth_first(limb) if (body := mujoco.mj_name2id(model, kind, link.name)) > 0
+        ]
         reach = extents(model, data, np.flatnonzero(np.isin(model.geom_bodyid, bodies)))
         found += reach is not None and reach[0][2] < whole[0][2] + STANDING
     return found
-
-
-def _body(model: mujoco.MjModel, name: str) -> int:
-    number: int = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_BODY, name)
-    return number

@@ -85,10 +85,8 @@ def fill(draft: Draft) -> None:
         remedy = "there the joint sinks; max_force of a drive replaces the limit"
         draft.noticed.append(Remark(f"{text}; {remedy}", joints[0].element.span))
     if slow:
-        text = (
-            "effort limits with which joints need a long way to stop from their speed limits in some poses, rad or m: "
-        )
-        text += f"{', '.join(slow)}; they lag behind trajectories that need more acceleration"
+        text = "effort limits with which joints need a long way to stop from their speed limits in some poses, "
+        text += f"rad or m: {', '.join(slow)}; they lag behind trajectories that need more acceleration"
         draft.noticed.append(Remark(text, joints[0].element.span))
 
 

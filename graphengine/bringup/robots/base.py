@@ -100,8 +100,7 @@ class Drivetrain:
         steering: joints that take steering commands, from left to right.
         parameters: parameters of the graph.
         grip: for wheels that can slide in one direction: the direction along which the wheel grips, in the root link's frame,
-            by the name of the wheel's link.
-        across: friction coefficient across that direction.
+            by the name of the wheel's link; without `skid`, it has no friction across that direction.
         skid: friction of the wheels of a skid-steered base; None for other bases.
     """
 
@@ -110,5 +109,4 @@ class Drivetrain:
     steering: tuple[UrdfJoint, ...]
     parameters: dict[str, Any]
     grip: Mapping[str, Vector3] = field(default_factory=dict)
-    across: float = 0.0
     skid: Grip | None = None

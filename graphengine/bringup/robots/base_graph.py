@@ -9,34 +9,18 @@ from typing import Any
 from graphengine.bringup.robots.base import Drivetrain
 from graphengine.bringup.robots.base_wheels import BaseWheel
 from graphengine.bringup.robots.skid_steering import NAME, guess_limits
-from graphengine.descriptions.robot_files.draft import Draft, Entry, Remark, in_path, rounded, says
+from graphengine.descriptions.robot_files.draft import Draft, Entry, Remark, every, graph_defaults, rounded, says
 from graphengine.devices.rotation import Vector3
-from graphengine.format.diagnostics import Findings
-from graphengine.format.document import load
-from graphengine.format.files import shipped
 from graphengine.physics.dynamics.command_limits import FASTEST_WHEEL
 
 GRAPH = "base"
 """Name of the base's graph in the robot file."""
-_DEFAULTS = {
-    "base": "base_link",
-    "cmd_vel": "cmd_vel",
-    "odom": "odom",
-    "odom_frame": "odom",
-    "joint_states": "joint_states",
-    "rear_steering": False,
-    "center": [0.0, 0.0],
-    "left_multiplier": 1.0,
-    "right_multiplier": 1.0,
-    "steering_multiplier": 1.0,
-    "wheels_per_side": 1,
-    "steered_wheels": 2,
-    "first_wheel": 2,
-    "end_wheel": 4,
-    "axles": [[1.0, 0, 0, 0.0]] * 4,
-    "rollers": [45.0, -45.0, -45.0, 45.0],
-}
-"""Default values of graph parameters; a parameter with its default value is not written to the robot file."""
+_USUAL = (
+    *("cmd_vel", "odom", "odom_frame", "joint_states", "center", "wheels_per_side", "axles", "rollers"),
+    *("left_multiplier", "right_multiplier", "steering_multiplier"),
+    *("rear_steering", "steered_wheels", "first_wheel", "end_wheel"),
+)
+"""Parameters that are not written to the robot file if they have the default value of the graph."""
 _LIMITS = (("speed", "m/s"), ("turn", "rad/s"), ("acceleration", "m/s2"), ("turn_acceleration", "rad/s2"))
 _SLIP = 0.01
 """Standard deviation of the distance that a wheel rolls in 1 m, as a fraction of the track."""
@@ -48,19 +32,20 @@ def fill(draft: Draft, drivetrain: Drivetrain) -> None:
     """Add the graph that drives the base, and materials for wheels that grip in only one direction."""
     base = drivetrain.base
     use = f"graphs/base/{base.kinematics}.yaml"
-    parameters = {"base": in_path(draft.urdf.root)} | drivetrain.parameters | _odometry(drivetrain)
+    defaults = graph_defaults(use)
+    parameters = drivetrain.parameters | _odometry(drivetrain)
     guessed: dict[str, float] = {}
     if drivetrain.skid is not None:
         slowest, fastest = _slowest_wheel(draft, drivetrain)
         guessed = guess_limits(draft, drivetrain.skid, drivetrain.parameters, fastest * slowest.radius)
-    parameters |= guessed | _limits_of_wheels(draft, drivetrain, _defaults_of(use) | guessed)
-    parameters = {name: value for name, value in parameters.items() if _DEFAULTS.get(name) != value}
-    comment = f"{base.kinematics}, from {base.source}"
-    draft.sections["graphs"][GRAPH] = Entry({"use": use, "parameters": parameters}, [comment])
-    claim = says("graphs", GRAPH, "parameters", value=parameters)
+    parameters |= guessed | _limits_of_wheels(draft, drivetrain, defaults | guessed)
+    usual = {name: defaults.get(name) for name in _USUAL}
+    parameters = {name: value for name, value in parameters.items() if usual.get(name) != value}
+    draft.add_graph(GRAPH, use, parameters, f"{base.kinematics}, from {base.source}")
+    claim = says("graphs", GRAPH, value=draft.sections["graphs"][GRAPH].value)
     remark = Remark(f"base: {_summary(drivetrain)}, from {base.source}", base.span, claim)
     (draft.guessed if base.guessed else draft.carried).append(remark)
-    _remark_on_defaults(draft, use, parameters)
+    _remark_on_defaults(draft, defaults, parameters)
     _grip(draft, drivetrain)
 
 
@@ -96,14 +81,11 @@ def _limits_of_wheels(draft: Draft, drivetrain: Drivetrain, defaults: Mapping[st
     if speed + turn * lever <= rim:
         return {}
     found = {"wheel_speed": rim / known["radius"], "speed": min(speed, rim), "turn": min(turn, rim / lever)}
-    text = (
-        f"wheels that turn at {fastest:g} rad/s at most: the base drives straight at up to {rim:.3g} m/s, or turns on "
-    )
-    text += f"the spot at up to {rim / lever:.3g} rad/s; the graph scales faster commands down"
+    text = f"wheels that turn at {fastest:g} rad/s at most: the base drives straight at up to {rim:.3g} m/s, "
+    text += f"or turns on the spot at up to {rim / lever:.3g} rad/s; the graph scales faster commands down"
     limits = {name: rounded(value) for name, value in found.items() if name not in known}
     claims = [says("graphs", GRAPH, "parameters", name, value=value) for name, value in limits.items()]
-    span = draft.urdf.joints[slowest.joint].element.span
-    draft.carried.append(Remark(text, span, lambda data: all(claim(data) for claim in claims)))
+    draft.carried.append(Remark(text, draft.urdf.joints[slowest.joint].element.span, every(claims)))
     return limits
 
 
@@ -124,15 +106,8 @@ def _lever(drivetrain: Drivetrain) -> float:
     return max(math.hypot(wheel.centre[0] - x, wheel.centre[1] - y) for wheel in drivetrain.wheels)
 
 
-def _defaults_of(use: str) -> dict[str, Any]:
-    """Return the default values of the parameters of a graph that ships with the package."""
-    graph = load(shipped() / use, Findings())
-    return {name: each["default"] for name, each in graph.data["parameters"].items()} if graph is not None else {}
-
-
-def _remark_on_defaults(draft: Draft, use: str, parameters: Mapping[str, Any]) -> None:
+def _remark_on_defaults(draft: Draft, defaults: Mapping[str, Any], parameters: Mapping[str, Any]) -> None:
     """Add remarks on speed limits and odometry errors that have default values, because the description does not give them."""
-    defaults = _defaults_of(use)
     left = [f"{name} {defaults[name]:g} {unit}" for name, unit in _LIMITS if name in {*defaults} - {*parameters}]
     if left:
         draft.guessed.append(Remark(f"limits of the base: {', '.join(left)}"))
@@ -156,30 +131,28 @@ def _grip(draft: Draft, drivetrain: Drivetrain) -> None:
     groups: dict[Vector3, list[str]] = {}
     for link, direction in drivetrain.grip.items():
         groups.setdefault(direction, []).append(link)
-    links = drivetrain.grip.keys()
-    materials = draft.sections["materials"]
+    materials, skid = draft.sections["materials"], drivetrain.skid
     for name, entry in [*materials.items()]:
-        replaced = drivetrain.skid is not None or "direction" not in entry.value
-        if replaced and links & set(entry.value.get("bind", ())):
-            draft.unbind(name, links)
-    bound, skid = draft.bound(), drivetrain.skid
-    differential = drivetrain.base.kinematics == "differential"
+        if skid is not None or "direction" not in entry.value:
+            draft.unbind(name, drivetrain.grip)
+    bound = draft.bound()
     for number, (direction, group) in enumerate(groups.items()):
         if not bound.isdisjoint(group):
             continue
-        name = "casters" if differential else f"rollers_{number + 1}"
-        comment = "they slide sideways, as casters do" if differential else "they grip along the axes of their rollers"
-        along = _ROLLER_ALONG
+        along, across, rule = _ROLLER_ALONG, 0.0, "min"
+        name, comment = f"rollers_{number + 1}", "they grip along the axes of their rollers"
         if skid is not None:
-            name, comment, along = NAME, f"they slide sideways in a turn; friction {skid.reason}", skid.along
+            along, across, rule = skid.along, skid.across, "min" if skid.described else "max"
+            name, comment = NAME, f"they slide sideways in a turn; friction {skid.reason}"
+        elif drivetrain.base.kinematics == "differential":
+            name, comment = "casters", "they slide sideways, as casters do"
         value = {
             "static_friction": along,
             "dynamic_friction": along,
-            "across": drivetrain.across,
+            "across": across,
             "direction": [rounded(part, 6) for part in direction],
             "expressed_in": draft.urdf.root,
         }
         if skid is not None:
             value["steady_sliding"] = True
-        rule = "max" if skid is not None and not skid.described else "min"
         materials[name] = Entry(value | {"combine": rule, "bind": group}, [comment])

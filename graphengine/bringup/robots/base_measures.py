@@ -103,7 +103,7 @@ def _differential(
     if base.multiplier != 1.0:
         text = f"{base.source}: the multiplier {base.multiplier:g} of the track is not used: the plain track makes turns exact"
         draft.guessed.append(Remark(text, base.span))
-    return replace(found, grip={wheel.link: (1.0, 0.0, 0.0) for wheel in loose}, across=0.0) if loose else found
+    return replace(found, grip={wheel.link: (1.0, 0.0, 0.0) for wheel in loose}) if loose else found
 
 
 def _skidding(draft: Draft, found: Drivetrain, wheels: Sequence[BaseWheel]) -> Drivetrain:
@@ -129,7 +129,7 @@ def _skidding(draft: Draft, found: Drivetrain, wheels: Sequence[BaseWheel]) -> D
     (draft.carried if skid.described else draft.guessed).append(Remark(text, base.span))
     grip: dict[str, Vector3] = dict.fromkeys(links, (1.0, 0.0, 0.0))
     parameters = found.parameters | {"track": rounded(turning, 4)}
-    return replace(found, parameters=parameters, grip=grip, across=skid.across, skid=skid)
+    return replace(found, parameters=parameters, grip=grip, skid=skid)
 
 
 def _by_side(wheels: Sequence[BaseWheel]) -> tuple[list[BaseWheel], list[BaseWheel]]:
@@ -164,14 +164,8 @@ def _holonomic(draft: Draft, base: Base, driven: Sequence[BaseWheel]) -> Drivetr
     known = {
         key: value for key, value in base.parameters.items() if "acceleration" not in key and key != "deceleration"
     }
-    return Drivetrain(
-        base,
-        tuple(driven),
-        (),
-        parameters | known,
-        {wheel.link: grip for wheel, grip in zip(driven, grips, strict=True) if not wheel.rollers.links},
-        0.0,
-    )
+    grip = {wheel.link: grip for wheel, grip in zip(driven, grips, strict=True) if not wheel.rollers.links}
+    return Drivetrain(base, tuple(driven), (), parameters | known, grip)
 
 
 def _omni(draft: Draft, base: Base, driven: Sequence[BaseWheel]) -> Drivetrain | None:
@@ -208,9 +202,8 @@ def _without_virtual_wheels(draft: Draft, base: Base, wheels: Sequence[BaseWheel
     driven = [joint for joint in base.driven if joint in joints] or fixed
     steering = [joint for joint in base.steering if joint in swivels] or [*swivels]
     names = ", ".join((*driven, *steering))
-    draft.guessed.append(
-        Remark(f"{base.source} commands joints without wheels: {names} are commanded instead", base.span)
-    )
+    text = f"{base.source} commands joints without wheels: {names} are commanded instead"
+    draft.guessed.append(Remark(text, base.span))
     return replace(base, driven=tuple(driven), steering=tuple(steering))
 
 

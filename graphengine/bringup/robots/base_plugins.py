@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import replace
 
 from graphengine.bringup.robots.base import Base, flaw, given
@@ -173,13 +173,6 @@ def _topic(plugin: Element, name: str, *tags: str) -> str | None:
 
 def _remapped(plugin: Element, name: str) -> str:
     """Return the new name that a `<remapping>` of a plugin gives to `name`; empty if the name is not remapped."""
-    for remapping in _remappings(plugin):
-        old, _, new = remapping.partition(":=")
-        if old.strip() == name:
-            return new.strip()
-    return ""
-
-
-def _remappings(plugin: Element) -> Iterator[str]:
-    for ros in plugin.all("ros"):
-        yield from (each.text for tag in ("remapping", "argument") for each in ros.all(tag))
+    elements = (each for ros in plugin.all("ros") for tag in ("remapping", "argument") for each in ros.all(tag))
+    remappings = (element.text.partition(":=") for element in elements)
+    return next((new.strip() for old, _, new in remappings if old.strip() == name), "")

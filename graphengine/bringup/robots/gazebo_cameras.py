@@ -20,14 +20,12 @@ def camera(values: Values, sensor: Subject) -> Figures:
 
 def depth_camera(values: Values, sensor: Subject) -> Figures:
     """Return the type, graph and profile of a depth camera."""
-    profile = _with_depth(values, sensor)
-    return Figures("camera", "depth_camera", profile, f"depth {_resolution_told(profile)}")
+    return _with_depth(values, sensor, "depth_camera", "depth")
 
 
 def rgbd_camera(values: Values, sensor: Subject) -> Figures:
     """Return the type, graph and profile of a camera with colour and depth."""
-    profile = _with_depth(values, sensor)
-    return Figures("camera", "rgbd_camera", profile, f"colour and depth {_resolution_told(profile)}")
+    return _with_depth(values, sensor, "rgbd_camera", "colour and depth")
 
 
 def _pinhole(values: Values, sensor: Subject) -> dict[str, Any]:
@@ -57,7 +55,7 @@ def _pinhole(values: Values, sensor: Subject) -> dict[str, Any]:
     }
 
 
-def _with_depth(values: Values, sensor: Subject) -> dict[str, Any]:
+def _with_depth(values: Values, sensor: Subject, graph: str, images: str) -> Figures:
     profile = _pinhole(values, sensor) | {"depth": True}
     values.skip("camera", "depth_camera", "output")
     clip = [values.number("camera", "depth_camera", "clip", end) for end in ("near", "far")]
@@ -67,7 +65,7 @@ def _with_depth(values: Values, sensor: Subject) -> dict[str, Any]:
         profile["depth_noise"] = deviation
         text = f"noise of {deviation:g} m: taken for that at 1 m, as here it grows with the square of the distance"
         sensor.guessed(text)
-    return profile
+    return Figures("camera", graph, profile, f"{images} {_resolution_told(profile)}")
 
 
 def _resolution_told(profile: dict[str, Any]) -> str:

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from typing import Any
 
-from graphengine.bringup.robots.gazebo_values import Notes, Subject, UnusableError, Values
+from graphengine.bringup.robots.gazebo_values import Subject, UnusableError, Values
 from graphengine.descriptions.files.xml import Element, numbers
 from graphengine.descriptions.robot_files.draft import Claim, Draft, Remark, RobotData, says
 from graphengine.descriptions.urdf.urdf import Urdf
@@ -34,7 +33,9 @@ COLOURS = {
     "indigo": (0.33, 0.0, 0.5),
 }
 """Diffuse colours (red, green, blue) of the materials `Gazebo/NAME` that have no texture, by NAME in lower case."""
-_SURFACE = "collision", "surface"
+_SURFACE = ("collision", "surface", "friction")
+_FRICTION_PATHS: tuple[tuple[str, ...], ...] = ((), (*_SURFACE, "ode"), (*_SURFACE, "bullet"))
+"""Paths below which a `<gazebo>` element may have a friction."""
 _SOLVER = ("kp", "kd", "minDepth", "min_depth", "maxVel", "max_vel", "maxContacts", "max_contacts")
 _SOLVER_LOST = (
     "kp, kd and other settings of Gazebo's contacts: those of MuJoCo have a time constant, which graphengine chooses"
@@ -47,40 +48,31 @@ _SYSTEMS = ("Sensors", "Imu", "Contact", "Physics", "SceneBroadcaster", "UserCom
 
 def fill(draft: Draft) -> None:
     """Add materials, colours and settings of links, and settings of the whole robot, to the draft."""
-    notes = Notes()
     surfaces: dict[str, tuple[Any, ...]] = {}
+    _static(draft)
     for element in draft.urdf.element.all("gazebo"):
         name = element.get("reference")
         if name in draft.urdf.links:
-            subject = Subject(notes, name, element.span)
+            subject = Subject(draft, "link", name, element.span)
             for part in (_friction, _solver, _colour, _gravity):
                 try:
                     part(draft, element, name, subject, surfaces)
                 except UnusableError as error:
                     subject.lost(error.reason, error.span)
-        elif not name:
-            _static(draft, element)
         for child in element.children:
             if child.tag in _NO_EFFECT or (not name and child.tag == "plugin" and _is_always_done(child)):
                 draft.use(child)
     _add_materials(draft, surfaces)
-    notes.tell(draft, "link")
     _self_collision(draft)
     _wheel_slip(draft)
-
-
-def _use(draft: Draft, element: Element, *tags: str) -> None:
-    for child in element.children:
-        if child.tag in tags:
-            draft.use(child)
 
 
 def _friction(
     draft: Draft, element: Element, link: str, subject: Subject, surfaces: dict[str, tuple[Any, ...]]
 ) -> None:
     values = Values(element)
-    path = next((path for path in _friction_paths() if values.find(*path, "mu1|mu|mu2") is not None), None)
-    _use(draft, element, "mu1", "mu2", "mu", "fdir1", "collision")
+    path = next((path for path in _FRICTION_PATHS if values.find(*path, "mu1|mu|mu2") is not None), None)
+    draft.use_parts(element, "mu1", "mu2", "mu", "fdir1", "collision")
     if path is None:
         return
     along = values.number(*path, "mu1|mu", default=1.0)
@@ -93,7 +85,7 @@ def _friction(
     direction = values.find(*path, "fdir1")
     if along == across:
         surfaces.setdefault(link, (along,))
-        subject.carried(f"friction {along:g}", _bound(link, along))
+        subject.carried(f"friction {along:g}", _bound(link, along, along))
     elif direction is None:
         surfaces.setdefault(link, (along,))
         draft.second_frictions[link] = across
@@ -107,21 +99,14 @@ def _friction(
         subject.carried(f"friction {along:g} along fdir1, {across:g} across it", _bound(link, along, across))
 
 
-def _bound(link: str, along: float, across: float | None = None) -> Claim:
+def _bound(link: str, along: float, across: float) -> Claim:
     """Return the claim that a material with the given friction is bound to a link."""
 
     def holds(data: RobotData) -> bool:
         bound = (each for each in data.get("materials", {}).values() if link in each.get("bind", ()))
-        wanted = along, along if across is None else across
-        return any((each["static_friction"], each.get("across", along)) == wanted for each in bound)
+        return any((each["static_friction"], each.get("across", along)) == (along, across) for each in bound)
 
     return holds
-
-
-def _friction_paths() -> Iterator[tuple[str, ...]]:
-    yield ()
-    for engine in ("ode", "bullet"):
-        yield (*_SURFACE, "friction", engine)
 
 
 def _direction(urdf: Urdf, link: str, element: Element, subject: Subject) -> tuple[tuple[float, ...], str]:
@@ -173,7 +158,7 @@ def _solver(draft: Draft, element: Element, link: str, subject: Subject, _: obje
         subject.lost(_SOLVER_LOST)
     if element.first("laserRetro") is not None:
         subject.lost("laserRetro: the intensity of a lidar follows from colours")
-    _use(draft, element, *_SOLVER, "laserRetro")
+    draft.use_parts(element, *_SOLVER, "laserRetro")
 
 
 def _colour(draft: Draft, element: Element, link: str, subject: Subject, _: object) -> None:
@@ -182,14 +167,13 @@ def _colour(draft: Draft, element: Element, link: str, subject: Subject, _: obje
     name = values.text("material", "script", "name") or values.text("visual", "material", "script", "name")
     name = name or values.text("material")
     diffuse = values.text("visual", "material", "diffuse") or values.text("material", "diffuse")
-    _use(draft, element, "material", "visual")
+    draft.use_parts(element, "material", "visual")
     bare = [visual for visual in draft.urdf.links[link].element.all("visual") if visual.first("material") is None]
     given = numbers(diffuse, 4) or numbers(diffuse, 3)
     if not (name or diffuse) or not bare:
         return
-    colour = COLOURS.get(name.rpartition("/")[2].lower().replace("gray", "grey")) if name and given is None else None
-    if given is not None:
-        colour = (given[0], given[1], given[2])
+    known = COLOURS.get(name.rpartition("/")[2].lower().replace("gray", "grey"))
+    colour = known if given is None else given[:3]
     if colour is None or not all(0.0 <= part <= 1.0 for part in colour):
         subject.lost(f"material {printable((name or diffuse)[:60])!r} is not a known colour")
         return
@@ -202,49 +186,46 @@ def _gravity(draft: Draft, element: Element, link: str, subject: Subject, _: obj
     if values.flag("gravity") is False or values.flag("turnGravityOff"):
         draft.entry("links", link).value["gravity"] = False
         subject.carried("no gravity", says("links", link, "gravity", value=False))
-    _use(draft, element, "gravity", "turnGravityOff")
+    draft.use_parts(element, "gravity", "turnGravityOff")
 
 
-def _static(draft: Draft, gazebo: Element) -> None:
+def _static(draft: Draft) -> None:
     """Fix the base of the robot to the world if Gazebo's settings make the robot static."""
-    static = gazebo.first("static")
-    if static is not None and static.text.strip().lower() in ("true", "1"):
-        draft.fixed_base = True
-        draft.use(static)
-        claim = says("fixed_base", value=True)
-        draft.carried.append(Remark("the base is fixed to the world, because the robot is static", static.span, claim))
+    for gazebo in draft.urdf.element.all("gazebo"):
+        static = gazebo.first("static") if not gazebo.get("reference") else None
+        if static is not None and static.text.strip().lower() in ("true", "1"):
+            draft.fixed_base = True
+            draft.use(static)
+            text = "the base is fixed to the world, because the robot is static"
+            draft.carried.append(Remark(text, static.span, says("fixed_base", value=True)))
 
 
 def _self_collision(draft: Draft) -> None:
     """Enable self-collision if the settings of the robot, or of all links with colliders, request it; else report it as lost."""
-    notes, links, whole = Notes(), [], False
+    asking: list[Subject] = []
     for element in draft.urdf.element.all("gazebo"):
         name, values = element.get("reference"), Values(element)
         if values.flag("selfCollide|self_collide") and (not name or name in draft.urdf.links):
-            whole = whole or not name
-            links += [name] if name else []
-            notes.add(
-                "lost", name, "self_collide: self-collision can be enabled only for all links of a robot", element.span
-            )
+            asking.append(Subject(draft, "link", name, element.span))
         if not name or name in draft.urdf.links:
-            _use(draft, element, "selfCollide", "self_collide")
-    solid = [name for name, link in draft.urdf.links.items() if link.colliders]
-    if whole or (links and set(links) >= set(solid)):
+            draft.use_parts(element, "selfCollide", "self_collide")
+    solid = {name for name, link in draft.urdf.links.items() if link.colliders}
+    names = {subject.name for subject in asking}
+    if "" in names or (names and names >= solid):
         draft.settings["self_collision"] = True
-    else:
-        notes.tell(draft, "link")
+        return
+    for subject in asking:
+        subject.lost("self_collide: self-collision can be enabled only for all links of a robot")
 
 
 def _wheel_slip(draft: Draft) -> None:
-    notes = Notes()
     for element in draft.urdf.element.all("gazebo"):
         for plugin in element.all("plugin"):
             if "wheelslip" in (plugin.get("name") + plugin.get("filename")).lower().replace("-", "").replace("_", ""):
                 draft.use(plugin)
                 for wheel in plugin.all("wheel"):
                     text = "WheelSlip: contacts of MuJoCo hold or slide; they do not creep in proportion to the force"
-                    notes.add("lost", wheel.get("link_name"), text, plugin.span)
-    notes.tell(draft, "link")
+                    Subject(draft, "link", wheel.get("link_name"), plugin.span).lost(text)
 
 
 def _is_always_done(plugin: Element) -> bool:

@@ -139,8 +139,7 @@ def contact(values: Values, sensor: Subject) -> Figures:
     """Return the type and graph of a contact sensor, which detects contacts of all colliders of its link."""
     values.skip("contact", "collision")
     values.skip("update_rate")
-    text = "published each tick as std_msgs/Bool, without the positions of contacts"
-    sensor.guessed(text)
+    sensor.guessed("published each tick as std_msgs/Bool, without the positions of contacts")
     return Figures("contact", "contact", {}, "contact sensor")
 
 

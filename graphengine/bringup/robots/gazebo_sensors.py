@@ -11,9 +11,9 @@ from pydantic import ValidationError
 
 from graphengine.bringup.robots import gazebo_profiles, gazebo_topics
 from graphengine.bringup.robots.gazebo_figures import Figures
-from graphengine.bringup.robots.gazebo_values import Notes, Subject, UnusableError, Values
+from graphengine.bringup.robots.gazebo_values import Subject, UnusableError, Values
 from graphengine.descriptions.files.xml import Element, numbers
-from graphengine.descriptions.robot_files.draft import Claim, Draft, Remark, RobotData, says
+from graphengine.descriptions.robot_files.draft import Claim, Draft, Remark, RobotData, graph_defaults, says
 from graphengine.descriptions.urdf.urdf import Urdf
 from graphengine.devices.camera import LOOKING_FORWARD
 from graphengine.devices.device import Device
@@ -61,38 +61,33 @@ class _Found:
 
 def fill(draft: Draft) -> None:
     """Add a sensor and a graph that publishes it for each Gazebo sensor; types without an equivalent are reported as lost."""
-    notes = Notes()
-    found = list(_sensors(draft, notes))
+    found = list(_sensors(draft))
     unnamed = Counter(sensor.figures.graph for sensor in found if not sensor.topics)
     for sensor in found:
         _mount(draft, sensor)
         _publish(draft, sensor, alone=unnamed[sensor.figures.graph] == 1)
         if left := dict.fromkeys(part.tag for part in sensor.values.unread() if part.tag not in _NO_EFFECT):
             sensor.subject.lost(f"not used: {', '.join(printable(tag[:40]) for tag in list(left)[:10])}")
-    notes.tell(draft, "sensor")
 
 
-def _sensors(draft: Draft, notes: Notes) -> Iterator[_Found]:
+def _sensors(draft: Draft) -> Iterator[_Found]:
     """Yield the convertible sensors in order of the file, with unique prim names; report the others as lost."""
-    urdf, count = draft.urdf, 0
+    urdf = draft.urdf
     taken = {prim_name(name) for name in (*urdf.links, *urdf.joints)}
-    for gazebo in urdf.element.all("gazebo"):
-        for link, element in (
-            *((gazebo.get("reference"), child) for child in gazebo.all("sensor")),
-            *_of_plugins(gazebo),
-        ):
-            count += 1
-            if count > MAX_SENSORS:
-                draft.lost.append(Remark(f"sensors after the first {MAX_SENSORS}", element.span))
-                return
-            draft.use(element)
-            if (found := _read(draft, element, link, taken, notes)) is not None:
-                taken.add(found.name)
-                yield found
+    elements = [each for gazebo in urdf.element.all("gazebo") for each in _elements(gazebo)]
+    if len(elements) > MAX_SENSORS:
+        draft.lost.append(Remark(f"sensors after the first {MAX_SENSORS}", elements[MAX_SENSORS][1].span))
+    for link, element in elements[:MAX_SENSORS]:
+        draft.use(element)
+        if (found := _read(draft, element, link, taken)) is not None:
+            taken.add(found.name)
+            yield found
 
 
-def _of_plugins(gazebo: Element) -> Iterator[tuple[str, Element]]:
-    """Yield the link name and a `<sensor>` element for each IMU of Gazebo classic that is a plugin outside of a sensor."""
+def _elements(gazebo: Element) -> Iterator[tuple[str, Element]]:
+    """Yield the link name and the element of each sensor; an IMU of Gazebo classic is a plugin outside of a sensor."""
+    for sensor in gazebo.all("sensor"):
+        yield gazebo.get("reference"), sensor
     for plugin in gazebo.all("plugin"):
         if plugin.get("filename").removeprefix("lib").removesuffix(".so") in _IMU_PLUGINS:
             values = Values(plugin)
@@ -101,9 +96,9 @@ def _of_plugins(gazebo: Element) -> Iterator[tuple[str, Element]]:
             yield link, Element("sensor", attributes, plugin.span, [plugin])
 
 
-def _read(draft: Draft, element: Element, link: str, taken: set[str], notes: Notes) -> _Found | None:
+def _read(draft: Draft, element: Element, link: str, taken: set[str]) -> _Found | None:
     kind, given, values = element.get("type"), element.get("name") or element.get("type"), Values(element)
-    subject = Subject(notes, given, element.span)
+    subject = Subject(draft, "sensor", given, element.span)
     if kind not in gazebo_profiles.READERS:
         like = gazebo_profiles.NO_LIKE.get(kind, f"a sensor of type {printable(kind[:40])!r}")
         subject.lost(f"there is nothing like {like}", element.place("type"))
@@ -188,13 +183,14 @@ def _publish(draft: Draft, sensor: _Found, *, alone: bool) -> None:
         names = customary if alone else {name: f"{owner}/{topic}" for name, topic in customary.items()}
         below = "" if alone else ", below its name"
         sensor.subject.guessed(f"no topic: published on {', '.join(customary.values())}{below}")
-    declared = gazebo_topics.parameters_of(figures.graph)
+    use = f"graphs/publishers/{figures.graph}.yaml"
+    declared = graph_defaults(use)
     parameters: dict[str, Any] = {kind if kind in declared else "sensor": path, **names}
     if "frame" in declared:
         parameters["frame"] = _frame(draft, sensor)
     if "width" in declared:
         parameters |= dict(zip(("width", "height"), figures.profile["size"], strict=True))
-    _use(draft, sensor.name, f"graphs/publishers/{figures.graph}.yaml", parameters)
+    _use(draft, sensor.name, use, parameters)
     rate = f" at {figures.profile['rate']:g} Hz" if "rate" in figures.profile else ""
     text = f"{figures.told} on {printable(sensor.link)}{rate}, published on {', '.join(names.values())}"
     sensor.subject.carried(text, _published(sensor, parameters))

@@ -8,13 +8,9 @@ applies to them.
 from __future__ import annotations
 
 import re
-from functools import cache
-from typing import Any
 
 from graphengine.bringup.robots.gazebo_values import Values
-from graphengine.format.diagnostics import Findings
-from graphengine.format.document import load
-from graphengine.format.files import shipped
+from graphengine.descriptions.robot_files.draft import graph_defaults
 
 _NEW = {
     "points": {"topic": "{topic}/points"},
@@ -56,17 +52,10 @@ def topics(graph: str, values: Values) -> dict[str, str]:
     return _of_plugin(defaults, values) if values.find("plugin") is not None else {}
 
 
-@cache
-def parameters_of(graph: str) -> dict[str, Any]:
-    """Return the default values of the parameters of a graph in `graphs/publishers`."""
-    document = load(shipped() / "graphs" / "publishers" / f"{graph}.yaml", Findings())
-    assert document is not None
-    return {name: declared["default"] for name, declared in document.data["parameters"].items()}
-
-
 def customary(graph: str) -> dict[str, str]:
     """Return the default topics of a graph in `graphs/publishers`, by parameter."""
-    return {name: default for name, default in parameters_of(graph).items() if name in _CLASSIC}
+    defaults = graph_defaults(f"graphs/publishers/{graph}.yaml")
+    return {name: default for name, default in defaults.items() if name in _CLASSIC}
 
 
 def frame(values: Values) -> str:

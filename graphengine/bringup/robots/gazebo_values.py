@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
-from typing import Literal
+from dataclasses import dataclass, field
 
 from graphengine.descriptions.files.xml import Element, number
 from graphengine.descriptions.robot_files.draft import Claim, Draft, Remark
@@ -85,45 +84,29 @@ class Values:
         return [leaf for leaf in leaves if id(leaf) not in self._read and number(leaf.text) != 0.0]
 
 
-@dataclass(slots=True)
-class Notes:
-    """Collects remarks on parts of a description; the same remark on several parts becomes one line with all their names."""
-
-    _said: list[tuple[str, str, Remark]] = field(default_factory=list)
-
-    def add(
-        self,
-        kind: Literal["carried", "guessed", "lost"],
-        subject: str,
-        text: str,
-        span: Span,
-        claim: Claim | None = None,
-    ) -> None:
-        """Add a remark on the part named `subject`, e.g. a sensor; `kind` is the list of the draft that receives the remark."""
-        self._said.append((kind, subject, Remark(text, span, claim)))
-
-    def tell(self, draft: Draft, noun: str) -> None:
-        """Add all remarks to a draft; the names of the parts are preceded by a noun, such as `sensor`."""
-        for kind, subject, remark in self._said:
-            getattr(draft, kind).append(replace(remark, subject=(noun, printable(subject[:60]))))
-
-
 @dataclass(frozen=True, slots=True)
 class Subject:
-    """A part of a description, such as a link or sensor, with methods that add remarks on it."""
+    """A part of a description, with methods that add remarks on it; `noun` says what it is, such as `link` or `sensor`.
 
-    notes: Notes
+    The same remark on several parts becomes one line with all their names.
+    """
+
+    draft: Draft
+    noun: str
     name: str
     span: Span
 
     def carried(self, text: str, claim: Claim) -> None:
         """Add a remark on a value that was carried over to the robot file, with the claim that the file contains the value."""
-        self.notes.add("carried", self.name, text, self.span, claim)
+        self.draft.carried.append(self._remark(text, self.span, claim))
 
     def guessed(self, text: str) -> None:
         """Add a remark on a value that the import chose, because the description lacks it."""
-        self.notes.add("guessed", self.name, text, self.span)
+        self.draft.guessed.append(self._remark(text, self.span))
 
     def lost(self, text: str, span: Span | None = None) -> None:
         """Add a remark on a value that a robot file cannot express; its location is by default that of the part."""
-        self.notes.add("lost", self.name, text, span or self.span)
+        self.draft.lost.append(self._remark(text, span or self.span))
+
+    def _remark(self, text: str, span: Span, claim: Claim | None = None) -> Remark:
+        return Remark(text, span, claim, (self.noun, printable(self.name[:60])))

@@ -167,7 +167,7 @@ def import_robot(origin: Origin, findings: Findings) -> Imported | None:
         beside = origin.path.resolve() == written_to.resolve()
         written_to = origin.target.with_suffix(".imported.urdf") if beside else written_to
         origin = replace(origin, path=None)
-    name, files = origin.target.stem, origin.packages.files
+    name, folder, files = origin.target.stem, origin.target.parent, origin.packages.files
     library = Library(files, findings)
     model_files: dict[Path, Path] = {}
     if origin.model is None:
@@ -181,8 +181,8 @@ def import_robot(origin: Origin, findings: Findings) -> Imported | None:
     path = origin.path or written_to
     if origin.model is not None:
         copied = next((to for to, source in model_files.items() if source == origin.model.resolve()), None)
-        path = origin.target.parent / copied if copied is not None else origin.model
-    told = [_near(folder, origin.target) for folder in packages]
+        path = folder / copied if copied is not None else origin.model
+    told = [_near(each, origin.target) for each in packages]
     near = _near(path, origin.target)
     draft = Draft(urdf, name, origin.told, near, told, origin.fixed_base, origin.controllers, library)
     draft.position_drives = origin.position_drives
@@ -216,16 +216,11 @@ def import_robot(origin: Origin, findings: Findings) -> Imported | None:
         lowest=_lowest(model, robot),
         library=library,
         files={**written, origin.target: text},
-        copies={_beside(origin.target, target): source for target, source in {**graphs, **meshes}.items()},
+        copies={Path(os.path.normpath(folder / target)): source for target, source in {**graphs, **meshes}.items()},
         outside=_outside([*packages, path], origin),
         use=os.path.relpath(origin.target.parent.resolve() / origin.target.name, _project(origin.target)),
         draft=draft,
     )
-
-
-def _beside(file: Path, target: Path) -> Path:
-    """Return a path relative to the folder of `file` as a path without `..`."""
-    return Path(os.path.normpath(file.parent / target))
 
 
 def _compiled(spec: mujoco.MjSpec, draft: Draft, findings: Findings) -> mujoco.MjModel | None:

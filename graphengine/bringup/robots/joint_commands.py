@@ -14,14 +14,6 @@ from graphengine.format.wording import printable
 KINDS = ("position", "velocity", "effort")
 _SERVOS = ("TrajectoryController", "GripperActionController")
 """Ends of the types of controllers that hold positions, with whichever command interface; a position drive replaces them."""
-_CONTROLLERS = {
-    "PositionController": "position",
-    "VelocityController": "velocity",
-    "EffortController": "effort",
-}
-"""Kind of command that a controller gives, by a part of the controller's type."""
-_HARDWARE = {"Position": "position", "Velocity": "velocity", "Effort": "effort"}
-"""Kind of command, by the beginning of a transmission's hardware interface, as in `hardware_interface/VelocityJointInterface`."""
 
 
 @dataclass(slots=True)
@@ -88,7 +80,8 @@ def _controller(draft: Draft, controller: Controller, found: dict[str, JointComm
     """Add the commands that a controller gives to joints to `found`; a controller of an unknown type adds none."""
     word = controller.kind
     kinds = ("position",) if word.endswith(_SERVOS) else controller.texts("command_interfaces", "interface_name")
-    kinds = tuple(kind for kind in kinds or (k for part, k in _CONTROLLERS.items() if part in word) if kind in KINDS)
+    kinds = kinds or tuple(kind for kind in KINDS if f"{kind.capitalize()}Controller" in word)
+    kinds = tuple(kind for kind in kinds if kind in KINDS)
     if not kinds:  # a broadcaster, or of a type that says nothing about commands
         return
     for name in controller.texts("joint", "joints"):
@@ -137,9 +130,9 @@ def _transmission(draft: Draft, element: Element, found: dict[str, JointCommands
             continue
         interfaces = [each for holder in (joint, *element.all("actuator")) for each in holder.all("hardwareInterface")]
         for interface in interfaces:
-            word = interface.text.rpartition("/")[2]
-            for beginning, kind in _HARDWARE.items():
-                if word.startswith(beginning):
+            word = interface.text.rpartition("/")[2]  # such as VelocityJointInterface
+            for kind in KINDS:
+                if word.startswith(kind.capitalize()):
                     commands.ranges.setdefault(kind, (None, None))
 
 

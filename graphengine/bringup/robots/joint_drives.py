@@ -8,7 +8,7 @@ are guessed.
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 from graphengine.bringup.robots.base import Drivetrain
@@ -49,7 +49,6 @@ def fill(
         drivetrain: drivetrain of the base; None for a robot without a base.
     """
     decisions: dict[_Decision, list[UrdfJoint]] = {}
-    rollers = {name for wheel in draft.wheels.values() for name in wheel.rollers.joints}
     carrying = _carrying(draft) if drivetrain is not None else {}
     driven = [wheel.joint for wheel in drivetrain.wheels] if drivetrain is not None else []
     ranged = [joint for joint in driven if joint in commands and any(commands[joint].ranges.get("velocity", ()))]
@@ -59,9 +58,7 @@ def fill(
     for joint in draft.urdf.moving():
         if joint.mimic is not None:
             continue
-        decision = _decide(
-            joint, commands, wheels, drivetrain, rollers, carrying, position_drives=draft.position_drives
-        )
+        decision = _decide(draft, joint, commands, wheels, drivetrain, carrying)
         decisions.setdefault(decision, []).append(joint)
         entry = draft.entry("joints", joint.name)
         entry.value |= _drive(draft, joint, decision.kind, wheels, drivetrain)
@@ -87,9 +84,8 @@ def fill(
         draft.guessed.append(Remark(f"damping of velocity drives: {told} N m s/rad, by the weight on the wheels"))
     for decision, joints in decisions.items():
         names = ", ".join(printable(joint.name) for joint in joints)
-        remark = Remark(f"{_TOLD[decision.kind]}: {names}; {decision.why}", joints[0].element.span)
-        remark = replace(remark, claim=_drives([joint.name for joint in joints], decision.kind))
-        (draft.guessed if decision.guessed else draft.carried).append(remark)
+        text, claim = f"{_TOLD[decision.kind]}: {names}; {decision.why}", _drives(joints, decision.kind)
+        (draft.guessed if decision.guessed else draft.carried).append(Remark(text, joints[0].element.span, claim))
 
 
 def _tell_braking(draft: Draft, joints: Sequence[UrdfJoint], wheels: Sequence[BaseWheel]) -> None:
@@ -97,10 +93,8 @@ def _tell_braking(draft: Draft, joints: Sequence[UrdfJoint], wheels: Sequence[Ba
     standing = {wheel.joint for wheel in wheels}
     if braking := [joint for joint in joints if joint.name in standing]:
         names = ", ".join(printable(joint.name) for joint in braking)
-        text = (
-            f"{names}: no graph commands these wheels on the floor, whose velocity drives hold them and brake the base"
-        )
-        draft.noticed.append(Remark(text, braking[0].element.span))
+        text = "no graph commands these wheels on the floor, whose velocity drives hold them and brake the base"
+        draft.noticed.append(Remark(f"{names}: {text}", braking[0].element.span))
 
 
 def _carrying(draft: Draft) -> dict[str, float]:
@@ -112,11 +106,11 @@ def _carrying(draft: Draft) -> dict[str, float]:
     return found
 
 
-def _drives(joints: Sequence[str], kind: str) -> Claim:
+def _drives(joints: Sequence[UrdfJoint], kind: str) -> Claim:
     """Return the claim that joints have drives of a kind, or none for a kind without a drive."""
 
     def holds(data: RobotData) -> bool:
-        drives = [data.get("joints", {}).get(joint, {}).get("drive") for joint in joints]
+        drives = [data.get("joints", {}).get(joint.name, {}).get("drive") for joint in joints]
         if kind not in ("velocity", "position"):
             return not any(drives)
         return all(drive is not None and ("stiffness" in drive) == (kind == "position") for drive in drives)
@@ -142,14 +136,12 @@ _TOLD = {
 
 
 def _decide(
+    draft: Draft,
     joint: UrdfJoint,
     commands: Mapping[str, JointCommands],
     wheels: Sequence[BaseWheel],
     drivetrain: Drivetrain | None,
-    rollers: Collection[str],
     carrying: Collection[str],
-    *,
-    position_drives: bool,
 ) -> _Decision:
     command = commands.get(joint.name)
     kinds = command.ranges if command is not None else {}
@@ -163,10 +155,10 @@ def _decide(
         if "velocity" in kinds and joint.limits is None:
             kind = "velocity"
         why = f"{kind} command of {command.source.partition(' ')[0]}"
-        if kind == "effort" and position_drives:
+        if kind == "effort" and draft.position_drives:
             return _Decision("position", f"--position-drives, in place of the {why}", guessed=True)
         return _Decision(kind, why)
-    if joint.name in rollers:
+    if any(joint.name in wheel.rollers.joints for wheel in draft.wheels.values()):
         return _Decision("free", "rollers of the wheels", guessed=True)
     if command is not None or commands:
         return _Decision("free", "no controller commands them")
@@ -202,18 +194,14 @@ def _drive(
 ) -> dict[str, Any]:
     """Return a mapping with the key `drive` for a joint in the robot file; empty for a joint without a drive."""
     driven = drivetrain.wheels if drivetrain is not None else ()
-    wheel = next((wheel for wheel in (*driven, *wheels) if wheel.joint == joint.name), None)
-    carrying = [wheel for wheel in wheels if not wheel.caster] or list(driven)
-    scrub = 0.0
-    if carrying:
-        radius = max(each.radius for each in carrying)
-        scrub = draft.urdf.mass * _GRAVITY * radius / len(carrying)
+    wheel = next((wheel for wheel in driven if wheel.joint == joint.name), None)
+    radii = [each.radius for each in wheels if not each.caster] or [each.radius for each in driven]
+    scrub = draft.urdf.mass * _GRAVITY * max(radii) / len(radii) if radii else 0.0
     if kind == "velocity":
         drive: dict[str, Any] = {"damping": gain(max(WHEEL_DAMPING, scrub / _SPEED_ERROR))}
-        if wheel is not None and drivetrain is not None and wheel in driven:
-            acceleration = drivetrain.base.parameters.get("acceleration")
-            if drivetrain.base.kinematics in ("mecanum", "omni"):  # whose controller has no ramps
-                drive["max_acceleration"] = gain(float(acceleration or _ACCELERATION) / wheel.radius)
+        if drivetrain is not None and wheel is not None and drivetrain.base.kinematics in ("mecanum", "omni"):
+            acceleration = float(drivetrain.base.parameters.get("acceleration") or _ACCELERATION)
+            drive["max_acceleration"] = gain(acceleration / wheel.radius)  # their controllers have no ramps
         return {"drive": drive}
     if kind == "position":
         gains = servo(joint)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from graphengine.descriptions.files.xml import Element, number
-from graphengine.descriptions.robot_files.draft import Draft, Remark, says
+from graphengine.descriptions.robot_files.draft import Draft, Remark, every, says
 from graphengine.descriptions.urdf.urdf import UrdfJoint
 from graphengine.format.wording import printable
 
@@ -56,9 +56,7 @@ def _spring(draft: Draft, joint: UrdfJoint, gazebo: Element) -> None:
     draft.entry("joints", joint.name).value["spring"] = spring
     claim = says("joints", joint.name, "spring", value=spring)
     draft.carried.append(Remark(f"joint {joint.name}: a spring with stiffness {force:g}", stiffness.span, claim))
-    for part in gazebo.children:
-        if part.tag in ("springStiffness", "springReference", "implicitSpringDamper", "provideFeedback"):
-            draft.use(part)
+    draft.use_parts(gazebo, "springStiffness", "springReference", "implicitSpringDamper", "provideFeedback")
 
 
 def _start(draft: Draft, joint: UrdfJoint) -> None:
@@ -79,17 +77,14 @@ def _velocities(draft: Draft, joints: Sequence[UrdfJoint]) -> None:
     bounded: dict[str, tuple[float, Element]] = {}
     for joint in joints:
         limit, drive = joint.element.first("limit"), draft.entry("joints", joint.name).value.get("drive")
-        fastest = number(limit.get("velocity")) if limit is not None else None
-        if limit is None or drive is None or fastest is None or fastest <= 0:
+        if limit is None or drive is None or joint.velocity is None:
             continue
         draft.use(limit)
         if "max_velocity" not in drive:
-            drive["max_velocity"] = fastest
-            bounded[joint.name] = (fastest, limit)
+            drive["max_velocity"] = joint.velocity
+            bounded[joint.name] = (joint.velocity, limit)
     if bounded:
         told = ", ".join(f"{printable(name)} {fastest:g}" for name, (fastest, _) in bounded.items())
         claims = [says("joints", name, "drive", "max_velocity", value=each[0]) for name, each in bounded.items()]
         span = next(iter(bounded.values()))[1].span
-        draft.carried.append(
-            Remark(f"velocity limits of drives: {told}", span, lambda data: all(c(data) for c in claims))
-        )
+        draft.carried.append(Remark(f"velocity limits of drives: {told}", span, every(claims)))

@@ -58,9 +58,8 @@ def fill(draft: Draft) -> None:
     if not driven:
         return
     if len(draft.urdf.moving()) > MOST_JOINTS:
-        draft.noticed.append(
-            Remark(f"with more than {MOST_JOINTS} moving joints the robot is not simulated on a floor")
-        )
+        text = f"with more than {MOST_JOINTS} moving joints the robot is not simulated on a floor"
+        draft.noticed.append(Remark(text))
         return
     trial = trial_spec(draft)
     model = _model(draft, *trial) if trial is not None else None
@@ -283,17 +282,14 @@ def _tell_centre(draft: Draft, model: mujoco.MjModel, data: mujoco.MjData, drive
     off = _off_centre(places @ axle, float(centre @ axle))
     if off:
         text = f"the centre of mass lies {abs(off) * 1000:.0f} mm to one side of the middle of its wheels, "
-        draft.noticed.append(
-            Remark(text + "so the base drifts when wheels slip, as those of a skid-steer base do in a turn")
-        )
+        text += "so the base drifts when wheels slip, as those of a skid-steer base do in a turn"
+        draft.noticed.append(Remark(text))
     ahead = np.cross(axle, (0.0, 0.0, 1.0))
     off = _off_centre(places @ ahead, float(centre @ ahead)) * math.copysign(1.0, ahead[0])
     if off and draft.controller_track is not None:
         side = "ahead of" if off > 0.0 else "behind"
-        text = f"the centre of mass lies {abs(off) * 1000:.0f} mm {side} the middle of its wheels, "
-        text += (
-            f"so the skid-steered base turns about a point {side} its middle, with a shorter track than with even loads"
-        )
+        text = f"the centre of mass lies {abs(off) * 1000:.0f} mm {side} the middle of its wheels, so the skid-steered base "
+        text += f"turns about a point {side} its middle, with a shorter track than with even loads"
         draft.noticed.append(Remark(text))
 
 

@@ -10,44 +10,32 @@ them.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from xml.sax.saxutils import escape, quoteattr
+from xml.sax.saxutils import quoteattr
 
 from graphengine.descriptions.urdf.urdf import UrdfJoint
 
 PLUGIN = "joint_state_topic_hardware_interface/JointStateTopicSystem"
 STATES, COMMANDS = "topic_based_joint_states", "topic_based_joint_commands"
-"""Default topics; joint states are not on `joint_states`, because joint_state_broadcaster publishes that topic."""
+"""Topics, without a leading slash; states are not on `joint_states`, because joint_state_broadcaster publishes that topic."""
 
 
-def block(
-    name: str,
-    joints: Sequence[UrdfJoint],
-    *,
-    starts: Mapping[str, float] | None = None,
-    states: str = STATES,
-    commands: str = COMMANDS,
-    plugin: str = PLUGIN,
-) -> str:
+def block(name: str, joints: Sequence[UrdfJoint], starts: Mapping[str, float]) -> str:
     """Return the `<ros2_control>` element as XML, indented for the body of a `<robot>`.
 
     Args:
         name: name of the ros2_control system.
         joints: joints to command; fixed joints and mimic joints are left out.
         starts: initial positions by joint name, rad or m; other joints start at 0.
-        states: topic on which the simulation publishes joint states.
-        commands: topic on which the simulation receives joint commands.
-        plugin: class of the hardware component.
     """
-    starts = starts or {}
     parameters = {
-        "joint_commands_topic": f"/{commands.lstrip('/')}",
-        "joint_states_topic": f"/{states.lstrip('/')}",
+        "joint_commands_topic": f"/{COMMANDS}",
+        "joint_states_topic": f"/{STATES}",
         "sum_wrapped_joint_states": "false",  # the simulation does not wrap positions of continuous joints
         "trigger_joint_command_threshold": "-1",  # with a threshold, the last command of a motion can be lost
     }
     lines = [f'  <ros2_control name={quoteattr(name)} type="system">', "    <hardware>"]
-    lines.append(f"      <plugin>{escape(plugin)}</plugin>")
-    lines += (f'      <param name="{key}">{escape(value)}</param>' for key, value in parameters.items())
+    lines.append(f"      <plugin>{PLUGIN}</plugin>")
+    lines += (f'      <param name="{key}">{value}</param>' for key, value in parameters.items())
     lines.append("    </hardware>")
     for joint in joints:
         if joint.moves and joint.mimic is None:

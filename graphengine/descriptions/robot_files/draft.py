@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import defaultdict
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cache
 from typing import Any
 
 from graphengine.descriptions.files.references import Library
@@ -13,8 +14,9 @@ from graphengine.descriptions.urdf.rollers import NO_ROLLERS, Rollers
 from graphengine.descriptions.urdf.urdf import Urdf
 from graphengine.devices.rotation import Vector3
 from graphengine.devices.stage import prim_name
-from graphengine.format.diagnostics import Span
-from graphengine.format.document import Document
+from graphengine.format.diagnostics import Findings, Span
+from graphengine.format.document import Document, load
+from graphengine.format.files import shipped
 from graphengine.format.wording import did_you_mean, printable
 
 
@@ -56,9 +58,22 @@ def says(*path: str, value: Any) -> Claim:
     return holds
 
 
+def every(claims: Sequence[Claim]) -> Claim:
+    """Return the claim that all of the given claims hold."""
+    return lambda data: all(claim(data) for claim in claims)
+
+
 def in_path(link: str) -> str:
     """Return the name of a link as part of a prim path; only a name with slashes differs from it."""
     return prim_name(link) if "/" in link else link
+
+
+@cache
+def graph_defaults(use: str) -> dict[str, Any]:
+    """Return the default values of the parameters of a graph that ships with the package."""
+    graph = load(shipped() / use, Findings())
+    assert graph is not None
+    return {name: declared["default"] for name, declared in graph.data["parameters"].items()}
 
 
 def no_joint(urdf: Urdf, name: str) -> str:
@@ -229,6 +244,12 @@ class Draft:
         """Mark an element of the description and all elements below it as used, so that they are not reported as lost."""
         self._used.update((id(part), part) for part in element.walk())
 
+    def use_parts(self, element: Element, *tags: str) -> None:
+        """Mark the children of an element with the given tags as used."""
+        for child in element.children:
+            if child.tag in tags:
+                self.use(child)
+
     def used(self, element: Element) -> bool:
         """Return whether an element of the description is marked as used."""
         return id(element) in self._used
@@ -241,6 +262,5 @@ def _combined(remarks: Sequence[Remark]) -> Remark:
         return first
     names = ", ".join(dict.fromkeys(remark.subject[1] for remark in remarks if remark.subject))
     claims = [remark.claim for remark in remarks if remark.claim is not None]
-    together = (lambda data: all(claim(data) for claim in claims)) if claims else None
     text = f"{first.subject[0]}{'s' if len(remarks) > 1 else ''} {names}: {first.text}"
-    return Remark(text, first.span, together)
+    return Remark(text, first.span, every(claims) if claims else None)

@@ -48,12 +48,10 @@ def fill(draft: Draft) -> None:
     model = draft.urdf.mjcf
     assert model is not None
     _joints(draft, model)
-    others = [actuator for actuator in model.actuators if not actuator.joint]
-    for actuator in others:
-        kind = _KINDS[actuator.kind]
-        draft.carried.append(
-            Remark(f"{kind} {printable(actuator.name)}: commands use its name, as it does not move exactly one joint")
-        )
+    for actuator in model.actuators:
+        if not actuator.joint:
+            told = f"{_KINDS[actuator.kind]} {printable(actuator.name)}"
+            draft.carried.append(Remark(f"{told}: commands use its name, as it does not move exactly one joint"))
     if KEYFRAME in model.keyframes and draft.library is not None:
         draft.settings["start"] = KEYFRAME
     if model.keyframes:
@@ -67,9 +65,8 @@ def _joints(draft: Draft, model: MjcfModel) -> None:
     names = {joint.name: joint.type == "prismatic" for joint in draft.urdf.moving()}
     driven: dict[str, list[str]] = {}
     for actuator in model.actuators:
-        driven.setdefault(actuator.joint, []).append(
-            _about(actuator.name, actuator.drive, names.get(actuator.joint, False))
-        )
+        about = _about(actuator.name, actuator.drive, names.get(actuator.joint, False))
+        driven.setdefault(actuator.joint, []).append(about)
     for joint in draft.urdf.moving():
         entry = draft.entry("joints", joint.name)
         entry.hint = "; ".join(driven.get(joint.name, [])) or (
@@ -103,12 +100,9 @@ def _cameras(draft: Draft, spec: mujoco.MjSpec) -> None:
         tall = float(camera.fovy)
         wide = math.degrees(2 * math.atan(math.tan(math.radians(tall) / 2) * width / height)) if tall < 180 else 180.0
         if not (0.1 <= tall <= 179.0 and 0.1 <= wide <= 179.0 and width <= 4096 and height <= 4096):
-            draft.lost.append(
-                Remark(
-                    f"camera {printable(camera.name)} of {wide:g} x {tall:g} degrees: not supported; legal are 0.1 to 179 "
-                    "degrees and up to 4096 pixels per side"
-                )
-            )
+            text = f"camera {printable(camera.name)} of {wide:g} x {tall:g} degrees: not supported; "
+            text += "legal are 0.1 to 179 degrees and up to 4096 pixels per side"
+            draft.lost.append(Remark(text))
             continue
         profile = {"size": [width, height], "fov_deg": [rounded(wide), rounded(tall)], "rate": 30.0}
         claim = _mount(draft, f"{link}_sensor", {"type": "camera", "parent": link, "profile": profile})
