@@ -52,10 +52,6 @@ ARC = 1.0
 Progress = Callable[[float], None]
 
 
-def no_progress(_: float) -> None:
-    """Do nothing; the default callback for progress."""
-
-
 def calibrate(
     scene: Scene,
     robot: str | None = None,
@@ -65,7 +61,7 @@ def calibrate(
     *,
     seed: int = 0,
     log: Log = log_to_logging,
-    progress: Progress = no_progress,
+    progress: Progress = lambda share: None,
 ) -> Calibration:
     """Run test drives with a robot of a scene and return the measurements.
 
