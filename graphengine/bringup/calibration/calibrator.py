@@ -7,7 +7,7 @@ from collections.abc import Callable
 from dataclasses import replace
 
 from graphengine.api.run_options import Log, log_to_logging
-from graphengine.api.scene import Scene, loaded_of, world_of
+from graphengine.api.scene import Scene, world_of
 from graphengine.api.session import Checkpoint, Session
 from graphengine.bringup.calibration import diagnosis, full_speed, imu_noise
 from graphengine.bringup.calibration.drive_recorder import STILL, DriveRecorder, FallenError
@@ -29,6 +29,7 @@ from graphengine.bringup.calibration.robot_interface import (
     ODOMETRY,
     CommandTopic,
     find_command,
+    find_robots,
     known_wheel_base,
     limit_of,
     published,
@@ -37,7 +38,7 @@ from graphengine.bringup.calibration.square_drive import drive_square
 from graphengine.bringup.calibration.wheel_geometry import WheelMeter
 from graphengine.devices.rotation import Vector3
 from graphengine.format.errors import UsageError
-from graphengine.format.wording import listing, unknown
+from graphengine.format.wording import listing
 from graphengine.physics.model.robot import RobotInstance
 
 SPEED, TURN_SPEED = 0.3, 0.6
@@ -102,17 +103,11 @@ def choose_robot(scene: Scene, name: str | None) -> RobotInstance:
     Raises:
         UsageError: the scene has no robot, no robot has the name, or no name is given and the robot files differ.
     """
-    world = loaded_of(scene).world
-    robots = world.robots if world is not None else {}
-    if not robots:
-        raise UsageError(f"{loaded_of(scene).path}: there is no robot to calibrate; give a scene with a robot")
-    if name is not None:
-        if name not in robots:
-            raise UsageError(unknown("robot", name, robots))
-        return robots[name]
-    if len({robot.placement.use.use for robot in robots.values()}) > 1:
-        raise UsageError(f"the scene has several robots; choose one with --robot\n  {listing(robots, 'robots')}")
-    return next(iter(robots.values()))
+    robots = find_robots(scene, [name] if name is not None else [], "calibrate")
+    if len({robot.placement.use.use for robot in robots}) > 1:
+        names = listing((robot.name for robot in robots), "robots")
+        raise UsageError(f"the scene has several robots; choose one with --robot\n  {names}")
+    return robots[0]
 
 
 class _Calibrator:
