@@ -179,9 +179,8 @@ class _Calibrator:
         if sideways:
             self._measure("sideways_left", "sideways", Twist(y=speed))
             self._measure("sideways_right", "sideways", Twist(y=-speed))
-        if all(
-            abs(motion.share) < LEAST for motion in self._motions
-        ):  # what moved was only the response to the first command
+        if all(abs(motion.share) < LEAST for motion in self._motions):
+            # What moved was only the response to the first command.
             self._notes = list(dict.fromkeys([*reasons, *self._notes]))
             return self._finished(moves=False)
         if on_the_spot or steered:
