@@ -17,10 +17,10 @@ from typing import TYPE_CHECKING, Any, TypeVar, get_args
 
 from graphengine.api.diagnostics import MOST_FAULTS, Diagnostics
 from graphengine.api.run_options import RunOptions, check_recording
+from graphengine.api.values import check_choice
 from graphengine.format import interrupts
 from graphengine.format.errors import NodeError, RecordingError, StateError, UsageError
 from graphengine.format.stateful import Stateful
-from graphengine.format.wording import listing
 from graphengine.messages.names import check_namespace
 from graphengine.node.dropped_values import BadValues
 from graphengine.ros.domain import Domain
@@ -122,8 +122,7 @@ class Runner:
         options = self.options
         if any(finding.code == "N102" for finding in self.scene.findings.items):
             raise UsageError(f"{self.scene.path} uses prims of a scene; give the scene with --scene")
-        if options.bad_values not in get_args(BadValues):
-            raise UsageError(f"bad_values: unknown value {options.bad_values!r}; {listing(get_args(BadValues))}")
+        check_choice("bad_values", options.bad_values, get_args(BadValues))
         if options.simulation_interfaces is not None:
             check_namespace(options.simulation_interfaces)
         if options.record is not None:

@@ -14,11 +14,11 @@ from types import MappingProxyType, ModuleType
 from typing import TYPE_CHECKING, Any, Literal
 
 from graphengine.api.scene import Scene, loaded_of
-from graphengine.api.values import plain
+from graphengine.api.values import check_choice, plain
 from graphengine.compiler.registry import Registry, default_registry
 from graphengine.format.errors import UsageError
 from graphengine.format.files import find_file, installed_packages
-from graphengine.format.wording import listing, shown
+from graphengine.format.wording import shown
 from graphengine.scene import build
 from graphengine.scene.loaded_scene import Options
 
@@ -71,19 +71,13 @@ def load(
         CheckError: the files have errors; the attribute `findings` has all errors, warnings and notes.
         UsageError: an argument is invalid, such as a missing file or a `set` address that matches no input.
     """
-    if rays not in RAYS:
-        raise UsageError(f"rays: unknown value {rays!r}; {listing(RAYS)}")
-    if localization not in (None, "truth"):
-        raise UsageError(f"localization: unknown value {localization!r}; {listing(['truth'])}")
-    for name, several in (
-        ("allow", allow),
-        ("message_paths", message_paths),
-        ("packages", packages),
-        ("modules", modules),
-    ):
+    check_choice("rays", rays, RAYS)
+    if localization is not None:
+        check_choice("localization", localization, ["truth"])
+    given = {"allow": allow, "message_paths": message_paths, "packages": packages}
+    for name, several in {**given, "modules": modules}.items():
         if isinstance(several, str):
             raise UsageError(f"{name}: expected a list, got {shown(several)}")
-    given = {"allow": allow, "message_paths": message_paths, "packages": packages}
     paths = {name: [Path(path) for path in entries] for name, entries in given.items()}
     for name, entries in paths.items():
         for path in entries:

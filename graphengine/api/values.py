@@ -1,14 +1,14 @@
-"""Converts values that the public API returns or accepts."""
+"""Converts and checks values that the public API returns or accepts."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
 from graphengine.format.errors import UsageError
-from graphengine.format.wording import shown
+from graphengine.format.wording import listing, shown
 
 
 def read_only(value: Any) -> Any:
@@ -35,3 +35,9 @@ def plain(value: Any) -> Any:
     if value is None or isinstance(value, bool | int | float | str):
         return value
     raise UsageError(f"expected a number, string, boolean, None, or a list or mapping of these, got {shown(value)}")
+
+
+def check_choice(name: str, value: object, legal: Sequence[str]) -> None:
+    """Raise UsageError if the value of the argument `name` is not one of the legal values."""
+    if value not in legal:
+        raise UsageError(f"{name}: unknown value {value!r}; {listing(legal)}")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import functools
 import importlib.util
 from collections.abc import Callable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from graphengine.api.topics import Publication, Subscription
 from graphengine.format.diagnostics import Finding
@@ -108,12 +108,6 @@ def open_page(
     check_packages()
     from graphengine.view.feed import Feed
 
-    def lost(text: str) -> None:
-        runner.options.log("warning", "", text)
-
-    def listen(topic: str) -> Subscription[Any]:
-        return Subscription(runner, topic, None, keep=1)
-
     feed = Feed(
         runner.session,
         runner.queue,
@@ -121,9 +115,9 @@ def open_page(
         host,
         port,
         TwistPublisher(runner),
-        lost,
+        functools.partial(runner.options.log, "warning", ""),
         make_floor=functools.partial(make_floor, runner.session),
-        listen=listen,
+        listen=lambda topic: Subscription(runner, topic, None, keep=1),
         findings=functools.partial(findings_of, runner.session),
         definitions=runner.scene.definitions,
         read_only=read_only,

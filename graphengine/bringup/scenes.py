@@ -8,9 +8,6 @@ from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, get_args
 
-from graphengine.format.errors import UsageError
-from graphengine.format.wording import listing
-
 if TYPE_CHECKING:
     from graphengine.api.scene import Scene
     from graphengine.bringup.calibration.figures import Calibration
@@ -66,15 +63,12 @@ def occupancy_map(
         UsageError: an argument is invalid, or a graph was loaded without a scene.
     """
     from graphengine.api.scene import world_of
+    from graphengine.api.values import check_choice
     from graphengine.bringup.maps.map_files import Convention, Format, isaac_window, write_map
     from graphengine.physics.occupancy.occupancy_map import MapRequest, make_map
 
-    for name, value, legal in (
-        ("image", image, get_args(Format)),
-        ("convention", convention, get_args(Convention)),
-    ):
-        if value not in legal:
-            raise UsageError(f"{name}: unknown value {value!r}; {listing(legal)}")
+    check_choice("image", image, get_args(Format))
+    check_choice("convention", convention, get_args(Convention))
     world = world_of(scene)
     request = MapRequest(heights, cell, bounds, select, origin, free, include, exclude)
     if convention == "isaac":

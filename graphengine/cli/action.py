@@ -117,7 +117,7 @@ def _send_goal(arguments: argparse.Namespace) -> int:
         goal = draft.stamp(clock())
         show(f"Sending goal:\n     {text(goal)}")
         arrived: queue.SimpleQueue[Any] = queue.SimpleQueue()
-        call = caller.send(goal, arrived.put if arguments.feedback else _nothing)
+        call = caller.send(goal, arrived.put if arguments.feedback else lambda _: None)
         call.result.add_done_callback(lambda _: arrived.put(None))
         try:
             if not call.accepted.result():
@@ -135,10 +135,6 @@ def _send_goal(arguments: argparse.Namespace) -> int:
         show(f"Goal finished with status: {STATUS_NAMES[status].upper()}")
         return 0 if status == SUCCEEDED else 1
     return 1
-
-
-def _nothing(message: Any) -> None:
-    """Ignore a feedback message; used without `--feedback`."""
 
 
 def _cancel(caller: ActionCaller, call: GoalCall) -> None:

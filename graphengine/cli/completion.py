@@ -57,7 +57,7 @@ def _complete_values(parser: argparse.ArgumentParser) -> None:
         "SCENE": _files("scene", scenes),
         "SCENE|GRAPH": _files("scene_or_graph", [*scenes, *graphs]),
         "GRAPH": _files("graph", graphs),
-        "TOPIC": _TOPICS,
+        "TOPIC": _topics(),
         "FOLDER": shtab.DIRECTORY,
         "URDF|XACRO|SDF|MJCF": shtab.FILE,
     }
@@ -99,40 +99,35 @@ def _node_types() -> list[str]:
 
 def _words(name: str, words: Iterable[str]) -> dict[str, Any]:
     """Return a completion for shtab that offers the given words; `name` is part of a function's name."""
-    function, all_words = f"_graphrun_{name}", " ".join(words)
-    return {
-        "bash": function,
-        "zsh": function,
-        "fish": all_words,
-        "preamble": {
-            "bash": f'{function}() {{\n  compgen -W "{all_words}" -- "$1"\n}}',
-            "zsh": f"{function}() {{\n  compadd -- {all_words}\n}}",
-        },
-    }
+    all_words = " ".join(words)
+    return _completion(name, f'compgen -W "{all_words}" -- "$1"', f"compadd -- {all_words}", all_words)
 
 
 def _files(name: str, words: Iterable[str]) -> dict[str, Any]:
     """Return a completion for shtab that offers the given words, YAML files and folders; `name` is part of a function's name."""
-    function, all_words = f"_graphrun_{name}_files", " ".join(words)
+    all_words = " ".join(words)
     local = (f'compgen -W "{all_words}"', "compgen -f -X '!*.yaml'", "compgen -f -X '!*.yml'", "compgen -d")
-    return {
-        "bash": function,
-        "zsh": function,
-        "fish": f"{all_words} (__fish_complete_suffix .yaml)",
-        "preamble": {
-            "bash": f"{function}() {{\n" + "".join(f'  {one} -- "$1"\n' for one in local) + "}",
-            "zsh": f"{function}() {{\n  compadd -- {all_words}\n  _files -g '*.(yaml|yml)'\n}}",
-        },
-    }
+    bash = "\n  ".join(f'{one} -- "$1"' for one in local)
+    zsh = f"compadd -- {all_words}\n  _files -g '*.(yaml|yml)'"
+    return _completion(f"{name}_files", bash, zsh, f"{all_words} (__fish_complete_suffix .yaml)")
 
 
-_TOPICS = {
-    "bash": "_graphrun_topics",
-    "zsh": "_graphrun_topics",
-    "fish": f"({TOPICS})",
-    "preamble": {
-        # In single quotes: compgen would run commands that it finds in the names.
-        "bash": f"_graphrun_topics() {{\n  compgen -W '$({TOPICS})' -- \"$1\"\n}}",
-        "zsh": f'_graphrun_topics() {{\n  compadd -- ${{(f)"$({TOPICS})"}}\n}}',
-    },
-}
+def _topics() -> dict[str, Any]:
+    """Return a completion for shtab that offers the topics of a run."""
+    # In single quotes: compgen would run commands that it finds in the names.
+    bash = f"compgen -W '$({TOPICS})' -- \"$1\""
+    return _completion("topics", bash, f'compadd -- ${{(f)"$({TOPICS})"}}', f"({TOPICS})")
+
+
+def _completion(name: str, bash: str, zsh: str, fish: str) -> dict[str, Any]:
+    """Return a completion for shtab.
+
+    Args:
+        name: part of the name of the function that completes in bash and zsh.
+        bash: body of the function in bash.
+        zsh: body of the function in zsh.
+        fish: words to complete in fish.
+    """
+    function = f"_graphrun_{name}"
+    preamble = {shell: f"{function}() {{\n  {body}\n}}" for shell, body in (("bash", bash), ("zsh", zsh))}
+    return {"bash": function, "zsh": function, "fish": fish, "preamble": preamble}

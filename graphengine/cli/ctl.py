@@ -149,12 +149,9 @@ def _add_robots(add: Callable[..., Any]) -> None:
     for axis, meaning in (("x", f"x {where}"), ("y", f"y {where}"), ("z", f"z {where} (default: keep the height)")):
         move.add_argument(axis, metavar=axis.upper(), nargs="?", type=number, help=meaning)
     _add_rotation(move)
-    linear, angular = (
-        "linear velocity in the world frame, m/s (default 0)",
-        "angular velocity in the world frame, rad/s (default 0)",
-    )
-    move.add_argument("--linear", metavar="X,Y,Z", type=vector(3), help=linear)
-    move.add_argument("--angular", metavar="X,Y,Z", type=vector(3), help=angular)
+    for kind, unit in (("linear", "m/s"), ("angular", "rad/s")):
+        velocity = f"{kind} velocity in the world frame, {unit} (default 0)"
+        move.add_argument(f"--{kind}", metavar="X,Y,Z", type=vector(3), help=velocity)
     force = "place the robot or object even if it overlaps others; physics then pushes them apart"
     move.add_argument("--force", action="store_const", const=True, help=force)
     jumps = "let ground-truth odometry jump with the robot (default: it continues, as REP 105 demands)"

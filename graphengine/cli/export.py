@@ -44,7 +44,8 @@ def execute(arguments: argparse.Namespace) -> int:
     scene = open_scene(arguments)
     findings = Findings()
     graphs = loaded_of(scene).planned
-    _check_one(arguments.file, len(graphs), findings)
+    if len(graphs) != 1:
+        findings.add("G402", f"{arguments.file!r} has {len(graphs)} graphs; export each graph from its own file")
     script = write_script(graphs[0], findings, strict=arguments.strict) if graphs else ""
     print_findings(findings, notes=False)
     if findings.errors:
@@ -55,8 +56,3 @@ def execute(arguments: argparse.Namespace) -> int:
         write_together({output: script.encode()})
         print(clean(f"wrote {output}"))
     return 0
-
-
-def _check_one(file: str, count: int, findings: Findings) -> None:
-    if count != 1:
-        findings.add("G402", f"{file!r} has {count} graphs; export each graph from its own file")

@@ -252,6 +252,14 @@ def absolute_namespace(given: str) -> str:
     return namespace
 
 
+def types_by_name(pairs: Iterable[tuple[str, str]]) -> dict[str, list[str]]:
+    """Return the types of each name, from pairs of name and type."""
+    types: dict[str, list[str]] = {}
+    for name, kind in pairs:
+        types.setdefault(name, []).append(kind)
+    return types
+
+
 def near_topic(topic: str, known: Iterable[str]) -> str:
     """Return a suggestion such as `did you mean '/robot/odom'?`: the same name in another namespace, or a similar name.
 

@@ -81,44 +81,55 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def execute(arguments: argparse.Namespace) -> int:
     """Write the files of the map, and with `--localizability` also its files; return 0, or 1 if the scene has errors."""
-    from graphengine.bringup import occupancy_map
-
     path = find_file(arguments.scene)
     stem = _stem(arguments.output, path)
     _refuse_others(path)
     scene = open_file(path, reading_options(arguments), graphs=False)
-    begin, bounds = time.perf_counter(), arguments.bounds
     try:
-        with progress("mapping"):
-            made = occupancy_map(
-                scene,
-                stem,
-                heights=tuple(arguments.z),
-                cell=arguments.cell,
-                bounds=(tuple(bounds[:2]), tuple(bounds[2:])) if bounds else None,
-                origin=tuple(arguments.origin),
-                free=[tuple(point) for point in arguments.seeds],
-                select=arguments.select,
-                include=arguments.include,
-                exclude=arguments.exclude,
-                image=arguments.format,
-                convention=arguments.convention,
-            )
+        _map(scene, stem, arguments)
     except PrimError as error:
         raise UsageError("\n  ".join([error.message, *filter(None, error.help)])) from None
+    return 0
+
+
+def _map(scene: Scene, stem: Path, arguments: argparse.Namespace) -> None:
+    """Write the files, and print their names and a summary.
+
+    Raises:
+        PrimError: there is no prim at a path that the arguments contain.
+        UsageError: an argument is invalid, or the localizability cannot be measured with this lidar or map.
+    """
+    from graphengine.bringup import occupancy_map
+
+    begin, bounds = time.perf_counter(), arguments.bounds
+    with progress("mapping"):
+        made = occupancy_map(
+            scene,
+            stem,
+            heights=tuple(arguments.z),
+            cell=arguments.cell,
+            bounds=(tuple(bounds[:2]), tuple(bounds[2:])) if bounds else None,
+            origin=tuple(arguments.origin),
+            free=[tuple(point) for point in arguments.seeds],
+            select=arguments.select,
+            include=arguments.include,
+            exclude=arguments.exclude,
+            image=arguments.format,
+            convention=arguments.convention,
+        )
     seconds = time.perf_counter() - begin
     image, text = (near(f"{stem}.{ending}") for ending in (arguments.format, "yaml"))
     print(clean(f"{image} and {text}, in {seconds:.2f} s"))
     print(_summary(made))
     if arguments.localizability:
         _localizability(scene, made, stem, arguments)
-    return 0
 
 
 def _localizability(scene: Scene, made: OccupancyMap, stem: Path, arguments: argparse.Namespace) -> None:
     """Write the image and the table of localizability, and print a summary.
 
     Raises:
+        PrimError: there is no prim at the path of the lidar.
         UsageError: there is no such robot or lidar, or the localizability cannot be measured with this lidar or map.
     """
     from graphengine.bringup import localizability
@@ -126,21 +137,17 @@ def _localizability(scene: Scene, made: OccupancyMap, stem: Path, arguments: arg
 
     begin = time.perf_counter()
     target = stem.with_name(f"{stem.name}_localizability")
-    robot, lidar = arguments.robot, arguments.lidar
     with share_of("localizability") as advance:
-        try:
-            result = localizability(
-                scene,
-                made,
-                target,
-                robot=robot,
-                lidar=lidar,
-                scans=arguments.scans,
-                alpha=arguments.alpha,
-                progress=advance,
-            )
-        except PrimError as error:
-            raise UsageError("\n  ".join([error.message, *filter(None, error.help)])) from None
+        result = localizability(
+            scene,
+            made,
+            target,
+            robot=arguments.robot,
+            lidar=arguments.lidar,
+            scans=arguments.scans,
+            alpha=arguments.alpha,
+            progress=advance,
+        )
     seconds = time.perf_counter() - begin
     image, text = (near(f"{target}.{ending}") for ending in ("png", "csv"))
     print(clean(f"{image} and {text}, in {seconds:.1f} s"))

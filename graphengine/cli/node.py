@@ -6,7 +6,7 @@ import argparse
 import sys
 from collections.abc import Iterable
 
-from graphengine.cli.live import FEEDBACK, Live, absolute, add_live_arguments, is_hidden, show
+from graphengine.cli.live import FEEDBACK, Live, absolute, add_live_arguments, is_hidden, show, types_by_name
 from graphengine.cli.subverbs import add_subverbs, execute
 from graphengine.ros.network_graph import Direction, NetworkGraph
 
@@ -74,10 +74,9 @@ def _info(arguments: argparse.Namespace) -> int:
         sections = _sections(graph, node)
         show(node)
         for title, found in sections.items():
-            shown = (
-                sorted(found) if arguments.include_hidden else sorted(pair for pair in found if not is_hidden(pair[0]))
-            )
-            show("\n".join((f"  {title}:", _lines(shown))))
+            shown = sorted(pair for pair in found if arguments.include_hidden or not is_hidden(pair[0]))
+            lines = "\n".join(f"    {name}: {', '.join(kinds)}" for name, kinds in types_by_name(shown).items())
+            show(f"  {title}:\n{lines}")
     return 0
 
 
@@ -111,11 +110,3 @@ def _actions(topics: Iterable[Named]) -> set[Named]:
         for topic, kind in topics
         if topic.endswith(FEEDBACK)
     }
-
-
-def _lines(pairs: Iterable[Named]) -> str:
-    """Return one line of text for each name, with all its types."""
-    types: dict[str, list[str]] = {}
-    for name, kind in pairs:
-        types.setdefault(name, []).append(kind)
-    return "\n".join(f"    {name}: {', '.join(kinds)}" for name, kinds in types.items())

@@ -46,9 +46,8 @@ def _of_type(cls: type[Node]) -> Iterable[str]:
 
 def description(cls: type[Node]) -> Iterable[str]:
     """Yield the lines below the heading of a node type: its names, documentation and ports."""
-    yield f"{code(cls.type_name)}, {cls.kind()}" + (
-        f"; also called {', '.join(map(code, cls.aliases))}" if cls.aliases else ""
-    )
+    also = f"; also called {', '.join(map(code, cls.aliases))}" if cls.aliases else ""
+    yield f"{code(cls.type_name)}, {cls.kind()}{also}"
     yield from ("", prose(inspect.getdoc(cls) or ""))
     for side in ("inputs", "outputs"):
         ports = sorted((port for port in cls.fields.values() if port.side == side), key=lambda port: not port.is_exec)
@@ -57,10 +56,8 @@ def description(cls: type[Node]) -> Iterable[str]:
             yield ""
             yield from table(heads, [_row(cls, port) for port in ports])
     for stem in cls.numbered:
-        yield from (
-            "",
-            f"The node has a port for each of the names {code(f'{stem}0')}, {code(f'{stem}1')}, … that the graph file uses.",
-        )
+        yield ""
+        yield f"The node has a port for each of the names {code(f'{stem}0')}, {code(f'{stem}1')}, … that the graph file uses."
 
 
 def _row(cls: type[Node], port: Port) -> tuple[str, ...]:

@@ -35,15 +35,13 @@ class RecordedRun:
         recording: the recording; no tick has been read yet.
         runner: runner of the session; its network delivers only the recorded messages.
         plain: returns a text with the paths of extracted files replaced by the file names in the recording.
+        warn: prints a warning to standard error.
     """
 
     recording: Recording
     runner: Runner
     plain: Callable[[str], str]
-
-    def warn(self, text: str) -> None:
-        """Print a warning to standard error."""
-        print(self.plain(f"warning: {text}"), file=sys.stderr)
+    warn: Callable[[str], None]
 
 
 def start_recorded_run(
@@ -111,11 +109,10 @@ def _start(
         print(plain(f"warning: {text}"), file=sys.stderr)
 
     with start_runner(scene, _how_to_run(recording.manifest, warn, log)) as runner:
-        run = RecordedRun(recording, runner, plain)
         here = platform_info.describe(runner.scene, runner.session.services.world)
         for line in platform_info.differences(recording.manifest.machine, here):
-            run.warn(f"{line}; results may differ in their last bits")
-        return use(run)
+            warn(f"{line}; results may differ in their last bits")
+        return use(RecordedRun(recording, runner, plain, warn))
 
 
 def _what_to_run(arguments: argparse.Namespace, recording: Recording) -> tuple[Path, Options]:

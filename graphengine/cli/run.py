@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager, nullcontext
 from pathlib import Path
 from types import FrameType
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from graphengine.cli.console import Console
 from graphengine.cli.quantities import address, duration, rate
@@ -147,7 +147,7 @@ def execute(arguments: argparse.Namespace) -> int:
     session = runner.session
     console.network = runner.network
     with (
-        _Signals(session),
+        _signals(session),
         _channel(arguments, runner.queue, console),
         runner,
         _keys(session, console) as on_tick,
@@ -260,25 +260,21 @@ def _profiled(
         console.tell(clean(f"{table(rows)}\nin {counted(profile.sampled, 'tick')} of {session.ticks}"))
 
 
-class _Signals:
-    """Ends a run on Ctrl-C, SIGTERM or SIGHUP: after the current tick, or immediately if the run is waiting.
+@contextmanager
+def _signals(session: SessionCore) -> Iterator[None]:
+    """Return a context manager in which Ctrl-C, SIGTERM and SIGHUP end a run: after the tick, or immediately if the run waits.
 
     A second signal of the same kind ends the process. SIGHUP stays ignored if it was, as under `nohup`.
     """
 
-    def __init__(self, session: SessionCore) -> None:
-        self.session = session
-        self.before: dict[int, Any] = {}
-
-    def __enter__(self) -> None:
-        for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
-            if number != signal.SIGHUP or signal.getsignal(number) != signal.SIG_IGN:
-                self.before[number] = signal.signal(number, self._stop)
-
-    def _stop(self, number: int, frame: FrameType | None) -> None:
+    def stop(number: int, frame: FrameType | None) -> None:
         signal.signal(number, signal.SIG_DFL)
-        self.session.interrupt()
+        session.interrupt()
 
-    def __exit__(self, *_: object) -> None:
-        for number, handler in self.before.items():
+    hangup = [signal.SIGHUP] if signal.getsignal(signal.SIGHUP) != signal.SIG_IGN else []
+    before = {number: signal.signal(number, stop) for number in (signal.SIGINT, signal.SIGTERM, *hangup)}
+    try:
+        yield
+    finally:
+        for number, handler in before.items():
             signal.signal(number, handler)

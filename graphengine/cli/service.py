@@ -6,10 +6,18 @@ import argparse
 import sys
 import time
 
-from graphengine.cli.live import Live, absolute, add_live_arguments, add_message_arguments, is_hidden, near_topic, show
+from graphengine.cli.live import (
+    Live,
+    absolute,
+    add_live_arguments,
+    add_message_arguments,
+    is_hidden,
+    near_topic,
+    show,
+    types_by_name,
+)
 from graphengine.cli.quantities import positive
 from graphengine.cli.subverbs import add_subverbs, execute, reach_of
-from graphengine.ros.network_graph import NetworkGraph
 
 __all__ = ["add_arguments", "execute"]
 
@@ -35,19 +43,11 @@ def _list_arguments(parser: argparse.ArgumentParser) -> None:
 def _list(arguments: argparse.Namespace) -> int:
     """Print the services; return 0, also if there are none."""
     with Live(arguments) as live:
-        types = service_types(live.graph())
+        types = types_by_name(live.graph().services)
         services = [name for name in types if arguments.include_hidden_services or not is_hidden(name)]
         lines = [name + (f" [{', '.join(types[name])}]" if arguments.show_types else "") for name in services]
         live.show_found("services", len(services), lines, counted=arguments.count_services)
     return 0
-
-
-def service_types(graph: NetworkGraph) -> dict[str, list[str]]:
-    """Return the types of each service by its name."""
-    types: dict[str, list[str]] = {}
-    for name, kind in graph.services:
-        types.setdefault(name, []).append(kind)
-    return types
 
 
 def _type_arguments(parser: argparse.ArgumentParser) -> None:
@@ -63,7 +63,7 @@ def _type(arguments: argparse.Namespace) -> int:
     """
     service = absolute(arguments.service)
     with Live(arguments) as live:
-        types = service_types(live.graph(lambda graph: service in service_types(graph)))
+        types = types_by_name(live.graph(lambda graph: service in dict(graph.services)).services)
         if service not in types:
             raise live.unknown("service", service, types)
         show("\n".join(types[service]))
@@ -116,12 +116,9 @@ def _why_no_server(live: Live, service: str, service_type: str) -> str:
 
     The text is empty if no reason is known.
     """
-    offered: dict[str, set[str]] = {}
-    for node in live.graph_now().nodes:
-        for name, kind in node.servers:
-            offered.setdefault(name, set()).add(kind)
+    offered = types_by_name(pair for node in live.graph_now().nodes for pair in node.servers)
     if service in offered:
-        found = sorted(offered[service] - {service_type})
+        found = sorted(set(offered[service]) - {service_type})
         return f"{service} has the type {' and '.join(found)}, not {service_type}" if found else ""
     hint = near_topic(service, offered)
     return f"{service} has no server yet; {hint}" if hint else ""

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from dataclasses import replace
 
 from graphengine.api.run_options import Log, log_to_logging
-from graphengine.api.scene import Scene, loaded_of, world_of
+from graphengine.api.scene import Scene, world_of
 from graphengine.api.session import Checkpoint, Session
 from graphengine.bringup.calibration import diagnosis, full_speed, imu_noise
 from graphengine.bringup.calibration.drive_recorder import STILL, DriveRecorder, FallenError
@@ -29,6 +29,7 @@ from graphengine.bringup.calibration.robot_interface import (
     ODOMETRY,
     CommandTopic,
     find_command,
+    find_robots,
     known_wheel_base,
     limit_of,
     published,
@@ -37,7 +38,7 @@ from graphengine.bringup.calibration.square_drive import drive_square
 from graphengine.bringup.calibration.wheel_geometry import WheelMeter
 from graphengine.devices.rotation import Vector3
 from graphengine.format.errors import UsageError
-from graphengine.format.wording import listing, unknown
+from graphengine.format.wording import listing
 from graphengine.physics.model.robot import RobotInstance
 
 SPEED, TURN_SPEED = 0.3, 0.6
@@ -52,10 +53,6 @@ ARC = 1.0
 Progress = Callable[[float], None]
 
 
-def no_progress(_: float) -> None:
-    """Do nothing; the default callback for progress."""
-
-
 def calibrate(
     scene: Scene,
     robot: str | None = None,
@@ -65,7 +62,7 @@ def calibrate(
     *,
     seed: int = 0,
     log: Log = log_to_logging,
-    progress: Progress = no_progress,
+    progress: Progress = lambda share: None,
 ) -> Calibration:
     """Run test drives with a robot of a scene and return the measurements.
 
@@ -106,17 +103,11 @@ def choose_robot(scene: Scene, name: str | None) -> RobotInstance:
     Raises:
         UsageError: the scene has no robot, no robot has the name, or no name is given and the robot files differ.
     """
-    world = loaded_of(scene).world
-    robots = world.robots if world is not None else {}
-    if not robots:
-        raise UsageError(f"{loaded_of(scene).path}: there is no robot to calibrate; give a scene with a robot")
-    if name is not None:
-        if name not in robots:
-            raise UsageError(unknown("robot", name, robots))
-        return robots[name]
-    if len({robot.placement.use.use for robot in robots.values()}) > 1:
-        raise UsageError(f"the scene has several robots; choose one with --robot\n  {listing(robots, 'robots')}")
-    return next(iter(robots.values()))
+    robots = find_robots(scene, [name] if name is not None else [], "calibrate")
+    if len({robot.placement.use.use for robot in robots}) > 1:
+        names = listing((robot.name for robot in robots), "robots")
+        raise UsageError(f"the scene has several robots; choose one with --robot\n  {names}")
+    return robots[0]
 
 
 class _Calibrator:
@@ -188,9 +179,8 @@ class _Calibrator:
         if sideways:
             self._measure("sideways_left", "sideways", Twist(y=speed))
             self._measure("sideways_right", "sideways", Twist(y=-speed))
-        if all(
-            abs(motion.share) < LEAST for motion in self._motions
-        ):  # what moved was only the response to the first command
+        if all(abs(motion.share) < LEAST for motion in self._motions):
+            # What moved was only the response to the first command.
             self._notes = list(dict.fromkeys([*reasons, *self._notes]))
             return self._finished(moves=False)
         if on_the_spot or steered:

@@ -15,8 +15,7 @@ from graphengine.api.topics import Publication, Subscription
 from graphengine.bringup.calibration.figures import Floats, Twist
 from graphengine.bringup.calibration.robot_interface import CommandTopic
 from graphengine.devices.motion import Frame
-from graphengine.devices.rotation import Pose
-from graphengine.devices.stage import Prim
+from graphengine.devices.rotation import Pose, yaw_of
 
 PERIOD = 0.05
 """Time between two command messages, s."""
@@ -157,20 +156,18 @@ class DriveRecorder:
         if topic not in self._frames:
             self.child_frames[topic] = message.child_frame_id
             self._frames[topic] = self._frame(message.child_frame_id)
-        return _planar_message(message.pose.pose)
+        position, q = message.pose.pose.position, message.pose.pose.orientation
+        return position.x, position.y, yaw_of((q.x, q.y, q.z, q.w))
 
     def _frame(self, name: str) -> Frame:
         """Return the frame of the robot that has this name in TF; if the robot has no such frame, the base link's frame."""
         plain = name.rpartition("/")[2]  # the namespace of a scene with `tf: global`
-        named = [prim for prim in self._prim.descendants() if _can_be_frame(prim) and prim.frame_name in (name, plain)]
+        prims = (prim for prim in self._prim.descendants() if prim.kind in ("link", "frame"))
+        named = [prim for prim in prims if prim.frame_name in (name, plain)]
         return self._world.frame(named[0]) if named else self._base
 
 
 _NONE = (math.nan, math.nan, math.nan)
-
-
-def _can_be_frame(prim: Prim) -> bool:
-    return prim.kind in ("link", "frame")
 
 
 def _path(rows: Sequence[tuple[float, float, float]]) -> Floats:
@@ -182,8 +179,8 @@ def _path(rows: Sequence[tuple[float, float, float]]) -> Floats:
 
 
 def _planar(pose: Pose) -> tuple[float, float, float]:
-    (x, y, _), (qx, qy, qz, qw) = pose
-    return x, y, math.atan2(2.0 * (qw * qz + qx * qy), 1.0 - 2.0 * (qy * qy + qz * qz))
+    (x, y, _), orientation = pose
+    return x, y, yaw_of(orientation)
 
 
 def _check_upright(base: Pose) -> None:
@@ -200,8 +197,3 @@ def _tilt(pose: Pose) -> float:
     """Return the angle between the z axis of a pose and the vertical, rad."""
     _, (x, y, _, _) = pose
     return 2.0 * math.asin(min(1.0, math.hypot(x, y)))
-
-
-def _planar_message(pose: Any) -> tuple[float, float, float]:
-    position, q = pose.position, pose.orientation
-    return _planar(((position.x, position.y, position.z), (q.x, q.y, q.z, q.w)))

@@ -13,8 +13,9 @@ from graphengine.api.scene import Scene, loaded_of
 from graphengine.bringup.calibration.figures import Twist
 from graphengine.compiler.graph import Graph, Instance
 from graphengine.format.errors import UsageError
-from graphengine.format.wording import did_you_mean, listing
+from graphengine.format.wording import did_you_mean, listing, unknown
 from graphengine.messages.endpoints import EndpointClaim
+from graphengine.physics.model.robot import RobotInstance
 
 TWIST, TWIST_STAMPED = "geometry_msgs/msg/Twist", "geometry_msgs/msg/TwistStamped"
 ACKERMANN = "ackermann_msgs/msg/AckermannDriveStamped"
@@ -44,6 +45,27 @@ class CommandTopic:
             return {"header": header, "drive": {"speed": twist.x, "steering_angle": math.atan(slope)}}
         velocity = {"linear": {"x": twist.x, "y": twist.y}, "angular": {"z": twist.yaw}}
         return velocity if self.type == TWIST else {"header": header, "twist": velocity}
+
+
+def find_robots(scene: Scene, names: Sequence[str], purpose: str) -> list[RobotInstance]:
+    """Return the robots of a scene with these names; without names, all robots.
+
+    Args:
+        scene: the scene.
+        names: names of robots; empty takes all robots.
+        purpose: what is done with the robots, for the message about a scene without robots, such as `calibrate`.
+
+    Raises:
+        UsageError: the scene has no robot, or no robot has one of the names.
+    """
+    world = loaded_of(scene).world
+    robots = world.robots if world is not None else {}
+    if not robots:
+        raise UsageError(f"{loaded_of(scene).path}: there is no robot to {purpose}; give a scene with a robot")
+    for name in names:
+        if name not in robots:
+            raise UsageError(unknown("robot", name, robots))
+    return [robots[name] for name in names or robots]
 
 
 def find_command(claims: Sequence[EndpointClaim], wanted: str | None) -> CommandTopic | None:

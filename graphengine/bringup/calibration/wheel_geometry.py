@@ -97,7 +97,7 @@ class WheelMeter:
                 self._take_arc(window, forward, turn)
 
     def _take_straight(self, window: Trace, forward: float, moved: Floats) -> None:
-        speeds = np.abs(moved[self._driven]) if self._driven else np.zeros(0)
+        speeds = np.abs(moved[self._driven])
         fastest = float(speeds.max(initial=0.0))
         if fastest / ((len(window.joints) - 1) * window.dt) <= SLOWEST:
             return
@@ -155,11 +155,7 @@ class WheelMeter:
 
     def _turning(self) -> list[int]:
         """Return the driven joints that turn in any of the test drives."""
-        most = (
-            np.max([np.abs(moved) for _, moved in self._samples], axis=0)
-            if self._samples
-            else np.zeros(len(self._names))
-        )
+        most = np.max([np.zeros(len(self._names)), *(np.abs(moved) for _, moved in self._samples)], axis=0)
         fastest = most[self._driven].max(initial=0.0)
         return [index for index in self._driven if most[index] > SHARE * fastest]
 

@@ -72,7 +72,8 @@ def _percent(which: Bools) -> str:
 
 def _regions(result: Localizability, bad: Bools) -> Iterator[str]:
     """Yield texts with the extents of the largest connected regions of the places that are `bad`."""
-    cells = np.rint((result.places - result.places.min(axis=0)) / result.spacing).astype(np.intp)
+    low = result.places.min(axis=0)
+    cells = np.rint((result.places - low) / result.spacing).astype(np.intp)
     plan = np.zeros(cells.max(axis=0)[::-1] + 1, np.bool_)
     plan[cells[bad, 1], cells[bad, 0]] = True
     regions = []
@@ -82,7 +83,6 @@ def _regions(result: Localizability, bad: Bools) -> Iterator[str]:
         plan &= ~region
         regions.append(region)
     regions.sort(key=lambda region: -int(region.sum()))
-    low = result.places.min(axis=0)
     for region in regions[:REGIONS]:
         rows, columns = np.nonzero(region)
         (west, east), (south, north) = (

@@ -42,8 +42,8 @@ def isaac_window(window: Window, cell: float) -> Window:
     return (low - 0.5) * cell, (high + 0.5) * cell
 
 
-def write_map(chart: OccupancyMap, stem: Path, image: Format = "png", convention: Convention = "ros") -> list[Path]:
-    """Write `stem`.png (or .pgm) and `stem`.yaml, both or neither; return the paths of both files.
+def write_map(chart: OccupancyMap, stem: Path, image: Format = "png", convention: Convention = "ros") -> None:
+    """Write `stem`.png (or .pgm) and `stem`.yaml, both or neither.
 
     Raises:
         UsageError: a PGM is requested in Isaac Sim's convention, or `stem`.yaml exists and is not a map, such as a scene.
@@ -54,7 +54,6 @@ def write_map(chart: OccupancyMap, stem: Path, image: Format = "png", convention
     if text.is_file() and not any(line.startswith(b"image:") for line in text.read_bytes().splitlines()):
         raise UsageError(f"{text} exists and is not a map; choose another name")
     write_together(contents)
-    return list(contents)
 
 
 def map_files(

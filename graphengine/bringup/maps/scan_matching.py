@@ -129,49 +129,35 @@ class ScanMatcher:
         return chosen, np.take_along_axis(turn, np.maximum(chosen, 0), axis=1)
 
     def _refined(self, place: int, met: Bools) -> tuple[Indices, Indices, Floats, Singles]:
-        """Return rows, columns and rotations (rad) of a scan's candidates after refinement, and the scores of their rays."""
+        """Return rows, columns and rotations (rad) of a scan's candidates after refinement, and the scores of their rays.
+
+        Each refinement compares poses that are up to `reach` steps of `step` cells and up to `count` rotations of `turn` (rad)
+        away.
+        """
+        field = self._field
         chosen, coarse = (found[place - self._first] for found in self._found)
         coarse, chosen = coarse[chosen >= 0], chosen[chosen >= 0]
         rows, columns = self._rows[chosen], self._columns[chosen]
         turns = coarse * (math.tau * self._skip / self._rays)
         angle = (np.arange(self._rays) * math.tau / self._rays)[met]
-        along = self._ranges[place, met] / self._field.cell
-        tenth = max(1, round(0.1 / self._field.cell))
+        along = self._ranges[place, met] / field.cell
+        tenth = max(1, round(0.1 / field.cell))
+        pose = np.arange(len(chosen))
         scores = np.zeros((len(chosen), len(along)), np.float32)
         for step, reach, turn, count in ((tenth, 2, 0.02, 4), (1, 1, 0.005, 2)):
-            rows, columns, turns, scores = self._improved(rows, columns, turns, along, angle, step, reach, turn, count)
+            turned = turns[:, None] + turn * np.arange(-count, count + 1)
+            direction = turned[:, :, None] + angle
+            down = np.rint(rows[:, None, None] + along * np.sin(direction)).astype(np.intp)
+            right = np.rint(columns[:, None, None] + along * np.cos(direction)).astype(np.intp)
+            axis = step * np.arange(-reach, reach + 1)
+            down_by, right_by = (values.ravel() for values in np.meshgrid(axis, axis, indexing="ij"))
+            ends = field.index(down, right)[:, :, None, :] + field.shift(down_by, right_by)[:, None]
+            compared = field.score.ravel().take(ends)  # (poses, turns, offsets, rays)
+            best = compared.sum(axis=3).reshape(len(rows), turned.shape[1] * len(down_by)).argmax(axis=1)
+            which, offset = np.divmod(best, len(down_by))
+            rows, columns, turns = rows + down_by[offset], columns + right_by[offset], turned[pose, which]
+            scores = compared[pose, which, offset]
         return rows, columns, turns, scores
-
-    def _improved(
-        self,
-        rows: Indices,
-        columns: Indices,
-        turns: Floats,
-        along: Floats,
-        angle: Floats,
-        step: int,
-        reach: int,
-        turn: float,
-        count: int,
-    ) -> tuple[Indices, Indices, Floats, Singles]:
-        """Return the best pose near each given pose, and the scores of its rays.
-
-        Poses are compared that are up to `reach` steps of `step` cells and up to `count` rotations of `turn` (rad) away.
-        """
-        field = self._field
-        turned = turns[:, None] + turn * np.arange(-count, count + 1)
-        direction = turned[:, :, None] + angle
-        down = np.rint(rows[:, None, None] + along * np.sin(direction)).astype(np.intp)
-        right = np.rint(columns[:, None, None] + along * np.cos(direction)).astype(np.intp)
-        axis = step * np.arange(-reach, reach + 1)
-        down_by, right_by = (values.ravel() for values in np.meshgrid(axis, axis, indexing="ij"))
-        ends = field.index(down, right)[:, :, None, :] + field.shift(down_by, right_by)[:, None]
-        scores = field.score.ravel().take(ends)  # (poses, turns, offsets, rays)
-        best = scores.sum(axis=3).reshape(len(rows), turned.shape[1] * len(down_by)).argmax(axis=1)
-        which, offset = np.divmod(best, len(down_by))
-        pose = np.arange(len(rows))
-        chosen = scores[pose, which, offset]
-        return rows + down_by[offset], columns + right_by[offset], turned[pose, which], chosen
 
 
 def _spread(values: Singles, cells: int) -> Singles:

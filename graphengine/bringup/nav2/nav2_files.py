@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 
 from graphengine.api.scene import Scene, loaded_of, world_of
 from graphengine.bringup.calibration.amcl_noise import amcl_alphas
 from graphengine.bringup.calibration.calibrator import calibrate
 from graphengine.bringup.calibration.figures import Calibration
+from graphengine.bringup.calibration.robot_interface import find_robots
 from graphengine.bringup.maps.map_files import map_files
 from graphengine.bringup.nav2.choices import Choices
 from graphengine.bringup.nav2.launch_files import fleet_launch, robot_launch
@@ -19,9 +21,6 @@ from graphengine.bringup.nav2.readme_file import readme_file
 from graphengine.bringup.nav2.robot_facts import RobotFacts, robot_facts, unknown_covariances
 from graphengine.bringup.nav2.rviz_file import rviz_file
 from graphengine.bringup.nav2.sourced import Sourced
-from graphengine.format.errors import UsageError
-from graphengine.format.wording import unknown
-from graphengine.physics.model.robot import RobotInstance
 from graphengine.physics.occupancy.occupancy_map import MapRequest, NoObstaclesError, make_map
 
 CELL = 0.05
@@ -74,7 +73,7 @@ def nav2_files(
         CheckError: a robot has errors on the flat floor of its calibration.
         UsageError: a robot is unknown, the scene has no robot, or Nav2 cannot drive a robot; the message says what to add.
     """
-    chosen = _chosen(scene, robots)
+    name, chosen = scene.name, find_robots(scene, robots, "navigate")
     facts = [robot_facts(scene, robot) for robot in chosen]
     for one in facts:
         choices.controller_for(one.limits)  # refuses a wrong choice before the calibration
@@ -83,7 +82,9 @@ def nav2_files(
     for place, robot in enumerate(chosen):
         kind = robot.placement.use.use
         if kind not in measured:
-            measured[kind] = _calibrated(scene, robot, progress) if calibrated else None
+            measured[kind] = (
+                calibrate(scene, robot.name, progress=partial(progress, robot.name)) if calibrated else None
+            )
         if (result := measured[kind]) is not None:
             limits, slower = reached(facts[place].limits, result)
             facts[place] = replace(facts[place], limits=limits)
@@ -92,9 +93,12 @@ def nav2_files(
     for robot, one in zip(chosen, facts, strict=True):
         folder = Path(one.name) if len(facts) > 1 else Path()
         alphas = None if slam else _alphas(measured[robot.placement.use.use], notes)
-        texts = _robot_files(scene, one, choices, alphas, in_fleet=len(facts) > 1)
-        contents |= {folder / name: text.encode() for name, text in texts.items()}
-    name = scene.name
+        texts = {
+            "nav2_params.yaml": nav2_parameters(one, choices, alphas, name),
+            "nav2.launch.py": robot_launch(one, name, slam=slam, in_fleet=len(facts) > 1),
+            "view.rviz": rviz_file(one),
+        }
+        contents |= {folder / file: text.encode() for file, text in texts.items()}
     if len(facts) > 1:
         contents[Path("nav2.launch.py")] = fleet_launch(facts, name, slam=slam).encode()
     if not slam:
@@ -104,21 +108,6 @@ def nav2_files(
     readme = readme_file(name, facts, slam=slam, robot_state=loaded_of(scene).options.robot_state, described=described)
     contents[Path("README.md")] = readme.encode()
     return Nav2Files(contents, tuple(facts), tuple(notes))
-
-
-def _chosen(scene: Scene, names: Sequence[str]) -> list[RobotInstance]:
-    world = loaded_of(scene).world
-    robots = world.robots if world is not None else {}
-    if not robots:
-        raise UsageError(f"{loaded_of(scene).path}: there is no robot to navigate; give a scene with a robot")
-    for name in names:
-        if name not in robots:
-            raise UsageError(unknown("robot", name, robots))
-    return [robots[name] for name in names or robots]
-
-
-def _calibrated(scene: Scene, robot: RobotInstance, progress: Progress) -> Calibration:
-    return calibrate(scene, robot.name, progress=lambda share: progress(robot.name, share))
 
 
 def _alphas(result: Calibration | None, notes: list[str]) -> Sourced[Alphas]:
@@ -132,17 +121,6 @@ def _alphas(result: Calibration | None, notes: list[str]) -> Sourced[Alphas]:
     return Sourced(
         amcl_alphas(result), "calibration of the robot; at least 0.01, because the particle filter needs some noise"
     )
-
-
-def _robot_files(
-    scene: Scene, robot: RobotFacts, choices: Choices, alphas: Sourced[Alphas] | None, *, in_fleet: bool
-) -> dict[str, str]:
-    name, slam = scene.name, alphas is None
-    return {
-        "nav2_params.yaml": nav2_parameters(robot, choices, alphas, name),
-        "nav2.launch.py": robot_launch(robot, name, slam=slam, in_fleet=in_fleet),
-        "view.rviz": rviz_file(robot),
-    }
 
 
 def _map(scene: Scene, robots: Sequence[RobotFacts], notes: list[str]) -> dict[Path, bytes]:

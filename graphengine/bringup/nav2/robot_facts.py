@@ -23,7 +23,6 @@ from graphengine.devices.stage import Prim, Stage, at_or_below
 from graphengine.format.errors import UsageError
 from graphengine.format.wording import listing
 from graphengine.messages.endpoints import EndpointClaim
-from graphengine.messages.names import join_namespaces
 from graphengine.physics.model.footprint import Point, circle_radius, collider_points, convex_hull, radii, simplified
 from graphengine.physics.model.robot import RobotInstance
 
@@ -92,7 +91,7 @@ def robot_facts(scene: Scene, robot: RobotInstance) -> RobotFacts:
     claims = _claims_of(scene, robot)
     missing: list[str] = []
     command = _command(claims, missing)
-    edges = _edges(claims)
+    edges = [edge for claim in claims if claim.message_type == TRANSFORMS for edge in claim.transforms]
     odometry = _odometry(scene, claims, {parent for parent, _ in edges})
     if odometry is None:
         missing.append("no nav_msgs/Odometry: publish it with ROS2PublishOdometry, as graphs/wheel_odometry.yaml does")
@@ -126,9 +125,7 @@ def robot_facts(scene: Scene, robot: RobotInstance) -> RobotFacts:
     tf_topic, tf_static_topic = _transform_topics(claims)
     return RobotFacts(
         robot.name,
-        join_namespaces(
-            world_of(scene).stage.namespaces(world_of(scene).stage.find(robot.prim_path).facts["base_link"])
-        ).strip("/"),
+        scene.robots[robot.name].namespace.strip("/"),
         command.topic,
         command.message_type != TWIST,
         odometry.topic,
@@ -210,10 +207,6 @@ def _command(claims: Sequence[EndpointClaim], missing: list[str]) -> EndpointCla
             "no topic takes velocities: subscribe to cmd_vel with ROS2SubscribeTwist, as graphs/base/differential.yaml does"
         )
     return next(iter(named or driven), None)
-
-
-def _edges(claims: Sequence[EndpointClaim]) -> list[tuple[str, str]]:
-    return [edge for claim in claims if claim.message_type == TRANSFORMS for edge in claim.transforms]
 
 
 def _description_edges(claims: Sequence[EndpointClaim], robot: RobotInstance) -> Iterator[tuple[str, str]]:

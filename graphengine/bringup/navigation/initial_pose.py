@@ -73,17 +73,10 @@ def give_initial_pose(transport: Transport, namespace: str, truth: TruePoses, cl
             children = [edge.child_frame_id for edge in edges if edge.header.frame_id == MAP]
             heard.broadcasts |= any(not shared or may_belong(child, namespace) for child in children)
 
-    own = transport.reader(f"{namespace}/amcl_pose", MESSAGE, QoS(depth=1), take_pose)
-    shared = {f"{namespace}/tf": False, "/tf": bool(namespace)}
-    readers = [
-        own,
-        *(
-            transport.reader(
-                name, "tf2_msgs/msg/TFMessage", QoS(depth=100), partial(take_transforms, shared=shared[name])
-            )
-            for name in shared
-        ),
-    ]
+    readers = [transport.reader(f"{namespace}/amcl_pose", MESSAGE, QoS(depth=1), take_pose)]
+    for name, shared in {f"{namespace}/tf": False, "/tf": bool(namespace)}.items():
+        take = partial(take_transforms, shared=shared)
+        readers.append(transport.reader(name, "tf2_msgs/msg/TFMessage", QoS(depth=100), take))
     deadline, due = time.monotonic() + PATIENCE, 0.0
     try:
         while time.monotonic() < deadline and not truth.ended:

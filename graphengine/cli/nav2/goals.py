@@ -163,14 +163,8 @@ def _action(live: Live, arguments: argparse.Namespace) -> str:
             f"there are {len(there)} robots with Nav2\n{listing(names, 'choose one with --namespace')}"
         )
     foreign = [text for name, text in live.transport.foreign_services.items() if f"/{ACTION}/" in f"{name}/"]
-    hint = (
-        foreign[0]
-        if foreign
-        else listing(names, "namespaces with Nav2")
-        if names
-        else "is Nav2 running in this domain?"
-    )
-    raise TransportError(f"no action {wanted or ACTION}\n{hint}\nsearched {live.where}")
+    hint = listing(names, "namespaces with Nav2") if names else "is Nav2 running in this domain?"
+    raise TransportError(f"no action {wanted or ACTION}\n{foreign[0] if foreign else hint}\nsearched {live.where}")
 
 
 def _servers(live: Live) -> list[str]:
