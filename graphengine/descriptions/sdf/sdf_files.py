@@ -16,7 +16,7 @@ from urllib.parse import unquote
 
 from graphengine.descriptions.files.packages import Packages, package_of
 from graphengine.descriptions.files.xml import MAX_ELEMENTS, Element, parse, read
-from graphengine.descriptions.sdf.sdf_frames import Kind, Scope, SdfFrame
+from graphengine.descriptions.sdf.sdf_frames import Scope, SdfFrame
 from graphengine.descriptions.sdf.sdf_values import SdfError, leaf, reported, text_at
 from graphengine.format.diagnostics import Findings, Span
 from graphengine.format.wording import allowing, listing, printable
@@ -134,13 +134,10 @@ class SdfFiles:
             limit = f"{MAX_DEPTH} levels deep" if depth > MAX_DEPTH else f"{MAX_MODELS} models"
             raise SdfError(f"too many nested models: more than {limit}", element.span)
         made = Scope(element, name, file.version, outer, file.references)
+        named = {"link": made.links, "joint": made.joints, "frame": made.frames}
         for child in element.children:
-            if child.tag == "link":
-                self._add("link", made.links, child, made)
-            elif child.tag == "joint":
-                self._add("joint", made.joints, child, made)
-            elif child.tag == "frame":
-                self._add("frame", made.frames, child, made)
+            if child.tag in named:
+                self._add(named[child.tag], child, made)
             elif child.tag == "model":
                 self._add_model(made, self._scope(child, child.get("name"), file, made, stack))
             elif child.tag == "include":
@@ -149,7 +146,7 @@ class SdfFiles:
         made.index()
         return made
 
-    def _add(self, kind: Kind, named: dict[str, SdfFrame], element: Element, scope: Scope) -> None:
+    def _add(self, named: dict[str, SdfFrame], element: Element, scope: Scope) -> None:
         name = element.get("name")
         if not name:
             self.findings.add("S103", f"a {element.tag} without a name", element.span)
@@ -158,7 +155,7 @@ class SdfFiles:
             text = f"two {element.tag}s named {printable(name)!r}"
             self.findings.add("S105", text, element.place("name"), related=first)
         else:
-            named[name] = SdfFrame(kind, name, element, scope)
+            named[name] = SdfFrame(element.tag, name, element, scope)
 
     def _add_model(self, outer: Scope, scope: Scope) -> None:
         name = scope.name
