@@ -40,9 +40,7 @@ def read_mjcf(path: Path, library: Library, text: str | None = None) -> Urdf | N
     """
     findings = library.findings
     root = library.world(path, text)
-    if root is None:
-        return None
-    if not is_safe(root, library):
+    if root is None or not is_safe(root, library):
         return None
     spec, lines = parse(root, library)
     if spec is None or not _is_robot(spec, root.span, findings):
@@ -68,10 +66,9 @@ def read_mjcf(path: Path, library: Library, text: str | None = None) -> Urdf | N
     check_limits(links.joints.values(), findings)
     if len(findings.errors) > before:
         return None
-    urdf = Urdf(document, packages, links.links, links.joints, links.root)
     floating = [joint.name for joint in links.joints.values() if joint.type == "floating"]
-    urdf.mjcf = MjcfModel(spec, root, links.free, floating, read_actuators(model), keyframes)
-    return urdf
+    mjcf = MjcfModel(spec, root, links.free, floating, read_actuators(model), keyframes)
+    return Urdf(document, packages, links.links, links.joints, links.root, mjcf)
 
 
 def is_safe(root: Element, library: Library, what: str = "model") -> bool:

@@ -151,13 +151,6 @@ def _positive(limit: float | None) -> float | None:
     return limit if limit is not None and limit > 0 else None
 
 
-def connect(links: Mapping[str, UrdfLink], joints: Mapping[str, UrdfJoint]) -> None:
-    """Add each joint to the links that it connects, in order of the joints."""
-    for joint in joints.values():
-        links[joint.parent].below.append(joint)
-        links[joint.child].carrier = joint
-
-
 @dataclass(frozen=True, slots=True)
 class Wheel:
     """A wheel on a joint: its radius, m, and the position of its centre along the axle, m."""
