@@ -116,14 +116,14 @@ class SdfFiles:
         """
         return _File(root, _version(root), path.resolve(), "")
 
-    def scope(self, element: Element, file: _File, outer: Scope | None = None) -> Scope:
+    def scope(self, element: Element, file: _File) -> Scope:
         """Read a model or a world of a file, with all models that it includes; return it as a scope of names.
 
         Raises:
             SdfError: there are too many models, or they are nested too deeply.
         """
         name = element.get("name") or "model"
-        return self._scope(element, name, file, outer, [file.path] if file.path else [])
+        return self._scope(element, name, file, None, [file.path] if file.path else [])
 
     def _scope(self, element: Element, name: str, file: _File, outer: Scope | None, stack: list[Path]) -> Scope:
         depth, around = 0, outer
