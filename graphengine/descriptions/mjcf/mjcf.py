@@ -66,8 +66,7 @@ def read_mjcf(path: Path, library: Library, text: str | None = None) -> Urdf | N
     check_limits(links.joints.values(), findings)
     if len(findings.errors) > before:
         return None
-    floating = [joint.name for joint in links.joints.values() if joint.type == "floating"]
-    mjcf = MjcfModel(spec, root, links.free, floating, read_actuators(model), keyframes)
+    mjcf = MjcfModel(spec, root, links.free, read_actuators(model), keyframes)
     return Urdf(document, packages, links.links, links.joints, links.root, mjcf)
 
 
