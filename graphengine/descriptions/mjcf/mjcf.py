@@ -46,8 +46,11 @@ def read_mjcf(path: Path, library: Library, text: str | None = None) -> Urdf | N
     if spec is None or not _is_robot(spec, root.span, findings):
         return None
     prepare(spec)
-    model = _compiled(spec, lines, findings)
-    if model is None:
+    try:
+        model = compiled(spec)[0]
+    except REFUSALS as error:
+        message, _, line = mujoco_says(error)
+        findings.add("S102", f"MuJoCo: {message}", place_of(lines, line))
         return None
     keyframes = read_keyframes(spec, model)
     for key in list(spec.keys):
@@ -103,15 +106,6 @@ def parse(root: Element, library: Library) -> tuple[mujoco.MjSpec | None, list[S
         return None, lines
     name_bodies(spec)
     return spec, lines
-
-
-def _compiled(spec: mujoco.MjSpec, lines: list[Span], findings: Findings) -> mujoco.MjModel | None:
-    try:
-        return compiled(spec)[0]
-    except REFUSALS as error:
-        message, _, line = mujoco_says(error)
-        findings.add("S102", f"MuJoCo: {message}", place_of(lines, line))
-        return None
 
 
 def _is_robot(spec: mujoco.MjSpec, span: Span, findings: Findings) -> bool:
