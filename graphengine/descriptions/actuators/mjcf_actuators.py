@@ -105,9 +105,8 @@ def _law(model: mujoco.MjModel, index: int) -> tuple[float, tuple[float, float, 
         model.actuator_gaintype[index] == _GAIN.mjGAIN_AFFINE and not any(gains[1:3])
     )
     affine = model.actuator_biastype[index] == _BIAS.mjBIAS_AFFINE
-    if not plain or model.actuator_dyntype[index] not in [dynamics.value for dynamics in _LINEAR]:
-        return 0.0, (0.0, 0.0, 0.0)
-    if not affine and model.actuator_biastype[index] != _BIAS.mjBIAS_NONE:
+    known = affine or model.actuator_biastype[index] == _BIAS.mjBIAS_NONE
+    if not (plain and known) or model.actuator_dyntype[index] not in [dynamics.value for dynamics in _LINEAR]:
         return 0.0, (0.0, 0.0, 0.0)
     return gains[0], (biases[0], biases[1], biases[2]) if affine else (0.0, 0.0, 0.0)
 

@@ -33,7 +33,6 @@ class MjcfModel:
         spec: the model; all its bodies, joints and actuators have names. A world attaches copies of it.
         element: root element of the model's XML, with includes inserted.
         free: whether the root link moves freely.
-        floating: names of ball and free joints below the root; graphs can neither read nor command them.
         actuators: actuators in order of the model.
         keyframes: keyframes by name.
     """
@@ -41,7 +40,6 @@ class MjcfModel:
     spec: mujoco.MjSpec
     element: Element
     free: bool
-    floating: Sequence[str]
     actuators: Sequence[Actuator]
     keyframes: Mapping[str, Keyframe]
 

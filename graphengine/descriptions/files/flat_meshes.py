@@ -24,17 +24,24 @@ def is_flat(data: bytes, suffix: str) -> bool:
     if vertices is None:
         return False
     least, _, most = _deviations(vertices)[0]
-    if least > _FLAT * most:
-        return False
+    return bool(least <= _FLAT * most) and compiled_shell(f"mesh{suffix}", data) is None
+
+
+def compiled_shell(name: str, data: bytes) -> mujoco.MjModel | None:
+    """Return a model that contains only a mesh, as a shell without volume; None if MuJoCo refuses the mesh.
+
+    Args:
+        name: name of the mesh file; its suffix determines the format.
+        data: content of the file.
+    """
     spec = mujoco.MjSpec()
-    spec.assets = {f"mesh{suffix}": data}
-    spec.add_mesh(name="mesh", file=f"mesh{suffix}", inertia=mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL)
+    spec.assets = {name: data}
+    spec.add_mesh(name="mesh", file=name, inertia=mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL)
     spec.worldbody.add_geom(type=mujoco.mjtGeom.mjGEOM_MESH, meshname="mesh")
     try:
-        compiled(spec)
+        return compiled(spec)[0]
     except REFUSALS:
-        return True
-    return False
+        return None
 
 
 def thickened(data: bytes, scale: Sequence[float]) -> bytes | None:

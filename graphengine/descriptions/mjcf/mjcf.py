@@ -40,16 +40,17 @@ def read_mjcf(path: Path, library: Library, text: str | None = None) -> Urdf | N
     """
     findings = library.findings
     root = library.world(path, text)
-    if root is None:
-        return None
-    if not is_safe(root, library):
+    if root is None or not is_safe(root, library):
         return None
     spec, lines = parse(root, library)
     if spec is None or not _is_robot(spec, root.span, findings):
         return None
     prepare(spec)
-    model = _compiled(spec, lines, findings)
-    if model is None:
+    try:
+        model = compiled(spec)[0]
+    except REFUSALS as error:
+        message, _, line = mujoco_says(error)
+        findings.add("S102", f"MuJoCo: {message}", place_of(lines, line))
         return None
     keyframes = read_keyframes(spec, model)
     for key in list(spec.keys):
@@ -68,10 +69,8 @@ def read_mjcf(path: Path, library: Library, text: str | None = None) -> Urdf | N
     check_limits(links.joints.values(), findings)
     if len(findings.errors) > before:
         return None
-    urdf = Urdf(document, packages, links.links, links.joints, links.root)
-    floating = [joint.name for joint in links.joints.values() if joint.type == "floating"]
-    urdf.mjcf = MjcfModel(spec, root, links.free, floating, read_actuators(model), keyframes)
-    return urdf
+    mjcf = MjcfModel(spec, root, links.free, read_actuators(model), keyframes)
+    return Urdf(document, packages, links.links, links.joints, links.root, mjcf)
 
 
 def is_safe(root: Element, library: Library, what: str = "model") -> bool:
@@ -107,15 +106,6 @@ def parse(root: Element, library: Library) -> tuple[mujoco.MjSpec | None, list[S
         return None, lines
     name_bodies(spec)
     return spec, lines
-
-
-def _compiled(spec: mujoco.MjSpec, lines: list[Span], findings: Findings) -> mujoco.MjModel | None:
-    try:
-        return compiled(spec)[0]
-    except REFUSALS as error:
-        message, _, line = mujoco_says(error)
-        findings.add("S102", f"MuJoCo: {message}", place_of(lines, line))
-        return None
 
 
 def _is_robot(spec: mujoco.MjSpec, span: Span, findings: Findings) -> bool:

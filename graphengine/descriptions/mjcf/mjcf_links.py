@@ -13,7 +13,7 @@ from graphengine.descriptions.actuators.mjcf_actuators import strongest
 from graphengine.descriptions.engine import collides, mujoco
 from graphengine.descriptions.files.xml import Element
 from graphengine.descriptions.urdf.shapes import Box, Capsule, Cylinder, Geometry, Mesh, Shape, Sphere
-from graphengine.descriptions.urdf.urdf import WORLD, Bounds, Inertial, Mimic, UrdfJoint, UrdfLink, connect
+from graphengine.descriptions.urdf.urdf import WORLD, Bounds, Inertial, Mimic, UrdfJoint, UrdfLink
 from graphengine.devices.rotation import (
     IDENTITY,
     NOWHERE,
@@ -79,7 +79,6 @@ class MjcfLinks:
             self._frame(model.camera(camera).name, "camera", int(model.cam_bodyid[camera]), pose)
         for equality in range(model.neq):
             self._mimic(equality)
-        connect(self.links, self.joints)
 
     def _moves_freely_or_not_at_all(self, body: int) -> bool:
         count, first = self.model.body_jntnum[body], self.model.body_jntadr[body]
@@ -196,6 +195,8 @@ class MjcfLinks:
             made.bounds = Bounds(lower, upper, self._strongest.get(name, 0.0), 0.0)
             made.losses = float(model.dof_damping[dof]), float(model.dof_frictionloss[dof])
         self.joints[name] = made
+        self.links[parent].below.append(made)
+        self.links[child].carrier = made
 
     def _mimic(self, equality: int) -> None:
         """Make a joint mimic another by an equality constraint, if it is active, linear and closes no cycle."""

@@ -75,9 +75,9 @@ def _joints(draft: Draft, model: MjcfModel) -> None:
     for kind in _KINDS:
         if found := [actuator.joint for actuator in model.actuators if actuator.joint and actuator.kind == kind]:
             draft.carried.append(Remark(f"{_KINDS[kind]}s of the model: {', '.join(map(printable, found))}"))
-    if model.floating:
-        floating = ", ".join(map(printable, model.floating))
-        draft.noticed.append(Remark(f"ball and free joints, which graphs cannot read or command: {floating}"))
+    if floating := [joint.name for joint in draft.urdf.joints.values() if joint.type == "floating"]:
+        text = f"ball and free joints, which graphs cannot read or command: {', '.join(map(printable, floating))}"
+        draft.noticed.append(Remark(text))
 
 
 def _about(name: str, drive: Drive, slides: bool) -> str:

@@ -16,7 +16,7 @@ from urllib.parse import unquote
 
 from graphengine.descriptions.files.packages import Packages, package_of
 from graphengine.descriptions.files.xml import MAX_ELEMENTS, Element, parse, read
-from graphengine.descriptions.sdf.sdf_frames import Kind, Scope, SdfFrame
+from graphengine.descriptions.sdf.sdf_frames import Scope, SdfFrame
 from graphengine.descriptions.sdf.sdf_values import SdfError, leaf, reported, text_at
 from graphengine.format.diagnostics import Findings, Span
 from graphengine.format.wording import allowing, listing, printable
@@ -116,14 +116,14 @@ class SdfFiles:
         """
         return _File(root, _version(root), path.resolve(), "")
 
-    def scope(self, element: Element, file: _File, outer: Scope | None = None) -> Scope:
+    def scope(self, element: Element, file: _File) -> Scope:
         """Read a model or a world of a file, with all models that it includes; return it as a scope of names.
 
         Raises:
             SdfError: there are too many models, or they are nested too deeply.
         """
         name = element.get("name") or "model"
-        return self._scope(element, name, file, outer, [file.path] if file.path else [])
+        return self._scope(element, name, file, None, [file.path] if file.path else [])
 
     def _scope(self, element: Element, name: str, file: _File, outer: Scope | None, stack: list[Path]) -> Scope:
         depth, around = 0, outer
@@ -134,13 +134,10 @@ class SdfFiles:
             limit = f"{MAX_DEPTH} levels deep" if depth > MAX_DEPTH else f"{MAX_MODELS} models"
             raise SdfError(f"too many nested models: more than {limit}", element.span)
         made = Scope(element, name, file.version, outer, file.references)
+        named = {"link": made.links, "joint": made.joints, "frame": made.frames}
         for child in element.children:
-            if child.tag == "link":
-                self._add("link", made.links, child, made)
-            elif child.tag == "joint":
-                self._add("joint", made.joints, child, made)
-            elif child.tag == "frame":
-                self._add("frame", made.frames, child, made)
+            if child.tag in named:
+                self._add(named[child.tag], child, made)
             elif child.tag == "model":
                 self._add_model(made, self._scope(child, child.get("name"), file, made, stack))
             elif child.tag == "include":
@@ -149,7 +146,7 @@ class SdfFiles:
         made.index()
         return made
 
-    def _add(self, kind: Kind, named: dict[str, SdfFrame], element: Element, scope: Scope) -> None:
+    def _add(self, named: dict[str, SdfFrame], element: Element, scope: Scope) -> None:
         name = element.get("name")
         if not name:
             self.findings.add("S103", f"a {element.tag} without a name", element.span)
@@ -158,7 +155,7 @@ class SdfFiles:
             text = f"two {element.tag}s named {printable(name)!r}"
             self.findings.add("S105", text, element.place("name"), related=first)
         else:
-            named[name] = SdfFrame(kind, name, element, scope)
+            named[name] = SdfFrame(element.tag, name, element, scope)
 
     def _add_model(self, outer: Scope, scope: Scope) -> None:
         name = scope.name

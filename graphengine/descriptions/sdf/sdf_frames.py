@@ -9,7 +9,6 @@ from __future__ import annotations
 import itertools
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
-from typing import Literal
 
 from graphengine.descriptions.files.xml import Element
 from graphengine.descriptions.sdf.sdf_values import SdfError, flag_at, pose_of, text_at
@@ -26,22 +25,18 @@ FIRST_WITH_FRAMES = 7
 """Minor number of the first SDF version with `<pose relative_to="…">`; earlier versions write `<pose frame="…">`."""
 
 
-Kind = Literal["scope", "link", "joint", "frame"]
-"""Kinds of elements that have a frame; `scope` is a model or a world."""
-
-
 @dataclass(slots=True, eq=False)
 class SdfFrame:
     """A frame of a model or world.
 
     Attributes:
-        kind: kind of the element that has the frame.
+        kind: kind of the element that has the frame: `link`, `joint`, `frame`, or `scope` for a model or a world.
         name: name of the frame in its scope.
         element: element that has the frame.
         scope: scope that contains the name; for a model or a world, its own scope.
     """
 
-    kind: Kind
+    kind: str
     name: str
     element: Element
     scope: Scope

@@ -118,7 +118,8 @@ class GeomWriter:
 
     def _plates(self, file: MeshFile, mesh: Element) -> list[Element]:
         """Return one MJCF mesh per triangle of a mesh file; an empty list if the mesh is convex or has too many triangles."""
-        corners = hollow_triangles(self.library.assets[file.key], file.key, _scale(mesh))
+        scale = [float(part) for part in mesh.get("scale", "1 1 1").split()]
+        corners = hollow_triangles(self.library.assets[file.key], file.key, scale)
         if corners is None:
             return []
         if len(corners) > MAX_PLATES:
@@ -130,11 +131,6 @@ class GeomWriter:
         return [
             Element("mesh", {"inertia": "shell", "vertex": written(*plate)}, mesh.span) for plate in plates(corners)
         ]
-
-
-def _scale(mesh: Element) -> Vector3:
-    x, y, z = map(float, mesh.get("scale", "1 1 1").split())
-    return x, y, z
 
 
 def _drawable(part: Element, findings: Findings | None) -> Element | None:

@@ -6,8 +6,8 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from graphengine.descriptions.engine import Floats
 from graphengine.descriptions.files.xml import Element
 from graphengine.descriptions.sdf.sdf_frames import SdfFrame, place_of
 from graphengine.descriptions.sdf.sdf_shapes import shape_of
@@ -22,15 +22,12 @@ from graphengine.descriptions.sdf.sdf_values import (
     text_at,
     written,
 )
+from graphengine.descriptions.urdf.inertia import WATER, matrix_of, moments_of
 from graphengine.descriptions.urdf.urdf import TERMS
 from graphengine.devices.rotation import IDENTITY, Pose, Quaternion, compose, relative, rotate
 from graphengine.format.wording import printable
 
-WATER = 1000.0
-"""Default density of a collision for automatic inertias, kg/m3."""
 _DEFAULTS = (1.0, 1.0, 1.0, 0.0, 0.0, 0.0)
-
-Matrix = NDArray[np.float64]
 
 
 class Mass(NamedTuple):
@@ -97,14 +94,14 @@ def _of_collisions(link: SdfFrame, element: Element) -> Mass:
             centre, rotation = relative(link.place, place_of(collision, link))
             masses.append(mass)
             centres.append(np.array(centre))
-            matrices.append(mass * _matrix(turned((*moments, 0.0, 0.0, 0.0), rotation)))
+            matrices.append(mass * matrix_of(turned((*moments, 0.0, 0.0, 0.0), rotation)))
     total = math.fsum(masses)
     if not total > 0.0:
         raise SdfError(
             f"link {printable(link.name)!r}: an automatic inertia requires a collision with a volume", element.span
         )
     middle = sum((mass * place for mass, place in zip(masses, centres, strict=True)), np.zeros(3)) / total
-    matrix: Matrix = np.zeros((3, 3))
+    matrix: Floats = np.zeros((3, 3))
     for mass, place, own in zip(masses, centres, matrices, strict=True):
         apart = place - middle
         matrix += own + mass * (np.dot(apart, apart) * np.eye(3) - np.outer(apart, apart))
@@ -113,7 +110,7 @@ def _of_collisions(link: SdfFrame, element: Element) -> Mass:
         mass = number_at(element, "mass", default=total)
         matrix *= mass / total
     x, y, z = middle.tolist()
-    return Mass(mass, _terms(matrix), compose(link.place, ((x, y, z), IDENTITY)))
+    return Mass(mass, moments_of(matrix), compose(link.place, ((x, y, z), IDENTITY)))
 
 
 def turned(moments: tuple[float, ...], rotation: Quaternion) -> tuple[float, ...]:
@@ -124,17 +121,7 @@ def turned(moments: tuple[float, ...], rotation: Quaternion) -> tuple[float, ...
         rotation: rotation (x, y, z, w) of that frame in the frame of the result.
     """
     axes = np.array([rotate(rotation, axis) for axis in ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))])
-    return _terms(axes.T @ _matrix(moments) @ axes)
-
-
-def _matrix(moments: tuple[float, ...]) -> Matrix:
-    xx, yy, zz, xy, xz, yz = moments
-    return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
-
-
-def _terms(matrix: Matrix) -> tuple[float, ...]:
-    places = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
-    return tuple(float(matrix[place]) for place in places)
+    return moments_of(axes.T @ matrix_of(moments) @ axes)
 
 
 def _body(shape: Element) -> tuple[float, tuple[float, float, float]]:

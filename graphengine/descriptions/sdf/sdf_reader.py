@@ -44,15 +44,11 @@ def read_sdf(path: Path, root: Element, packages: Packages, findings: Findings, 
         else:
             models = [files.scope(model, file) for model in root.all("model")]
             for world in root.all("world"):
-                models += [_alone(model) for model in files.scope(world, file).models.values()]
+                for model in files.scope(world, file).models.values():
+                    model.outer = None  # a robot has no fixed pose in the world
+                    models.append(model)
             made = urdf_of(_chosen(models, root, name), findings)
     return made if len(findings.errors) == before else None
-
-
-def _alone(model: Scope) -> Scope:
-    """Detach a model from its world and return it, because a robot has no fixed pose in the world."""
-    model.outer = None
-    return model
 
 
 def _chosen(models: list[Scope], root: Element, name: str) -> Scope:
@@ -83,7 +79,6 @@ def _chosen(models: list[Scope], root: Element, name: str) -> Scope:
 def urdf_of(model: Scope, findings: Findings) -> Element:
     """Return the `robot` element of a model as URDF; errors are added to `findings`, and the element is then incomplete."""
     root = Element("robot", {"name": model.name}, model.element.span)
-    scopes = list(model.walk())
     joints, links = model.all_joints(), model.all_links()
     carriers: dict[SdfFrame, SdfFrame] = {}
     carries: dict[SdfFrame, SdfFrame] = {}
@@ -109,7 +104,7 @@ def urdf_of(model: Scope, findings: Findings) -> Element:
         with reported(findings):
             root.children += urdf_joint(joint, frames, carries, findings)
     root.children += [element for link in links for element in reader.for_gazebo(link)]
-    for scope in scopes:
+    for scope in model.walk():
         root.children += _for_gazebo(scope)
     if reader.mere_frames:
         text = "links without inertial and shapes become frames without mass; in SDF, each has a mass of 1 kg"

@@ -5,13 +5,13 @@ Otherwise a hall whose walls are one mesh would be a solid block. Each triangle 
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from graphengine.descriptions.engine import REFUSALS, Floats, compiled, mujoco
+from graphengine.descriptions.engine import Floats, mujoco
+from graphengine.descriptions.files.flat_meshes import compiled_shell
 from graphengine.descriptions.geoms import mesh_faces, mesh_vertices
-from graphengine.devices.rotation import Vector3
 
 MAX_PLATES = 2000
 """Maximum number of triangles of a mesh that can be converted to plates."""
@@ -23,7 +23,7 @@ _NARROWEST = 1e-4
 """Minimum height (m) of a triangle above its longest side; narrower triangles do not become plates."""
 
 
-def hollow_triangles(data: bytes, name: str, scale: Vector3) -> Floats | None:
+def hollow_triangles(data: bytes, name: str, scale: Sequence[float]) -> Floats | None:
     """Return the triangles of a mesh file as MuJoCo reads it; None if the mesh is convex, or if MuJoCo rejects the file.
 
     The result has the corners in m, counter-clockwise seen from outside, shape (number of triangles, 3, 3). To find out whether
@@ -35,13 +35,8 @@ def hollow_triangles(data: bytes, name: str, scale: Vector3) -> Floats | None:
         name: name of the file; its suffix determines the format.
         scale: scale factors along x, y and z.
     """
-    spec = mujoco.MjSpec()
-    spec.assets = {name: data}
-    spec.add_mesh(name="mesh", file=name, inertia=mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL)
-    spec.worldbody.add_geom(type=mujoco.mjtGeom.mjGEOM_MESH, meshname="mesh")
-    try:
-        model, _ = compiled(spec)
-    except REFUSALS:
+    model = compiled_shell(name, data)
+    if model is None:
         return None
     rotation = np.empty(9)
     mujoco.mju_quat2Mat(rotation, model.mesh_quat[0])

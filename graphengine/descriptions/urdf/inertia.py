@@ -6,13 +6,13 @@ PhysX accepts such descriptions and substitutes values. This module substitutes 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from graphengine.descriptions.urdf.urdf import Inertial, Urdf, UrdfLink
+from graphengine.descriptions.urdf.urdf import Inertial, Moments, Urdf, UrdfLink
 from graphengine.format.diagnostics import Findings
 from graphengine.format.wording import listing
 
@@ -82,14 +82,24 @@ def _mend(found: dict[str, Inertial], link: UrdfLink) -> bool:
     inertial = found[link.name]
     if link.mass == 0:
         return False
-    xx, yy, zz, xy, xz, yz = inertial.moments or (0.0,) * 6
-    matrix = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+    matrix = matrix_of(inertial.moments or (0.0,) * 6)
     instead = mended(matrix, link.mass)
     if instead is matrix:
         return False
-    (xx, xy, xz), (_, yy, yz), (_, _, zz) = instead.tolist()
-    found[link.name] = replace(inertial, moments=(xx, yy, zz, xy, xz, yz))
+    found[link.name] = replace(inertial, moments=moments_of(instead))
     return True
+
+
+def matrix_of(moments: Sequence[float]) -> NDArray[np.float64]:
+    """Return the 3x3 inertia tensor with the given moments and products of inertia, in the order of `TERMS`."""
+    xx, yy, zz, xy, xz, yz = moments
+    return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+
+
+def moments_of(matrix: NDArray[np.float64]) -> Moments:
+    """Return the moments and products of inertia of a 3x3 inertia tensor, in the order of `TERMS`."""
+    (xx, xy, xz), (_, yy, yz), (_, _, zz) = matrix.tolist()
+    return xx, yy, zz, xy, xz, yz
 
 
 def possible(inertia: NDArray[np.float64]) -> bool:

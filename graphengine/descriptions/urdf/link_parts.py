@@ -11,14 +11,14 @@ from graphengine.devices.rotation import NOWHERE, Pose, from_rpy
 from graphengine.format.diagnostics import Findings
 from graphengine.format.wording import did_you_mean, listing
 
-_MADE: Mapping[str, tuple[dict[str, int], Callable[..., Geometry]]] = {
+MADE: Mapping[str, tuple[dict[str, int], Callable[..., Geometry]]] = {
     "box": ({"size": 3}, lambda x, y, z: Box((x, y, z))),
     "cylinder": ({"radius": 1, "length": 1}, Cylinder),
     "sphere": ({"radius": 1}, Sphere),
     "capsule": ({"radius": 1, "length": 1}, Capsule),
 }
 """Attributes of the element of each shape but a mesh, with their counts of numbers, and the geometry of these numbers."""
-SHAPES = ("box", "cylinder", "sphere", "capsule", "mesh")
+SHAPES = (*MADE, "mesh")
 
 
 def origin_of(element: Element) -> Pose | None:
@@ -78,27 +78,21 @@ def _own_colour(material: Element) -> Colour | None:
     return (values[0], values[1], values[2], values[3]) if values is not None else None
 
 
-def shapes_of(link: Element, colours: Mapping[str, Colour], findings: Findings) -> list[Shape]:
-    """Return the colliders and visuals of a `link` element, in order of the file. Errors are added to `findings`.
+def shapes_of(link: Element, colours: Mapping[str, Colour], findings: Findings) -> Iterator[Shape]:
+    """Yield the colliders and visuals of a `link` element, in order of the file. Errors are added to `findings`.
 
     Args:
         link: element of the link.
         colours: colours by material name.
         findings: receives the errors.
     """
-    return list(_shapes(link, colours, findings))
-
-
-def _shapes(link: Element, colours: Mapping[str, Colour], findings: Findings) -> Iterator[Shape]:
     name = link.get("name")
     for index, part in enumerate(link.children):
         if part.tag not in ("collision", "visual"):
             continue
         geometry = _geometry(part, name, findings)
         material = part.first("material")
-        colour = None
-        if material is not None:
-            colour = _own_colour(material) or colours.get(material.get("name"))
+        colour = _own_colour(material) or colours.get(material.get("name")) if material is not None else None
         if geometry is not None:
             visual = part.tag == "visual"
             yield Shape(f"{name}.{index}", visual, geometry, origin_of(part) or NOWHERE, colour, part)
@@ -119,7 +113,7 @@ def _geometry(part: Element, link: str, findings: Findings) -> Geometry | None:
     if shape.tag == "mesh":
         scale = numbers(shape.get("scale", "1 1 1"), 3)
         return Mesh(shape.get("filename"), (scale[0], scale[1], scale[2]), shape) if scale is not None else None
-    attributes, made = _MADE[shape.tag]
+    attributes, made = MADE[shape.tag]
     if absent := [attribute for attribute in attributes if attribute not in shape.attributes]:
         text = f"link {link!r}: <{shape.tag}> has no attribute {absent[0]!r}"
         findings.add("S103", text, shape.span, f'write {absent[0]}="…", in m')

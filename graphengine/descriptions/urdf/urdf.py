@@ -131,31 +131,24 @@ class UrdfJoint:
     def limit(self, lowest: float, highest: float) -> None:
         """Set lower and upper position limit, rad or m, also in the joint's XML element."""
         self.bounds = replace(self.bounds, lower=lowest, upper=highest)
-        limit = self.element.first("limit")
-        if limit is None:
-            limit = Element("limit", {}, self.element.span)
-            self.element.children.append(limit)
-        limit.attributes |= {"lower": repr(lowest), "upper": repr(highest)}
+        self._part("limit", len(self.element.children)).attributes |= {"lower": repr(lowest), "upper": repr(highest)}
 
     def put(self, position: Vector3) -> None:
         """Set the position of the joint in the parent link's frame, m, in `pose` and in the XML element."""
         self.pose = (position, self.pose[1])
-        origin = self.element.first("origin")
-        if origin is None:
-            origin = Element("origin", {}, self.element.span)
-            self.element.children.insert(0, origin)
-        origin.attributes["xyz"] = " ".join(map(repr, position))
+        self._part("origin", 0).attributes["xyz"] = " ".join(map(repr, position))
+
+    def _part(self, tag: str, place: int) -> Element:
+        """Return the child of the XML element with a tag; if there is none, add one in front of the child number `place`."""
+        found = self.element.first(tag)
+        if found is None:
+            found = Element(tag, {}, self.element.span)
+            self.element.children.insert(place, found)
+        return found
 
 
 def _positive(limit: float | None) -> float | None:
     return limit if limit is not None and limit > 0 else None
-
-
-def connect(links: Mapping[str, UrdfLink], joints: Mapping[str, UrdfJoint]) -> None:
-    """Add each joint to the links that it connects, in order of the joints."""
-    for joint in joints.values():
-        links[joint.parent].below.append(joint)
-        links[joint.child].carrier = joint
 
 
 @dataclass(frozen=True, slots=True)

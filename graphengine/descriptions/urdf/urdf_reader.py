@@ -12,7 +12,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from graphengine.descriptions.files.packages import Packages
 from graphengine.descriptions.files.xml import Element, numbers
 from graphengine.descriptions.urdf.joint_units import check_degrees, swapped_limits
-from graphengine.descriptions.urdf.link_parts import colours_by_name, inertial_of, number_at, origin_of, shapes_of
+from graphengine.descriptions.urdf.link_parts import MADE, colours_by_name, inertial_of, number_at, origin_of, shapes_of
 from graphengine.descriptions.urdf.shapes import MAX_COLOUR
 from graphengine.descriptions.urdf.urdf import MOVING, Bounds, Mimic, Urdf, UrdfJoint, UrdfLink
 from graphengine.devices.rotation import Vector3
@@ -28,13 +28,9 @@ _COUNTS = {
     "axis": {"xyz": 3},
     "limit": {"lower": 1, "upper": 1, "effort": 1, "velocity": 1},
     "dynamics": {"damping": 1, "friction": 1},
-    "box": {"size": 3},
-    "cylinder": {"radius": 1, "length": 1},
-    "capsule": {"radius": 1, "length": 1},
-    "sphere": {"radius": 1},
     "mesh": {"scale": 3},
     "color": {"rgba": 4},
-}
+} | {tag: counts for tag, (counts, _) in MADE.items()}
 """Required number of numbers in numeric attributes, by element tag and attribute name."""
 _SINGLE = {
     "link": ("inertial",),
@@ -64,7 +60,7 @@ def read_urdf(root: Element, packages: Packages, findings: Findings) -> Urdf | N
     colours = colours_by_name(root)
     for element in _named(root, "link", findings):
         name, inertial = element.get("name"), inertial_of(element, findings)
-        links[name] = UrdfLink(name, element, inertial, shapes_of(element, colours, findings))
+        links[name] = UrdfLink(name, element, inertial, list(shapes_of(element, colours, findings)))
     joints: dict[str, UrdfJoint] = {}
     for element in _named(root, "joint", findings):
         joint = _joint(element, links, findings)

@@ -380,13 +380,9 @@ class SimulationCore(Stateful):
 
     def reset_state(self) -> None:
         """Return bodies, joints and commands to their initial state and end all pushes; the tick count continues."""
-        for body in self.held:
-            body.release()
-        self.held.clear()
+        self._release_bodies()
         self.pushes.clear()
         self.surfaces.stop()
-        self.welds.clear()
-        self.welds.withdraw()
         if (built := self._mounts.put_back(self.model)) is not None:
             self.continue_with(built)
         self.model.opt.gravity = self._built_gravity
@@ -398,6 +394,13 @@ class SimulationCore(Stateful):
         self._start_commands()
         self.forces.forget()
         self.handles.reset()
+
+    def _release_bodies(self) -> None:
+        """Release all bodies that handles or welds hold, so that the model is as it was compiled."""
+        for body in self.held:
+            body.release()
+        self.held.clear()
+        self.welds.clear()
 
     def reset_time(self) -> None:
         """Set the tick and step counts to zero and discard the sensors' samples; bodies and joints keep their state."""
@@ -420,11 +423,7 @@ class SimulationCore(Stateful):
 
     def restore(self, saved: SavedState) -> None:
         """Restore a state that `save` returned for the same robots. The same inputs then give the same results, bit by bit."""
-        for body in self.held:
-            body.release()
-        self.held.clear()
-        self.welds.clear()
-        self.welds.withdraw()
+        self._release_bodies()
         if saved.surfaces != tuple(self.surfaces.velocities):
             assert self.recompile is not None
             model = self.recompile(saved.surfaces)

@@ -99,9 +99,10 @@ class Welds(Stateful):
             self._write()
 
     def clear(self) -> None:
-        """Release all bodies."""
+        """Release all bodies, and withdraw (see `withdraw`)."""
         for weld in list(self.held):
             self.release(weld)
+        self.withdraw()
 
     def force(self, weld: str) -> Floats:
         """Return the force that the held body exerted on the weld's own body in the last step, N, world frame, shape (3,)."""

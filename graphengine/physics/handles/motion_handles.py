@@ -69,15 +69,12 @@ class CarriedPrim(Handle):
         a, b, c, u, v, w = self._twist.tolist()
         x, y, z = self._position.tolist()
         if self._offset is not None:
-            i, j, k = self._turned(self._offset[0])
+            d, e, f, g = self._rotation.tolist()
+            i, j, k = rotate((e, f, g, d), self._offset[0])
             x, y, z = x + i, y + j, z + k
         p, q, r = self._centre.tolist()
         x, y, z = x - p, y - q, z - r
         return (u + b * z - c * y, v + c * x - a * z, w + a * y - b * x), (a, b, c)
-
-    def _turned(self, vector: Vector3) -> Vector3:
-        d, a, b, c = self._rotation.tolist()
-        return rotate((a, b, c, d), vector)
 
 
 class Joints(Handle, JointFacts):

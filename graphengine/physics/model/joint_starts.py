@@ -1,16 +1,12 @@
-"""Combines and checks the start positions of joints in robot files, scenes and keyframes."""
+"""Checks the start positions of joints in robot files and scenes, and the names of keyframes."""
 
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping
-from typing import TYPE_CHECKING
 
 from graphengine.descriptions.urdf.urdf import Urdf
 from graphengine.format.diagnostics import Findings, Span
 from graphengine.format.wording import did_you_mean, listing
-
-if TYPE_CHECKING:
-    from graphengine.physics.model.robot import RobotInstance
 
 
 def check_keyframe(name: str, urdf: Urdf, span: Span | None, findings: Findings) -> None:
@@ -19,26 +15,6 @@ def check_keyframe(name: str, urdf: Urdf, span: Span | None, findings: Findings)
     if name not in known:
         near = did_you_mean(name, known) or listing(known, "keyframes")
         findings.add("S104", f"the robot has no keyframe {name!r}", span, near)
-
-
-def joint_starts(robot: RobotInstance) -> dict[str, float]:
-    """Return the start position (rad or m) of each moving joint of a robot that has one, by name.
-
-    The scene overrides the robot file, which overrides the keyframe. A mimic joint without a start position of its own gets the
-    position that follows from its leader's.
-    """
-    known, keyframe = {joint.name: joint for joint in robot.moving}, robot.keyframe
-    coordinates = keyframe.coordinates if keyframe is not None else {}
-    stated = {name: coordinates[name][0] for name in known if name in coordinates}
-    stated |= {name: joint.start for name, joint in robot.spec.joints.items() if joint.start is not None}
-    stated |= {name: joint.start for name, joint in robot.placement.use.joints.items()}
-    starts = {name: stated[name] for name in known if name in stated}
-    pending = {name: joint.mimic for name, joint in known.items() if joint.mimic is not None and name not in starts}
-    while followers := [name for name, mimic in pending.items() if mimic.leader in starts]:
-        for name in followers:
-            mimic = pending.pop(name)
-            starts[name] = mimic.multiplier * starts[mimic.leader] + mimic.offset
-    return starts
 
 
 def check_starts(

@@ -17,20 +17,22 @@ when in a step the contact begins (0.34 to 0.55 of the impact speed for a restit
 from __future__ import annotations
 
 import operator
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
 from graphengine.format.robot_spec import MaterialSpec
 
-RULES = {"average": "average", "min": "lesser", "multiply": "product", "max": "greater"}
-"""Combine modes, and their names in messages. If the modes of two materials differ, the later mode in this order is used."""
-_COMBINED: dict[str, Callable[[float, float], float]] = {
-    "average": lambda first, second: (first + second) / 2,
-    "min": min,
-    "multiply": operator.mul,
-    "max": max,
+_RULES: Mapping[str, tuple[str, Callable[[float, float], float]]] = {
+    "average": ("average", lambda first, second: (first + second) / 2),
+    "min": ("lesser", min),
+    "multiply": ("product", operator.mul),
+    "max": ("greater", max),
 }
+"""Combine modes with their names in messages and their functions.
+
+If the modes of two materials differ, the later mode in this order is used.
+"""
 FLOOR_RULE = "average"
 """Combine mode of the floor. MJCF has no combine modes, so it is the default of PhysX."""
 NO_FLOOR_FRICTION = 0.5
@@ -71,12 +73,12 @@ class Contact:
 
 def stronger(first: str, second: str) -> str:
     """Return the combine mode that PhysX uses at a contact of colliders with two given modes."""
-    return max(first, second, key=list(RULES).index)
+    return max(first, second, key=list(_RULES).index)
 
 
 def combine(first: float, second: float, rule: str) -> float:
     """Return the friction of a contact from the friction of both colliders, according to a combine mode of PhysX."""
-    return _COMBINED[rule](first, second)
+    return _RULES[rule][1](first, second)
 
 
 def greatest_friction(material: MaterialSpec) -> float:
@@ -109,7 +111,7 @@ def sentences(name: str, material: MaterialSpec, floor: float) -> tuple[str, ...
     if friction and material.across is not None:
         along, across = (friction * part / dynamic for part in (material.dynamic_friction, material.across))
         outcome = f"friction {along:g} along its direction and {across:g} across it"
-    text = f"material {name!r}: {outcome} on the floor, the {RULES[rule]} of {own} and the floor's {floor:g}"
+    text = f"material {name!r}: {outcome} on the floor, the {_RULES[rule][0]} of {own} and the floor's {floor:g}"
     chosen = "combine" in material.model_fields_set and rule in ("min", "max")
     if chosen and friction != dynamic and material.across is None:
         text += ": the material's value has no effect"

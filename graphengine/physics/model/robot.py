@@ -21,7 +21,7 @@ from graphengine.format.robot_spec import RobotSpec, WheelColliderSpec
 from graphengine.format.wording import did_you_mean, listing
 from graphengine.physics.model.fleet_expansion import RobotPlacement
 from graphengine.physics.model.joint_disabling import Disabled, disable_joints
-from graphengine.physics.model.joint_starts import check_keyframe, check_starts, joint_starts
+from graphengine.physics.model.joint_starts import check_keyframe, check_starts
 from graphengine.physics.model.materials import NO_FLOOR_FRICTION
 from graphengine.physics.model.profiles import SensorProfile, read_profiles
 
@@ -83,8 +83,23 @@ class RobotInstance:
 
     @property
     def starts(self) -> dict[str, float]:
-        """Start position (rad or m) of each moving joint that has one, by name."""
-        return joint_starts(self)
+        """Start position (rad or m) of each moving joint that has one, by name.
+
+        The scene overrides the robot file, which overrides the keyframe. A mimic joint without a start position of its own gets
+        the position that follows from its leader's.
+        """
+        known, keyframe = {joint.name: joint for joint in self.moving}, self.keyframe
+        coordinates = keyframe.coordinates if keyframe is not None else {}
+        stated = {name: coordinates[name][0] for name in known if name in coordinates}
+        stated |= {name: joint.start for name, joint in self.spec.joints.items() if joint.start is not None}
+        stated |= {name: joint.start for name, joint in self.placement.use.joints.items()}
+        starts = {name: stated[name] for name in known if name in stated}
+        pending = {name: joint.mimic for name, joint in known.items() if joint.mimic is not None and name not in starts}
+        while followers := [name for name, mimic in pending.items() if mimic.leader in starts]:
+            for name in followers:
+                mimic = pending.pop(name)
+                starts[name] = mimic.multiplier * starts[mimic.leader] + mimic.offset
+        return starts
 
     @property
     def keyframe(self) -> Keyframe | None:

@@ -196,14 +196,13 @@ def _replace_colliders(spec: mujoco.MjSpec, link: str, shape: WheelColliderSpec,
     if carrier is None:  # already reported
         return
     old = _colliders(body)
-    size = (
-        [shape.radius, shape.radius, shape.width / 2] if shape.shape == "ellipsoid" else [shape.radius, shape.width / 2]
-    )
-    kind = mujoco.mjtGeom.mjGEOM_ELLIPSOID if shape.shape == "ellipsoid" else mujoco.mjtGeom.mjGEOM_CYLINDER
+    ellipsoid, half = shape.shape == "ellipsoid", shape.width / 2
+    size = [shape.radius, shape.radius, half] if ellipsoid else [shape.radius, half, 0.0]
+    kind = mujoco.mjtGeom.mjGEOM_ELLIPSOID if ellipsoid else mujoco.mjtGeom.mjGEOM_CYLINDER
     turn = np.zeros(4)
     mujoco.mju_quatZ2Vec(turn, np.array(carrier.axis))
     position = np.array(carrier.axis) * shape.offset
-    made = body.add_geom(name=f"{link}.wheel", type=kind, size=[*size, 0.0][:3], pos=position, quat=turn)
+    made = body.add_geom(name=f"{link}.wheel", type=kind, size=size, pos=position, quat=turn)
     if old:
         made.rgba, made.material = old[0].rgba, old[0].material
     for geom in old:

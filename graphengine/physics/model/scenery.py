@@ -143,7 +143,7 @@ class Scenery:
     def _tell_joints(self, robot: RobotInstance, placement: RobotPlacement, findings: Findings) -> None:
         """Add a note on the joints that graphs can use, for a description without a robot file."""
         mjcf = robot.urdf.mjcf
-        floating = mjcf.floating if mjcf is not None else ()
+        floating = [joint.name for joint in robot.urdf.joints.values() if joint.type == "floating"]
         still = [joint.name for joint in robot.moving if joint.name not in robot.drives and joint.mimic is None]
         number, known = len(robot.moving) + len(floating), len(robot.moving) if floating else "all"
         count = f"{number} joint{'s' * (number != 1)}; graphs can use {known}" if number else "no joint that moves"

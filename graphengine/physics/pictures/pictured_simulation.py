@@ -5,7 +5,9 @@ from __future__ import annotations
 from functools import cached_property
 from typing import Any
 
+from graphengine.format.errors import RenderError
 from graphengine.physics.core.simulation_core import SimulationCore
+from graphengine.physics.pictures import opengl
 from graphengine.physics.pictures.render_thread import RenderThread
 
 
@@ -19,7 +21,10 @@ class PicturedSimulation(SimulationCore):
 
     def picture_driver(self) -> str:
         """Return the name and version of the OpenGL driver, or `not there` if OpenGL cannot be used."""
-        return self.studio.driver()
+        try:
+            return opengl.driver()
+        except RenderError:
+            return "not there"
 
     def save(self) -> Any:
         """Return a copy of the current state; wait for images that are being rendered."""

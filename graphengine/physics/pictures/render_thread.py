@@ -23,7 +23,6 @@ from graphengine.descriptions.engine import body_names, mujoco
 from graphengine.devices.camera import Picture
 from graphengine.devices.rotation import Pose
 from graphengine.devices.stage import housing_of
-from graphengine.format.errors import RenderError
 from graphengine.format.stateful import Stateful
 from graphengine.physics.pictures import opengl
 from graphengine.physics.pictures.bounding_boxes import BoundingBoxes
@@ -72,14 +71,6 @@ class RenderThread(Stateful):
         """Prim path of each segmentation ID; the ID of a prim never changes."""
         self._present()
         return self._labels
-
-    @staticmethod
-    def driver() -> str:
-        """Return the name and version of the OpenGL driver, or `not there` if OpenGL cannot be used."""
-        try:
-            return opengl.driver()
-        except RenderError:
-            return "not there"
 
     def expect(self, lens: Lens) -> None:
         """Announce a lens, so that the first renderer is large enough for the images of this lens."""

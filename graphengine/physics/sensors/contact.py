@@ -46,9 +46,6 @@ class BodyContactSensor(CarriedPrim):
     kept = ("_of_step", "_of_tick")
 
     def __init__(self, simulation: SimulationCore, prim: Prim) -> None:
-        self._threshold: float = prim.facts["threshold"]
-        self._limit: float = prim.facts["limit"]
-        self._radius: float = prim.facts["radius"] or math.inf
         self.reset()
         super().__init__(simulation, prim)
 
@@ -76,8 +73,8 @@ class BodyContactSensor(CarriedPrim):
             return total
         first, second = self._own[data.contact.geom].T
         touching, frames = first != second, data.contact.frame
-        if math.isfinite(self._radius):
-            touching &= np.linalg.norm(data.contact.pos - self.pose()[0], axis=1) < self._radius
+        if radius := self._prim.facts["radius"]:
+            touching &= np.linalg.norm(data.contact.pos - self.pose()[0], axis=1) < radius
         for contact in np.flatnonzero(touching).tolist():
             mujoco.mj_contactForce(model, data, contact, wrench)
             # The rows of a contact's frame are its axes; the force is that on the second geom.
@@ -92,6 +89,6 @@ class BodyContactSensor(CarriedPrim):
         if simulation.stepping:
             total = self._of_step
         force = math.hypot(*total.tolist())
-        if force == 0.0 or force < self._threshold:
+        if force == 0.0 or force < self._prim.facts["threshold"]:
             return ContactReading(time, False, 0.0)
-        return ContactReading(time, True, min(force, self._limit))
+        return ContactReading(time, True, min(force, self._prim.facts["limit"]))

@@ -59,9 +59,6 @@ class RayRadar(RaySensor[Detections]):
         facts = prim.facts
         self.directions = beam_directions(facts["angles"], np.array(facts["elevations"], float))
         self.directions.flags.writeable = False
-        self._velocity_std: float = facts["velocity_std"]
-        self._velocity_resolution: float = facts["velocity_resolution"]
-        self._angle_std: float = facts["angle_std"]
         super().__init__(simulation, prim)
 
     def detections(self) -> Detections:
@@ -69,7 +66,7 @@ class RayRadar(RaySensor[Detections]):
         return self._sample()
 
     def _make_sample(self, index: int) -> Detections:
-        near, far = self.ranges
+        (near, far), facts = self.ranges, self._prim.facts
         distances, geoms = self.cast()
         hit = np.flatnonzero((distances >= near) & (distances <= far))
         distances, directions = distances[hit], self.directions[hit]
@@ -77,8 +74,8 @@ class RayRadar(RaySensor[Detections]):
         # One error per ray, hit or not, so that a detection does not depend on the other rays.
         errors = self._noise_of(index).standard_normal((4, len(self.directions)))[:, hit]
         measured = rounded(distances + self.noise_std * errors[0], self._resolution).clip(near, far)
-        velocities = rounded(velocities + self._velocity_std * errors[1], self._velocity_resolution)
-        points = measured[:, None] * _turned(directions, self._angle_std * errors[2], self._angle_std * errors[3])
+        velocities = rounded(velocities + facts["velocity_std"] * errors[1], facts["velocity_resolution"])
+        points = measured[:, None] * _turned(directions, *(facts["angle_std"] * errors[2:]))
         power = 40.0 * np.log10(far / np.maximum(distances, _NEAREST))
         arrays = (array.astype(np.float32) for array in (points, velocities, power))
         return Detections(self._simulation.time, index, *arrays)

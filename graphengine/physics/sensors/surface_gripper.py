@@ -148,8 +148,8 @@ class SuctionGripper(CarriedPrim):
                     holds[number] = self._grip(number)
         for number in range(len(holds)):
             if holds[number] and not self._waiting[number] and self._is_pulled_off(number):
-                self._let_go(number)
-                holds[number] = False
+                self._simulation.welds.release(self._welds[number])
+                self._waiting[number], holds[number] = _SETTLING, False
         self._update(holds)
 
     def _update(self, holds: list[bool]) -> None:
@@ -186,7 +186,3 @@ class SuctionGripper(CarriedPrim):
         shear = float(np.linalg.norm(force - pull * forward))
         coaxial_limit, shear_limit = facts["coaxial_force_limit"], facts["shear_force_limit"]
         return bool((coaxial_limit and pull > coaxial_limit) or (shear_limit and shear > shear_limit))
-
-    def _let_go(self, number: int) -> None:
-        self._simulation.welds.release(self._welds[number])
-        self._waiting[number] = _SETTLING
