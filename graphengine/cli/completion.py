@@ -114,9 +114,8 @@ def _files(name: str, words: Iterable[str]) -> dict[str, Any]:
 
 def _topics() -> dict[str, Any]:
     """Return a completion for shtab that offers the topics of a run."""
-    bash = (
-        f"compgen -W '$({TOPICS})' -- \"$1\""  # in single quotes: compgen would run commands that it finds in the names
-    )
+    # In single quotes: compgen would run commands that it finds in the names.
+    bash = f"compgen -W '$({TOPICS})' -- \"$1\""
     return _completion("topics", bash, f'compadd -- ${{(f)"$({TOPICS})"}}', f"({TOPICS})")
 
 
