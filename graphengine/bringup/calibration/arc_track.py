@@ -132,10 +132,8 @@ def _lower(scene: Scene, name: str, *, guessed: bool) -> list[str]:
         drives = ArcDrives(sim, DriveRecorder(sim, name, command, (), None), sim.checkpoint())
         for _ in range(_RUNS):
             speed, turn = limits_of(scene, limit)
-            tried = (
-                _Arcs.driven(drives, *each)
-                for each in ((speed, turn), slow_arc(world_of(scene).robots[name], speed, turn))
-            )
+            commands = (speed, turn), slow_arc(world_of(scene).robots[name], speed, turn)
+            tried = (_Arcs.driven(drives, *each) for each in commands)
             bad = next((arcs for arcs in tried if not arcs.good), None)
             if bad is None:
                 break

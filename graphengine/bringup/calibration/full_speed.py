@@ -43,9 +43,8 @@ def limits_of(scene: Scene, turn: float = math.inf) -> tuple[float, float]:
     """
     rim = rim_speed(scene)
     speed, turn = min(limit_of(scene, "maxLinearSpeed"), rim), min(turn, limit_of(scene, "maxAngularSpeed"))
-    lever = (
-        sum(each for each in (limit_of(scene, name) for name in ("wheelDistance", "wheelBase")) if each < math.inf) / 2
-    )
+    distances = [limit_of(scene, name) for name in ("wheelDistance", "wheelBase")]
+    lever = sum(each for each in distances if each < math.inf) / 2
     fast = speed + turn * lever
     share = rim / fast if rim < fast < math.inf else 1.0
     return share * speed, share * turn
