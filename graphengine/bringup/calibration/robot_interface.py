@@ -50,9 +50,13 @@ class CommandTopic:
 def find_robots(scene: Scene, names: Sequence[str], purpose: str) -> list[RobotInstance]:
     """Return the robots of a scene with these names; without names, all robots.
 
+    Args:
+        scene: the scene.
+        names: names of robots; empty takes all robots.
+        purpose: what is done with the robots, for the message about a scene without robots, such as `calibrate`.
+
     Raises:
-        UsageError: the scene has no robot, or no robot has one of the names; the message says that it is to be found for
-            `purpose`, such as `calibrate`.
+        UsageError: the scene has no robot, or no robot has one of the names.
     """
     world = loaded_of(scene).world
     robots = world.robots if world is not None else {}
