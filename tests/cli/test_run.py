@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from graphengine.cli.run import _Signals
+from graphengine.cli.run import _signals
 from graphengine.devices.dry_world import DryWorld
 from graphengine.messages.endpoints import QoS
 from graphengine.ros.domain import Domain
@@ -264,7 +264,7 @@ def test_a_signal_ends_a_run_after_the_tick_with_the_summary_last(number: signal
 def test_a_run_that_is_to_outlive_its_terminal_does() -> None:
     before = signal.signal(signal.SIGHUP, signal.SIG_IGN)  # as nohup leaves it to the program
     try:
-        with _Signals(session=None):  # type: ignore[arg-type]
+        with _signals(session=None):  # type: ignore[arg-type]
             assert signal.getsignal(signal.SIGHUP) == signal.SIG_IGN
             assert signal.getsignal(signal.SIGTERM) != signal.SIG_DFL
     finally:
