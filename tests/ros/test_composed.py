@@ -407,7 +407,7 @@ def test_a_run_offers_parameters_services_and_transforms_to_nodes_on_both(
         assert asked(SetParameters, "/graph/set_parameters", parameters=[moved]).results[0].successful
         assert asked(SetBool, "/light", data=True).message == "done"
         assert eventually(lambda: heard and decode(heard[-1], TF).transforms[0].transform.translation.y == 2.0)
-        assert sorted(looker.get_node_names()) == ["bob", "graph", "looker"]
+        assert eventually(lambda: sorted(looker.get_node_names()) == ["bob", "graph", "looker"])
 
 
 def test_many_services_apart_are_counted(robot: ComposedTransport) -> None:
