@@ -38,7 +38,7 @@ def number_at(element: Element | None, attribute: str) -> float | None:
 
 
 def inertial_of(link: Element, findings: Findings) -> Inertial | None:
-    """Return mass and moments of inertia of a `link` element; None if it states neither. Errors are added to `findings`."""
+    """Return mass and moments of inertia of a `link` element; None if it has no mass. Errors are added to `findings`."""
     inertial = link.first("inertial")
     weight = inertial.first("mass") if inertial is not None else None
     if inertial is None or weight is None:
@@ -52,7 +52,7 @@ def inertial_of(link: Element, findings: Findings) -> Inertial | None:
     if inertia is None:
         return Inertial(mass, None, pose)
     terms = numbers(" ".join(inertia.get(term, "0") for term in TERMS), len(TERMS))
-    if terms is None and not mass:  # its inertia does not count
+    if terms is None and not mass:  # MuJoCo gets no moments of a link without mass, so wrong ones are no error
         return Inertial(mass, None, pose)
     if terms is None:
         text = f"link {link.get('name')!r}: the inertia must have six numbers, in kg m2"

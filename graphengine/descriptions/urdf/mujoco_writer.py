@@ -74,9 +74,9 @@ def write_robot(
     spec.modelname, spec.compiler.degree = name, False
     _set_compiler(spec, urdf, findings)
     masses = inertials(urdf, free=free_link is not None, findings=findings)
-    meshes = [shape for link in urdf.links.values() for shape in link.shapes if isinstance(shape.geometry, Mesh)]
-    used = [(shape.geometry.element, shape.visual) for shape in meshes if isinstance(shape.geometry, Mesh)]
-    files = library.meshes(used, urdf.packages)
+    every = (shape for link in urdf.links.values() for shape in link.shapes)
+    meshes = [(mesh.element, shape.visual) for shape in every if isinstance(mesh := shape.geometry, Mesh)]
+    files = library.meshes(meshes, urdf.packages)
     shapes = {name: list(_parts(link.shapes, files, findings)) for name, link in urdf.links.items()}
     if len(findings.errors) > before or not library.add_memory(_memory(urdf, shapes, library, more), "S103"):
         return None

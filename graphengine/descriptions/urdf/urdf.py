@@ -139,7 +139,7 @@ class UrdfJoint:
         self._part("origin", 0).attributes["xyz"] = " ".join(map(repr, position))
 
     def _part(self, tag: str, place: int) -> Element:
-        """Return the child of the XML element with a tag; if there is none, add one in front of the child number `place`."""
+        """Return the first child of the joint's XML element with a tag; without one, insert an empty one at index `place`."""
         found = self.element.first(tag)
         if found is None:
             found = Element(tag, {}, self.element.span)

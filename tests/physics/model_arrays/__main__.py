@@ -122,7 +122,7 @@ def _imported(clones: Path, scratch: Path) -> Path:
 
 
 def _model(uses: dict[str, Path], folder: Path, scratch: Path) -> mujoco.MjModel | str:
-    """Return the model of a scene with robots by name, or why there is none."""
+    """Return the compiled model of a scene with these robots; if the scene does not load, return its errors as text."""
     robots = "".join(f'  {name}: {{use: "{path}", position: [0, 0, 2]}}\n' for name, path in uses.items())
     (scratch / "world.xml").write_text(FLOOR, encoding="utf-8")
     (scratch / "scene.yaml").write_text(f"scene: s\nworld: world.xml\nrobots:\n{robots}", encoding="utf-8")

@@ -116,7 +116,7 @@ def _row(found: list[str]) -> tuple[str, str]:
 
 
 def _lines(document: Mapping[str, object]) -> str:
-    """Return a document as JSON with one line per entry of its mappings, so that changes are told by array."""
+    """Return a document as JSON with one entry of its mappings a line, so that a diff names the arrays that changed."""
     parts = []
     for key, value in document.items():
         items = (
