@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import shutil
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
@@ -56,8 +57,8 @@ def seen(sim: ge.Session, look: Callable[[Any], Any]) -> Any:
 
     with ThreadPoolExecutor(1) as pool:
         looked = pool.submit(open_and_look)
-        while not looked.done():
-            sim.run(5.0, rate=1.0, until=lambda _: looked.done())
+        # One run: a pause that comes between two runs is undone by the second.
+        sim.run(math.inf, rate=1.0, until=lambda _: looked.done())
         return looked.result()
 
 

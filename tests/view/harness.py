@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
@@ -130,6 +131,6 @@ def viewed(sim: ge.Session, play: Callable[[Viewer], Any], **options: Any) -> An
                 return play(viewer)
 
         played = pool.submit(play_and_leave)
-        while not played.done():
-            sim.run(5.0, rate=1.0, until=lambda _: played.done())
+        # One run: a pause that comes between two runs is undone by the second.
+        sim.run(math.inf, rate=1.0, until=lambda _: played.done())
         return played.result()
