@@ -98,7 +98,7 @@ def test_the_fleet_needs_no_argument() -> None:
 
 
 @pytest.mark.parametrize("name", DOCUMENTED)
-def test_an_example_of_a_docstring_does_what_it_says(name: str) -> None:
+def test_examples_in_docstrings_give_the_stated_results(name: str) -> None:
     with ge.load("dd100_flat", rays="mujoco").session() as sim:
         test = DOCUMENTED[name]
         test.globs = {"ge": ge, "scene": ge.load("dd100_flat"), "sim": sim}
