@@ -1,0 +1,1 @@
+"""Checks of a simulated run: expectations over time with verdicts and margins."""

@@ -1,0 +1,282 @@
+"""Conditions: expressions over readings of a session, such as `tilt("dd100") < 0.1`, evaluated as samples with a margin.
+
+Sides of comparisons that consist of numbers are compiled to plain Python once, after every part was found to be harmless. The
+`Guard` of `graphengine.sandbox.expressions` evaluates the others, such as those with fields of messages.
+"""
+
+from __future__ import annotations
+
+import ast
+import math
+import operator
+from collections.abc import Callable, Collection, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any, Literal
+
+from graphengine.experiments.operators import Sample
+from graphengine.format.errors import UsageError
+from graphengine.sandbox.expressions import FUNCTIONS, ForbiddenError, Guard, compiled
+
+Kind = Literal["number", "vector", "record", "other"]
+"""`number` is a bool, int or float, `vector` a tuple or array of numbers, `record` an object with fields of these kinds."""
+
+MAX_EXPONENT = 16
+"""Largest exponent in plain Python; greater ones are left to the guard, which limits the size of the power."""
+_NUMERIC = (
+    "abs",
+    "atan2",
+    "ceil",
+    "cos",
+    "degrees",
+    "floor",
+    "hypot",
+    "isfinite",
+    "isnan",
+    "radians",
+    "sin",
+    "sqrt",
+    "tan",
+)
+_COLLECTIVE = ("len", "max", "min", "sum")
+_CONSTANTS = ("e", "inf", "nan", "pi", "tau")
+_OPERATORS = (ast.Add, ast.Sub, ast.Mult, ast.Div, ast.FloorDiv, ast.Mod)
+_COMPARISONS: Mapping[type[ast.cmpop], tuple[Callable[[Any, Any], Any], Callable[[Any, Any], Any]]] = {
+    ast.Lt: (operator.lt, lambda a, b: b - a),
+    ast.LtE: (operator.le, lambda a, b: b - a),
+    ast.Gt: (operator.gt, lambda a, b: a - b),
+    ast.GtE: (operator.ge, lambda a, b: a - b),
+    ast.Eq: (operator.eq, lambda a, b: -abs(a - b)),
+    ast.NotEq: (operator.ne, lambda a, b: abs(a - b)),
+    ast.In: (lambda a, b: a in b, lambda a, b: math.nan),
+    ast.NotIn: (lambda a, b: a not in b, lambda a, b: math.nan),
+}
+"""The operator and the margin of each comparison; NaN stands for an infinite margin."""
+
+
+class NoValueError(Exception):
+    """A reading has no value yet, such as the message of a topic on which none has arrived."""
+
+
+@dataclass(frozen=True, slots=True)
+class Reading:
+    """A value of the session that an expression reads.
+
+    Attributes:
+        read: returns the present value, or raises NoValueError.
+        kind: kind of the value.
+        fields: kinds of the fields of a record.
+    """
+
+    read: Callable[[], Any]
+    kind: Kind = "number"
+    fields: Mapping[str, Kind] = field(default_factory=dict)
+
+
+Readings = Mapping[str, Callable[..., Reading]]
+"""Functions of expressions by name; a function gets the constant arguments of a call and returns the reading."""
+
+
+class Condition:
+    """An expression whose value is true or false, with a margin.
+
+    The margin of a comparison of numbers is the difference of its sides; of an equality, the negative absolute difference.
+    `and` has the smaller margin of its parts, `or` the larger one, and `not` the opposite one. All other values have an infinite
+    margin.
+
+    >>> Condition("1 < limit() and limit() <= 4", {"limit": lambda: Reading(lambda: 3.0)}).sample()
+    Sample(holds=True, margin=1.0)
+
+    Args:
+        text: the expression.
+        readings: functions that the expression may use.
+
+    Raises:
+        UsageError: the text is not a legal expression, or a reading refuses its arguments.
+    """
+
+    def __init__(self, text: str, readings: Readings) -> None:
+        self.text = text
+        try:
+            binder = _Binder(readings)
+            compiled(text, known=(*readings, *FUNCTIONS))
+            tree = binder.visit(ast.parse(text.strip(), mode="eval").body)
+        except SyntaxError as error:
+            place = f"\n  {text.strip()}\n  {' ' * ((error.offset or len(text.strip()) + 1) - 1)}^"
+            raise UsageError(f"not an expression: {error.msg}{place}") from None
+        except (ForbiddenError, ValueError) as error:
+            raise UsageError(f"{text}: {error}") from None
+        self._bound = binder.bound
+        self._evaluate = self._sampled(tree)
+
+    def sample(self) -> Sample | None:
+        """Return the present value with its margin; None while a reading has no value.
+
+        Raises:
+            UsageError: the expression has no value, for example because of a division by zero.
+        """
+        try:
+            return self._evaluate()
+        except NoValueError:
+            return None
+        except (ArithmeticError, AttributeError, ForbiddenError, LookupError, TypeError, ValueError) as error:
+            raise UsageError(f"{self.text}: {error}") from None
+
+    def _sampled(self, node: ast.expr) -> Callable[[], Sample]:
+        """Return the function that evaluates a condition."""
+        match node:
+            case ast.BoolOp():
+                parts = [self._sampled(part) for part in node.values]
+                return _joined(parts, *((all, min) if isinstance(node.op, ast.And) else (any, max)))
+            case ast.UnaryOp(op=ast.Not()):
+                part = self._sampled(node.operand)
+                return lambda: part().inverted()
+            case ast.Compare() if all(type(op) in _COMPARISONS for op in node.ops):
+                sides = [self._value(side) for side in (node.left, *node.comparators)]
+                pairs = [
+                    _compared(*_COMPARISONS[type(op)], left, right)
+                    for op, left, right in zip(node.ops, sides, sides[1:], strict=False)
+                ]
+                return pairs[0] if len(pairs) == 1 else _joined(pairs, all, min)
+        value = self._value(node)
+        return lambda: _certain(bool(value()))
+
+    def _value(self, node: ast.expr) -> Callable[[], Any]:
+        """Return the function that evaluates an operand: plain Python if it consists of numbers, else a call of the guard."""
+        if isinstance(node, ast.Name) and node.id in self._bound:
+            return self._bound[node.id].read
+        if self._kind(node) == "other":
+            code, bound = compiled(node), self._bound
+            return lambda: _FieldGuard().evaluate(code, {**FUNCTIONS, **{name: bound[name].read() for name in bound}})
+        body = ast.Lambda(ast.arguments([], [], None, [], [], None, []), _Caller(self._bound).visit(node))
+        names = {name: FUNCTIONS[name] for name in (*_NUMERIC, *_COLLECTIVE, *_CONSTANTS)}
+        names |= {name: reading.read for name, reading in self._bound.items()}
+        function: Callable[[], Any] = eval(
+            compile(ast.fix_missing_locations(ast.Expression(body)), "<expression>", "eval"),
+            {**names, "__builtins__": {}},
+        )
+        return function
+
+    def _kind(self, node: ast.expr) -> Kind:
+        """Return the kind of an expression's value; `other` if plain Python must not compute it."""
+        match node:
+            case ast.Constant(value=bool() | int() | float()):
+                return "number"
+            case ast.Name(id=name) if name in self._bound:
+                return self._bound[name].kind
+            case ast.Name(id=name) if name in _CONSTANTS:
+                return "number"
+            case ast.Attribute(value=ast.Name(id=name), attr=attribute) if name in self._bound:
+                return self._bound[name].fields.get(attribute, "other")
+            case ast.Subscript(slice=index) if _whole(index) is not None and self._kind(node.value) == "vector":
+                return "number"
+            case ast.UnaryOp(op=ast.USub() | ast.UAdd()):
+                return self._number(node.operand)
+            case ast.BinOp(op=ast.Pow(), right=ast.Constant(value=int(power))) if power <= MAX_EXPONENT:
+                nested = any(isinstance(part, ast.Pow) for part in ast.walk(node.left))
+                return "other" if nested else self._number(node.left)
+            case ast.BinOp() if isinstance(node.op, _OPERATORS):
+                return self._number(node.left, node.right)
+            case ast.Call(func=ast.Name(id=name), keywords=[]) if name in _NUMERIC:
+                return self._number(*node.args)
+            case ast.Call(func=ast.Name(id=name), keywords=[]) if name in _COLLECTIVE:
+                known = all(self._kind(argument) in ("number", "vector") for argument in node.args)
+                return "number" if known else "other"
+        return "other"
+
+    def _number(self, *nodes: ast.expr) -> Kind:
+        return "number" if all(self._kind(node) == "number" for node in nodes) else "other"
+
+
+def _whole(index: ast.expr) -> int | None:
+    """Return the value of a constant index; None if the index is no constant integer."""
+    try:
+        value = ast.literal_eval(index)
+    except ValueError:
+        return None
+    return value if type(value) is int else None
+
+
+def _certain(holds: bool) -> Sample:
+    return Sample(holds, math.inf if holds else -math.inf)
+
+
+def _joined(
+    parts: Sequence[Callable[[], Sample]],
+    holds: Callable[[Sequence[bool]], bool],
+    margin: Callable[[Sequence[float]], float],
+) -> Callable[[], Sample]:
+    def evaluate() -> Sample:
+        samples = [part() for part in parts]
+        return Sample(holds([sample.holds for sample in samples]), margin([sample.margin for sample in samples]))
+
+    return evaluate
+
+
+def _compared(
+    holds: Callable[[Any, Any], Any],
+    margin: Callable[[Any, Any], Any],
+    left: Callable[[], Any],
+    right: Callable[[], Any],
+) -> Callable[[], Sample]:
+    def evaluate() -> Sample:
+        first, second = left(), right()
+        held = bool(holds(first, second))
+        try:
+            difference = float(margin(first, second))
+        except TypeError:
+            return _certain(held)
+        return Sample(held, difference) if difference == difference else _certain(held)
+
+    return evaluate
+
+
+class _FieldGuard(Guard):
+    """Lets expressions read the fields of messages and of other records."""
+
+    def attributes(self, value: Any) -> Collection[str]:
+        if hasattr(value, "__dataclass_fields__"):
+            return [name for name in value.__dataclass_fields__ if not name.startswith("_")]
+        return super().attributes(value)
+
+
+class _Binder(ast.NodeTransformer):
+    """Replaces each use of a reading in a syntax tree by a name of its own."""
+
+    def __init__(self, readings: Readings) -> None:
+        self._readings = readings
+        self._names: dict[str, str] = {}
+        self.bound: dict[str, Reading] = {}
+        """The readings by the names that replace them."""
+
+    def visit_Call(self, node: ast.Call) -> ast.AST:
+        if not isinstance(node.func, ast.Name) or node.func.id not in self._readings:
+            return self.generic_visit(node)
+        try:
+            arguments = [ast.literal_eval(argument) for argument in node.args]
+        except ValueError:
+            raise ValueError(f"the arguments of {node.func.id} must be constants") from None
+        return self._bind(node, node.func.id, arguments)
+
+    def visit_Name(self, node: ast.Name) -> ast.AST:
+        return self._bind(node, node.id, []) if node.id in self._readings else node
+
+    def _bind(self, node: ast.expr, function: str, arguments: list[Any]) -> ast.Name:
+        text = ast.unparse(node)
+        if text not in self._names:
+            try:
+                reading = self._readings[function](*arguments)
+            except TypeError as error:
+                raise ValueError(str(error).replace(f"{function}()", function)) from None
+            self._names[text] = f"reading_{len(self.bound)}"
+            self.bound[self._names[text]] = reading
+        return ast.copy_location(ast.Name(self._names[text], ast.Load()), node)
+
+
+class _Caller(ast.NodeTransformer):
+    """Replaces the name of each reading by a call of its function."""
+
+    def __init__(self, bound: Mapping[str, Reading]) -> None:
+        self._bound = bound
+
+    def visit_Name(self, node: ast.Name) -> ast.AST:
+        return ast.Call(node, [], []) if node.id in self._bound else node

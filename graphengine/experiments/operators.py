@@ -1,0 +1,242 @@
+"""Temporal operators: each judges a sequence of samples, with constant time and memory per sample.
+
+A sample is the value of a condition at a time: whether the condition holds, and its margin. The margin of `a < b` is `b - a`,
+which is positive if the condition holds and negative if it does not. The robustness of a verdict is the distance from the other
+verdict, in the unit of the margin unless the operator says otherwise. It follows the quantitative semantics of signal temporal
+logic (Donzé and Maler, "Robust Satisfaction of Temporal Logic over Real-Valued Signals", FORMATS 2010).
+"""
+
+from __future__ import annotations
+
+import math
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+from typing import Literal, NamedTuple
+
+Outcome = Literal["open", "passed", "failed"]
+
+TIME_ERROR = 1e-9
+"""Difference up to which two times count as equal, s; the times of ticks are rounded products."""
+
+
+class Sample(NamedTuple):
+    """The value of a condition at a time.
+
+    Attributes:
+        holds: whether the condition holds.
+        margin: distance from the limit, positive if the condition holds; infinite for conditions without numbers.
+    """
+
+    holds: bool
+    margin: float
+
+    def inverted(self) -> Sample:
+        """Return the sample of the opposite condition."""
+        return Sample(not self.holds, -self.margin)
+
+
+@dataclass(frozen=True, slots=True)
+class Verdict:
+    """Whether a run meets an expectation.
+
+    Attributes:
+        outcome: `open` until the samples decide it.
+        decided: time at which the outcome was decided, s; None while it is open.
+        robustness: distance from the other outcome, negative if the expectation is not met; NaN without samples.
+        time: time of the sample that determines the robustness, s; NaN without samples.
+    """
+
+    outcome: Outcome
+    decided: float | None
+    robustness: float
+    time: float
+
+
+class Operator(ABC):
+    """Judges samples in chronological order. The first one is at the beginning of the expectation, from which durations count.
+
+    Samples after the decision change the robustness only, so the robustness is that of the whole run.
+    """
+
+    def __init__(self) -> None:
+        self._begin: float | None = None
+        self._now = 0.0
+        self._decided: float | None = None
+        self._outcome: Outcome = "open"
+        self._robustness = self._time = math.nan
+
+    @property
+    def verdict(self) -> Verdict:
+        """The verdict on the samples so far."""
+        return Verdict(self._outcome, self._decided, self._robustness, self._time)
+
+    def add(self, time: float, *samples: Sample) -> None:
+        """Judge one sample of each condition of the operator.
+
+        Args:
+            time: time of the samples, s.
+            samples: the samples; `Until` has two conditions, the other operators have one.
+        """
+        if self._begin is None:
+            self._begin = time
+        self._now = time
+        self._judge(time - self._begin, *samples)
+
+    def end(self) -> None:
+        """Decide an open verdict: no more samples follow."""
+        self._decide(self._is_met())
+
+    @abstractmethod
+    def _judge(self, elapsed: float, *samples: Sample) -> None:
+        """Update the verdict; `elapsed` is the time since the first sample, s."""
+
+    @abstractmethod
+    def _is_met(self) -> bool:
+        """Return whether an undecided expectation is met by a run that ends now."""
+
+    def _decide(self, met: bool) -> None:
+        if self._outcome == "open":
+            self._outcome, self._decided = "passed" if met else "failed", self._now
+
+    def _lower(self, robustness: float) -> None:
+        if not self._robustness <= robustness:
+            self._robustness, self._time = robustness, self._now
+
+    def _raise(self, robustness: float) -> None:
+        if not self._robustness >= robustness:
+            self._robustness, self._time = robustness, self._now
+
+
+class Always(Operator):
+    """The condition holds in all samples; it fails at the first sample in which the condition does not hold.
+
+    The robustness is the smallest margin.
+
+    Args:
+        after: time from which samples count, s: the condition settles within this time. If the run ends earlier, only its last
+            sample counts.
+    """
+
+    def __init__(self, after: float = 0.0) -> None:
+        super().__init__()
+        self._after = after
+        self._counts = False
+        self._held = True
+
+    def _judge(self, elapsed: float, *samples: Sample) -> None:
+        ((self._held, margin),) = samples
+        if not self._counts:
+            self._robustness = math.nan  # of samples that do not count
+            self._counts = elapsed >= self._after - TIME_ERROR
+        self._lower(margin)
+        if self._counts and not self._held:
+            self._decide(False)
+
+    def _is_met(self) -> bool:
+        return self._held
+
+
+class Within(Operator):
+    """The condition holds in at least one sample of the first seconds; it passes at the first such sample.
+
+    The robustness is the largest margin in this time.
+
+    Args:
+        seconds: the duration, s; infinite for the whole run.
+    """
+
+    def __init__(self, seconds: float) -> None:
+        super().__init__()
+        self._seconds = seconds
+
+    def _judge(self, elapsed: float, *samples: Sample) -> None:
+        ((held, margin),) = samples
+        if elapsed > self._seconds + TIME_ERROR:
+            self._decide(False)
+            return
+        self._raise(margin)
+        if held:
+            self._decide(True)
+
+    def _is_met(self) -> bool:
+        return False
+
+
+class Until(Operator):
+    """The first condition holds in all samples before one in which the second condition holds, and there is such a sample.
+
+    The robustness is the largest of min(margin of the second condition, margins of the first condition before).
+    """
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._before = math.inf
+
+    def _judge(self, elapsed: float, *samples: Sample) -> None:
+        first, second = samples
+        self._raise(min(second.margin, self._before))
+        self._before = min(self._before, first.margin)
+        if second.holds:
+            self._decide(True)
+        elif not first.holds:
+            self._decide(False)
+
+    def _is_met(self) -> bool:
+        return False
+
+
+class Holds(Operator):
+    """The condition holds without interruption for a duration; it passes at the end of the first such duration.
+
+    The robustness is the longest time for which the condition held, minus the duration, s.
+
+    Args:
+        seconds: the duration, s.
+    """
+
+    def __init__(self, seconds: float) -> None:
+        super().__init__()
+        self._seconds = seconds
+        self._since: float | None = None
+
+    def _judge(self, elapsed: float, *samples: Sample) -> None:
+        ((held, _),) = samples
+        self._since = (elapsed if self._since is None else self._since) if held else None
+        length = 0.0 if self._since is None else elapsed - self._since
+        self._raise(length - self._seconds)
+        if held and length >= self._seconds - TIME_ERROR:
+            self._decide(True)
+
+    def _is_met(self) -> bool:
+        return False
+
+
+class Count(Operator):
+    """The number of times that the condition begins to hold is within limits.
+
+    The robustness is the distance of the number from the nearer limit.
+
+    Args:
+        at_least: smallest number.
+        at_most: largest number; infinite for no limit.
+    """
+
+    def __init__(self, at_least: float = 0, at_most: float = math.inf) -> None:
+        super().__init__()
+        self._limits = at_least, at_most
+        self._number, self._held = 0, False
+
+    def _judge(self, elapsed: float, *samples: Sample) -> None:
+        ((held, _),) = samples
+        self._number += held and not self._held
+        self._held = held
+        low, high = self._limits
+        self._robustness, self._time = min(self._number - low, high - self._number), self._now
+        if self._number > high:
+            self._decide(False)
+        elif self._number >= low and math.isinf(high):
+            self._decide(True)
+
+    def _is_met(self) -> bool:
+        low, high = self._limits
+        return low <= self._number <= high
