@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
-from typing import Any, overload
+from collections.abc import Callable
+from typing import Any, TypeVar, overload
 
+from graphengine.api.expecting import Check
 from graphengine.api.guards import acting, reading
 from graphengine.api.runner import Runner
 from graphengine.api.session_world import SessionWorld
 from graphengine.api.topics import M, MessageType, Publication, Subscription, call_service, open_subscription
 from graphengine.api.values import plain, read_only
-from graphengine.format.errors import UsageError
+from graphengine.format.errors import ExpectationError, UsageError
 from graphengine.format.wording import did_you_mean, listing
 from graphengine.runtime.addresses import NodePort, find_port_at, find_ports
+
+C = TypeVar("C", bound=Check)
 
 
 class Session(SessionWorld):
@@ -37,6 +41,7 @@ class Session(SessionWorld):
         self._graphs: object = None
         self._ports: dict[str, NodePort] = {}
         """Cache of `value`: ports of `_graphs` by the address that the caller gave."""
+        self._checks: list[Check] = []
 
     # Values of nodes
 
@@ -111,6 +116,47 @@ class Session(SessionWorld):
             near = listing(meant, "write one of") if meant else did_you_mean(graph, runs) or listing(runs, "graphs")
             raise UsageError(f"{f'{len(meant)} graphs match' if meant else 'no graph matches'} {graph!r}\n  {near}")
         return {name: read_only(variable.value) for name, variable in runs[meant[0]].variables.items()}
+
+    # Expectations
+
+    @acting
+    def expect(self, begin: Callable[[Session], C]) -> C:
+        """Judge the run from now on, after each tick, and return the check.
+
+        >>> arrives = sim.expect(always("port('dd100/joint_states/ComputeOdom.position')[0] < 0.5"))
+        >>> sim.run(1.0, until=sim.decided)
+        False
+        >>> arrives.outcome
+        'open'
+
+        Args:
+            begin: an expectation of `graphengine.experiments`, or another function that returns a check of a session.
+
+        Raises:
+            UsageError: a condition of the expectation is not legal, or names what the session does not have.
+        """
+        check = begin(self)
+        self._runner.publications[check] = None
+        self._checks.append(check)
+        return check
+
+    def decided(self, _: object = None) -> bool:
+        """Return whether all expectations are decided, or one of them is not met: an argument `until` for `run`."""
+        outcomes = {check.outcome for check in self._checks}
+        return bool(outcomes) and ("open" not in outcomes or bool(outcomes & {"failed", "error"}))
+
+    def judge(self) -> None:
+        """End all expectations: what was not decided yet is decided now.
+
+        Raises:
+            ExpectationError: an expectation is not met or could not be judged; the message reports all of these.
+        """
+        for check in self._checks:
+            check.end()
+            self._runner.publications.pop(check, None)
+        missed = [check.report() for check in self._checks if check.outcome != "passed"]
+        if missed:
+            raise ExpectationError("\n".join(missed))
 
     # Topics and services
 

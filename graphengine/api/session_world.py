@@ -12,6 +12,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from graphengine.api.bodies import Body
 from graphengine.api.guards import acting, reading
 from graphengine.api.mujoco_objects import MujocoObjects
 from graphengine.api.pictures import look, simulated, write_png
@@ -35,6 +36,23 @@ class SessionWorld(SessionControl):
         """
         prims = self._runner.session.services.stage.prims("robot")
         return Robots((prim.entity_name, Robot(self._runner, prim.entity_name)) for prim in prims)
+
+    @reading
+    def body(self, name: str) -> Body:
+        """Return access to the pose, velocity and contacts of a robot, an object or another prim.
+
+        >>> sim.body("/dd100/Geometry/base_link/chassis_link/sim_lidar").pose.position[2] > 0.2
+        True
+
+        Args:
+            name: name of a robot or object, or the path of a prim.
+
+        Raises:
+            UnknownEntityError: no robot or object has the name, or no prim the path.
+        """
+        body = Body(self._runner, name)
+        body.find()
+        return body
 
     @property
     def mujoco(self) -> MujocoObjects:

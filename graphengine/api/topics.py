@@ -76,6 +76,11 @@ class Subscription(Generic[M]):
         return [self._decode(data) for data in tuple(self._kept)]
 
     @property
+    def received(self) -> int:
+        """Number of messages that have arrived, including those that were discarded since."""
+        return self._arrived
+
+    @property
     def dropped(self) -> int:
         """Number of messages that were discarded because more than `keep` messages arrived."""
         return max(self._arrived - len(self._kept), 0)

@@ -72,6 +72,13 @@ class Entities(Protocol):
         Contacts with the floor or body on which an entity rests are ignored. Entities without other contacts are left out.
         """
 
+    def touched(self, name: str) -> Sequence[str]:
+        """Return the names of all that an entity touched in at least one physics step of this tick, floors included.
+
+        The first call for an entity returns what it touches after the last step only; it lets later steps be observed.
+        A geom that belongs to no entity is named by its own name.
+        """
+
     def place(self, name: str, move: Move, *, forced: bool = True) -> None:
         """Set the pose and velocity of an entity, and keep the states of its joints; `reset_state` moves the entity back.
 

@@ -7,9 +7,10 @@ Sides of comparisons that consist of numbers are compiled to plain Python once, 
 from __future__ import annotations
 
 import ast
+import contextlib
 import math
 import operator
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
@@ -40,7 +41,8 @@ _NUMERIC = (
 _COLLECTIVE = ("len", "max", "min", "sum")
 _CONSTANTS = ("e", "inf", "nan", "pi", "tau")
 _OPERATORS = (ast.Add, ast.Sub, ast.Mult, ast.Div, ast.FloorDiv, ast.Mod)
-_COMPARISONS: Mapping[type[ast.cmpop], tuple[Callable[[Any, Any], Any], Callable[[Any, Any], Any]]] = {
+_Comparison = tuple[Callable[[Any, Any], Any], Callable[[Any, Any], Any]]
+_COMPARISONS: Mapping[type[ast.cmpop], _Comparison] = {
     ast.Lt: (operator.lt, lambda a, b: b - a),
     ast.LtE: (operator.le, lambda a, b: b - a),
     ast.Gt: (operator.gt, lambda a, b: a - b),
@@ -106,6 +108,7 @@ class Condition:
         except (ForbiddenError, ValueError) as error:
             raise UsageError(f"{text}: {error}") from None
         self._bound = binder.bound
+        self._names = binder.names
         self._evaluate = self._sampled(tree)
 
     def sample(self) -> Sample | None:
@@ -121,6 +124,14 @@ class Condition:
         except (ArithmeticError, AttributeError, ForbiddenError, LookupError, TypeError, ValueError) as error:
             raise UsageError(f"{self.text}: {error}") from None
 
+    def values(self) -> dict[str, Any]:
+        """Return the present value of each reading, by its text in the expression; those without a value are left out."""
+        found = {}
+        for text, name in self._names.items():
+            with contextlib.suppress(NoValueError):
+                found[text] = self._bound[name].read()
+        return found
+
     def _sampled(self, node: ast.expr) -> Callable[[], Sample]:
         """Return the function that evaluates a condition."""
         match node:
@@ -132,11 +143,7 @@ class Condition:
                 return lambda: part().inverted()
             case ast.Compare() if all(type(op) in _COMPARISONS for op in node.ops):
                 sides = [self._value(side) for side in (node.left, *node.comparators)]
-                pairs = [
-                    _compared(*_COMPARISONS[type(op)], left, right)
-                    for op, left, right in zip(node.ops, sides, sides[1:], strict=False)
-                ]
-                return pairs[0] if len(pairs) == 1 else _joined(pairs, all, min)
+                return _compared([_COMPARISONS[type(op)] for op in node.ops], sides)
         value = self._value(node)
         return lambda: _certain(bool(value()))
 
@@ -202,32 +209,35 @@ def _certain(holds: bool) -> Sample:
 
 def _joined(
     parts: Sequence[Callable[[], Sample]],
-    holds: Callable[[Sequence[bool]], bool],
-    margin: Callable[[Sequence[float]], float],
+    holds: Callable[[Iterable[bool]], bool],
+    margin: Callable[[Iterable[float]], float],
 ) -> Callable[[], Sample]:
     def evaluate() -> Sample:
         samples = [part() for part in parts]
-        return Sample(holds([sample.holds for sample in samples]), margin([sample.margin for sample in samples]))
+        return Sample(holds(sample.holds for sample in samples), margin(sample.margin for sample in samples))
 
     return evaluate
 
 
-def _compared(
-    holds: Callable[[Any, Any], Any],
-    margin: Callable[[Any, Any], Any],
-    left: Callable[[], Any],
-    right: Callable[[], Any],
-) -> Callable[[], Sample]:
+def _compared(operators: Sequence[_Comparison], sides: Sequence[Callable[[], Any]]) -> Callable[[], Sample]:
+    """Return the function that evaluates a chain of comparisons, each side once."""
+
     def evaluate() -> Sample:
-        first, second = left(), right()
-        held = bool(holds(first, second))
-        try:
-            difference = float(margin(first, second))
-        except TypeError:
-            return _certain(held)
-        return Sample(held, difference) if difference == difference else _certain(held)
+        values = [side() for side in sides]
+        samples = [_pair(*each) for each in zip(operators, values, values[1:], strict=False)]
+        return min(samples) if len(samples) > 1 else samples[0]
 
     return evaluate
+
+
+def _pair(operators: _Comparison, first: Any, second: Any) -> Sample:
+    holds, margin = operators
+    held = bool(holds(first, second))
+    try:
+        difference = float(margin(first, second))
+    except TypeError:
+        return _certain(held)
+    return Sample(held, difference) if difference == difference else _certain(held)
 
 
 class _FieldGuard(Guard):
@@ -244,7 +254,8 @@ class _Binder(ast.NodeTransformer):
 
     def __init__(self, readings: Readings) -> None:
         self._readings = readings
-        self._names: dict[str, str] = {}
+        self.names: dict[str, str] = {}
+        """The names that replace the readings, by the text of each reading."""
         self.bound: dict[str, Reading] = {}
         """The readings by the names that replace them."""
 
@@ -262,14 +273,14 @@ class _Binder(ast.NodeTransformer):
 
     def _bind(self, node: ast.expr, function: str, arguments: list[Any]) -> ast.Name:
         text = ast.unparse(node)
-        if text not in self._names:
+        if text not in self.names:
             try:
                 reading = self._readings[function](*arguments)
             except TypeError as error:
                 raise ValueError(str(error).replace(f"{function}()", function)) from None
-            self._names[text] = f"reading_{len(self.bound)}"
-            self.bound[self._names[text]] = reading
-        return ast.copy_location(ast.Name(self._names[text], ast.Load()), node)
+            self.names[text] = f"reading_{len(self.bound)}"
+            self.bound[self.names[text]] = reading
+        return ast.copy_location(ast.Name(self.names[text], ast.Load()), node)
 
 
 class _Caller(ast.NodeTransformer):

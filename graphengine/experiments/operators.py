@@ -53,13 +53,16 @@ class Verdict:
 
 
 class Operator(ABC):
-    """Judges samples in chronological order. The first one is at the beginning of the expectation, from which durations count.
+    """Judges samples in chronological order.
 
     Samples after the decision change the robustness only, so the robustness is that of the whole run.
+
+    Attributes:
+        begin: time from which durations count, s; None stands for the time of the first sample.
     """
 
     def __init__(self) -> None:
-        self._begin: float | None = None
+        self.begin: float | None = None
         self._now = 0.0
         self._decided: float | None = None
         self._outcome: Outcome = "open"
@@ -77,10 +80,10 @@ class Operator(ABC):
             time: time of the samples, s.
             samples: the samples; `Until` has two conditions, the other operators have one.
         """
-        if self._begin is None:
-            self._begin = time
+        if self.begin is None:
+            self.begin = time
         self._now = time
-        self._judge(time - self._begin, *samples)
+        self._judge(time - self.begin, *samples)
 
     def end(self) -> None:
         """Decide an open verdict: no more samples follow."""
@@ -88,7 +91,7 @@ class Operator(ABC):
 
     @abstractmethod
     def _judge(self, elapsed: float, *samples: Sample) -> None:
-        """Update the verdict; `elapsed` is the time since the first sample, s."""
+        """Update the verdict; `elapsed` is the time since the beginning, s."""
 
     @abstractmethod
     def _is_met(self) -> bool:

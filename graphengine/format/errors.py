@@ -11,6 +11,7 @@ GraphError                  base of all exceptions of this package
 │   ├── MessageTypeError    an unknown or unusable message type (in messages/interfaces.py)
 │   └── MissingMessageError a generic node without a message type (in nodes/ros2/fields.py)
 ├── ControlError            a running session could not be reached, or refused a command
+├── ExpectationError        a run did not meet an expectation, or it could not be judged
 ├── NodeClassError          a node class that cannot be registered (in node/node_class.py)
 ├── NodeError               an exception in a node's `compute`
 ├── PhysicsError            the simulation diverged
@@ -145,6 +146,10 @@ class StateError(UsageError):
 
 class BlockedPoseError(UsageError):
     """A robot or object would overlap others at its new pose; it was not placed there."""
+
+
+class ExpectationError(GraphError, AssertionError):
+    """A run did not meet an expectation, or an expectation could not be judged; the message reports each."""
 
 
 class UnknownEntityError(UsageError):

@@ -54,6 +54,8 @@ def sample(text: str) -> Sample | None:
         ("x <= 3", True, 0.0),
         ("time > 0.5", True, 1.5),
         ("1 < x <= 3.5", True, 0.5),
+        ("1 < x < 3 < 9", False, 0.0),
+        ("4 < x <= 3.5", False, -1.0),
         ("x == 3", True, 0.0),
         ("x == 5", False, -2.0),
         ("x != 5", True, 2.0),

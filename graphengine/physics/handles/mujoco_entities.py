@@ -31,6 +31,7 @@ from graphengine.format.wording import did_you_mean, listing
 from graphengine.physics.dynamics.overlaps import LEAST, contacts_of, distances, overlaps, touching
 from graphengine.physics.dynamics.solver_errors import find_contacts
 from graphengine.physics.handles.motion_handles import CarriedPrim
+from graphengine.physics.handles.touched import TouchedGeoms, topmost_bodies
 
 if TYPE_CHECKING:
     from graphengine.physics.core.simulation_core import SimulationCore
@@ -80,11 +81,7 @@ class MujocoEntities:
 
     def roots(self, prim: Prim) -> list[int]:
         """Return the ids of the topmost bodies of the entity at a prim."""
-        model = self._simulation.model
-        if prim.body is not None:
-            return [int(model.body_rootid[model.body(prim.body).id])]
-        topmost = np.flatnonzero(model.body_parentid == 0)[1:].tolist()
-        return [body for body in topmost if model.body(body).name.startswith(f"{prim.entity_name}/")]
+        return topmost_bodies(self._simulation.model, prim)
 
     def _only_root(self, name: str, prim: Prim) -> int:
         """Return the id of an entity's only topmost body; raise UsageError if its root link is the world."""
@@ -190,6 +187,11 @@ class MujocoEntities:
         """Return the deepest contact of each entity that touches something other than its support, by the entity's name."""
         found = touching(self._simulation.model, self._simulation.data, self._find_owners())
         return {name: Overlap(self._owner(geom), depth) for name, (depth, geom) in found.items()}
+
+    def touched(self, name: str) -> list[str]:
+        """Return the names of all that an entity touched in this tick; see `devices.backend.Entities`."""
+        geoms = self._simulation.handles.find(TouchedGeoms, self._find(name)).geoms
+        return list(dict.fromkeys(map(self._owner, geoms)))
 
     def moving(self, speed: float) -> dict[str, list[str]]:
         """Return the entities of which a part moves, each with the names of all that it touches.

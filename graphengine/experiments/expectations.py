@@ -1,0 +1,203 @@
+"""Expectations: statements about a run that a session judges while it runs.
+
+with ge.load("dd100_warehouse").session(seed=3) as sim:
+    sim.expect(always("tilt('dd100') < 0.1"))
+    arrives = sim.expect(within(10.0, "distance('dd100', [-3, 9]) < 0.1"))
+    sim.run(30.0, until=sim.decided)
+    sim.judge()
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from graphengine.api.expecting import Check, Outcome
+from graphengine.api.session import Session
+from graphengine.experiments.conditions import Condition
+from graphengine.experiments.operators import Always, Count, Holds, Operator, Until, Verdict, Within
+from graphengine.experiments.readings import readings_of
+from graphengine.format.errors import GraphError, UsageError
+
+_READ = 200
+"""Largest number of characters of a value in a report."""
+
+
+@dataclass(frozen=True, slots=True)
+class Expectation:
+    """A statement about a run; `Session.expect` begins to judge it.
+
+    Attributes:
+        text: the statement as text.
+        conditions: the conditions; one, or two for `until`.
+        make: returns a new operator, which judges the samples of the conditions.
+        inverted: whether the operator judges the opposite of the condition.
+    """
+
+    text: str
+    conditions: tuple[str, ...]
+    make: Callable[[], Operator]
+    inverted: bool = False
+
+    def __call__(self, session: Session) -> ExpectationCheck:
+        """Begin to judge a session.
+
+        Raises:
+            UsageError: a condition is not legal, or the session lacks what it names.
+        """
+        return ExpectationCheck(self, session)
+
+
+def always(condition: str) -> Expectation:
+    """Expect a condition to hold after every tick.
+
+    >>> check = sim.expect(always("tilt('dd100') < 0.1"))
+    >>> sim.run(1.0)
+    True
+    >>> sim.judge()
+    >>> check.verdict.robustness > 0.09  # rad
+    True
+    """
+    return Expectation(f"always {condition}", (condition,), Always)
+
+
+def never(condition: str) -> Expectation:
+    """Expect a condition to hold after no tick."""
+    return Expectation(f"never {condition}", (condition,), Always, inverted=True)
+
+
+def within(seconds: float, condition: str) -> Expectation:
+    """Expect a condition to hold after at least one tick of the next `seconds` of simulation."""
+    return Expectation(f"within {seconds:g} s: {condition}", (condition,), lambda: Within(_duration(seconds)))
+
+
+def until(condition: str, reached: str) -> Expectation:
+    """Expect a condition to hold until another one holds, which must happen before the run ends."""
+    return Expectation(f"{condition} until {reached}", (condition, reached), Until)
+
+
+def holds(seconds: float, condition: str) -> Expectation:
+    """Expect a condition to hold without interruption for `seconds` of simulation, at any time of the run."""
+    return Expectation(f"holds for {seconds:g} s: {condition}", (condition,), lambda: Holds(_duration(seconds)))
+
+
+def settles(seconds: float, condition: str) -> Expectation:
+    """Expect a condition to hold after every tick from `seconds` of simulation on; before, it need not hold."""
+    return Expectation(f"settles in {seconds:g} s: {condition}", (condition,), lambda: Always(_duration(seconds)))
+
+
+def count(condition: str, at_least: int = 0, at_most: float = math.inf) -> Expectation:
+    """Expect a condition to begin to hold a number of times; a condition that holds at first has begun once."""
+    if not 0 <= at_least <= at_most:
+        raise UsageError(f"count: expected 0 <= at_least <= at_most, got {at_least!r} and {at_most!r}")
+    return Expectation(f"{at_least} to {at_most:g} times: {condition}", (condition,), lambda: Count(at_least, at_most))
+
+
+def rate(topic: str, at_least: float = 0.0, at_most: float = math.inf, over: float = 1.0) -> Expectation:
+    """Expect the messages of a topic to arrive at a rate, Hz, in each interval of `over` seconds of simulation.
+
+    A rate is a whole number of messages divided by `over`: choose an interval with enough messages.
+    """
+    return always(f"{at_least!r} <= rate({topic!r}, {over!r}) <= {_number(at_most)}")
+
+
+def latency(topic: str, at_most: float) -> Expectation:
+    """Expect the messages of a topic to arrive at most `at_most` seconds of simulation after their stamp."""
+    return always(f"age({topic!r}) <= {at_most!r}")
+
+
+def _number(value: float) -> str:
+    return "inf" if math.isinf(value) else repr(value)
+
+
+def _duration(seconds: float) -> float:
+    if not seconds >= 0.0:
+        raise UsageError(f"expected a duration of 0 s or more, got {seconds!r}")
+    return seconds
+
+
+class ExpectationCheck(Check):
+    """The judgement of one expectation in one session.
+
+    A reset of the time begins the judgement anew. Checkpoints contain its state.
+
+    Attributes:
+        expectation: the statement that is judged.
+    """
+
+    kept = ("_operator", "_frame", "_error", "_values")
+
+    def __init__(self, expectation: Expectation, session: Session) -> None:
+        self.expectation = expectation
+        self._session = session
+        readings = readings_of(session)
+        self._conditions = [Condition(text, readings) for text in expectation.conditions]
+        self._frame = session.tick
+        self._begin()
+
+    def _begin(self) -> None:
+        self._operator = self.expectation.make()
+        self._operator.begin = self._session.time
+        self._error = ""
+        self._values: dict[str, str] = {}
+        """Values of the readings in the tick that decided the outcome, as text."""
+
+    @property
+    def outcome(self) -> Outcome:
+        """The outcome so far."""
+        return "error" if self._error else self._operator.verdict.outcome
+
+    @property
+    def verdict(self) -> Verdict:
+        """The verdict so far, with its robustness."""
+        return self._operator.verdict
+
+    def after_tick(self, frame: int) -> None:
+        """Judge the state after a tick; `frame` is the number of ticks since the start or since the last reset of the time."""
+        if frame < self._frame:
+            self._begin()
+        self._frame = frame
+        if self._error:
+            return
+        try:
+            samples = [condition.sample() for condition in self._conditions]
+        except GraphError as error:
+            self._error = str(error)
+            return
+        if None in samples:
+            return
+        given = [sample.inverted() if self.expectation.inverted else sample for sample in samples if sample]
+        was_open = self._operator.verdict.outcome == "open"
+        self._operator.add(self._session.time, *given)
+        if was_open and self._operator.verdict.outcome != "open":
+            self._note_values()
+
+    def end(self) -> None:
+        """Decide the outcome, as the run is over."""
+        if self.outcome == "open":
+            if math.isnan(self._operator.verdict.robustness):
+                self._error = "never had a value; the run was too short, or a topic had no messages"
+                return
+            self._operator.end()
+            self._note_values()
+
+    def _note_values(self) -> None:
+        self._values = {
+            text: str(value)[:_READ] for condition in self._conditions for text, value in condition.values().items()
+        }
+
+    def report(self) -> str:
+        """Return the outcome and its reason: what was expected, when it was decided, by how much, and the values read."""
+        verdict, text = self.verdict, self.expectation.text
+        if self._error:
+            return f"error: {text}\n  {self._error}"
+        if verdict.decided is None:
+            return f"open: {text}"
+        lines = [f"{verdict.outcome}: {text}", f"  decided at {verdict.decided:.3f} s"]
+        if math.isfinite(verdict.robustness):
+            lines.append(f"  robustness {verdict.robustness:.4g}, at {verdict.time:.3f} s")
+        return "\n".join([*lines, *(f"  {name} = {value}" for name, value in self._values.items())])
+
+    def __repr__(self) -> str:
+        return f"<{self.outcome}: {self.expectation.text}>"

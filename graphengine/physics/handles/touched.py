@@ -1,0 +1,61 @@
+"""What an entity touches in the physics steps of a tick."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from graphengine.descriptions.engine import mujoco
+from graphengine.devices.stage import Prim
+from graphengine.physics.core.handle_table import Handle
+
+if TYPE_CHECKING:
+    from graphengine.physics.core.simulation_core import SimulationCore
+
+
+def topmost_bodies(model: mujoco.MjModel, prim: Prim) -> list[int]:
+    """Return the ids of the topmost bodies of the entity at a prim."""
+    if prim.body is not None:
+        return [int(model.body_rootid[model.body(prim.body).id])]
+    topmost = np.flatnonzero(model.body_parentid == 0)[1:].tolist()
+    return [body for body in topmost if model.body(body).name.startswith(f"{prim.entity_name}/")]
+
+
+class TouchedGeoms(Handle):
+    """The geoms that touch an entity in at least one physics step of the present tick, floors included.
+
+    Attributes:
+        geoms: ids of the geoms, in order of the first contact.
+    """
+
+    sees_steps = True
+    kept = ("geoms",)
+
+    def __init__(self, simulation: SimulationCore, prim: Prim) -> None:
+        self.geoms: dict[int, None] = {}
+        super().__init__(simulation, prim)
+        self._collect()
+
+    def bind(self) -> None:
+        """Find the geoms of the entity; ids of an earlier model are discarded."""
+        model = self._simulation.model
+        self._own = np.isin(model.body_rootid[model.geom_bodyid], topmost_bodies(model, self._prim))
+        self.geoms.clear()
+
+    def reset(self) -> None:
+        """Discard the geoms touched so far."""
+        self.geoms.clear()
+
+    def see_motion(self) -> None:
+        """Add the geoms that touch the entity after a physics step."""
+        if self._simulation.steps % self._simulation.substeps == 1 % self._simulation.substeps:
+            self.geoms.clear()
+        if self._simulation.data.ncon:
+            self._collect()
+
+    def _collect(self) -> None:
+        contact = self._simulation.data.contact
+        pairs = contact.geom[contact.dist < 0.0]
+        own = self._own[pairs] & (pairs >= 0)
+        self.geoms.update(dict.fromkeys(pairs[:, ::-1][own & ~own[:, ::-1] & (pairs[:, ::-1] >= 0)].tolist()))

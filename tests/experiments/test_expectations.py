@@ -1,0 +1,165 @@
+"""Expectations in real sessions."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+import graphengine as ge
+from graphengine.experiments.expectations import (
+    Expectation,
+    always,
+    count,
+    holds,
+    latency,
+    never,
+    rate,
+    settles,
+    until,
+    within,
+)
+from graphengine.format.errors import ExpectationError, UnknownEntityError, UsageError
+
+DRIVE = {"linear": {"x": 0.5}}
+
+
+@pytest.fixture
+def sim() -> Iterator[ge.Session]:
+    with ge.load("dd100_flat").session() as session:
+        yield session
+
+
+def test_a_drive_to_a_point_meets_what_it_should_and_ends_when_all_is_decided(sim: ge.Session) -> None:
+    start = sim.robots["dd100"].pose.position
+    stays = sim.expect(always("tilt('dd100') < 0.1"))
+    arrives = sim.expect(within(6.0, f"distance('dd100', [{start[0] + 1.0}, {start[1]}]) < 0.05"))
+    sim.publish("/dd100_0000/cmd_vel", DRIVE, every=0.1)
+    assert not sim.run(4.0, until=sim.decided)  # `always` is open as long as the run goes on
+    sim.judge()
+    assert (stays.outcome, arrives.outcome) == ("passed", "passed")
+    assert arrives.verdict.decided == pytest.approx(2.0, abs=0.4)  # 0.95 m at 0.5 m/s
+    assert 0.05 < stays.verdict.robustness < 0.1
+
+
+def test_a_failed_expectation_ends_the_run_and_is_reported_with_its_values(sim: ge.Session) -> None:
+    slow = sim.expect(always("velocity('dd100').linear[0] < 0.2"))
+    sim.publish("/dd100_0000/cmd_vel", DRIVE, every=0.1)
+    assert sim.run(4.0, until=sim.decided)
+    assert slow.outcome == "failed"
+    assert sim.time == slow.verdict.decided
+    with pytest.raises(ExpectationError, match="failed: always velocity") as raised:
+        sim.judge()
+    assert isinstance(raised.value, AssertionError)
+    report = str(raised.value).splitlines()
+    assert report[1] == f"  decided at {sim.time:.3f} s"
+    assert report[-1].startswith("  velocity('dd100') = Velocity(linear=(0.2")
+
+
+def test_the_rate_and_latency_of_a_topic_are_those_of_the_lidar(sim: ge.Session) -> None:
+    topic = "/dd100_0000/sim_lidar/scan"
+    met = sim.expect(rate(topic, at_least=5.0))
+    too_fast, fresh = sim.expect(rate(topic, at_least=100.0)), sim.expect(latency(topic, 0.001))
+    sim.run(2.5)
+    with pytest.raises(ExpectationError):
+        sim.judge()
+    assert (met.outcome, too_fast.outcome, fresh.outcome) == ("passed", "failed", "passed")
+    assert met.verdict.robustness == pytest.approx(too_fast.verdict.robustness + 100.0 - 5.0)
+    assert fresh.verdict.robustness == pytest.approx(0.001)
+
+
+def test_a_contact_counts_in_each_physics_step(sim: ge.Session) -> None:
+    ground = sim.expect(always("contact('dd100', 'floor')"))
+    walls = sim.expect(never("contact('dd100', '/World/wall*')"))
+    lifted = sim.expect(count("contact('dd100', 'floor')", at_least=1, at_most=1))
+    sim.run(0.5)
+    sim.judge()
+    assert {check.outcome for check in (ground, walls, lifted)} == {"passed"}
+
+
+@pytest.mark.parametrize(
+    ("expectation", "outcome", "robustness"),
+    [
+        (until("time < 1", "time >= 0.5"), "passed", None),
+        (until("time < 0.3", "time >= 0.5"), "failed", None),
+        (holds(0.5, "time > 0.4"), "passed", 0.1),
+        (holds(0.7, "time > 0.4"), "failed", -0.1),
+        (settles(0.5, "time > 0.4"), "passed", 0.1),
+        (settles(0.2, "time > 0.4"), "failed", -0.2),
+        (within(0.5, "time > 0.4"), "passed", 0.1),
+        (count("port('OnPlaybackTick.time') > 0.5", at_least=2), "failed", -1.0),
+    ],
+)
+def test_each_operator_judges_a_run_of_one_second(
+    tmp_path: Path, expectation: Expectation, outcome: str, robustness: float | None
+) -> None:
+    (tmp_path / "tick.yaml").write_text("graph: tick\nnodes: {OnPlaybackTick: OnPlaybackTick}\n", encoding="utf-8")
+    with ge.load(tmp_path / "tick.yaml").session() as session:
+        check = session.expect(expectation)
+        session.run(1.0)
+        check.end()
+        assert check.outcome == outcome
+        if robustness is not None:
+            assert check.verdict.robustness == pytest.approx(robustness, abs=0.02)
+
+
+def test_a_reset_begins_the_judgement_anew_and_a_checkpoint_brings_it_back(sim: ge.Session) -> None:
+    early = sim.expect(always("time < 0.5"))
+    sim.run(0.25)
+    mark = sim.checkpoint()
+    sim.run(0.5)
+    assert early.outcome == "failed"
+    sim.restore(mark)
+    assert early.outcome == "open"
+    sim.run(0.5)
+    assert early.outcome == "failed"
+    sim.reset()
+    sim.step()
+    assert early.outcome == "open"
+
+
+def test_a_condition_that_cannot_be_evaluated_is_an_error_of_its_own(sim: ge.Session) -> None:
+    broken = sim.expect(always("1 / (time - time) > 0"))
+    silent = sim.expect(always("message('/dd100_0000/cmd_vel').linear.x < 1"))
+    sim.run(1.0)
+    with pytest.raises(ExpectationError) as raised:
+        sim.judge()
+    assert (broken.outcome, silent.outcome) == ("error", "error")
+    assert "float division by zero" in str(raised.value)
+    assert "never had a value" in str(raised.value)
+
+
+@pytest.mark.parametrize(
+    ("expectation", "told"),
+    [
+        (always("tilt('dd10') < 1"), "did you mean 'dd100'?"),
+        (always("port('DiffControler.maxLinearSpeed') < 1"), "DiffController"),
+        (always("message('/odm').x < 1"), "no graph uses topic '/odm'"),
+        (always("distance('dd100', [1]) < 1"), "a point has two or three finite numbers"),
+        (always("pose() < 1"), "missing 1 required positional argument: 'body'"),
+    ],
+)
+def test_a_condition_that_names_what_is_not_there_is_refused_at_once(
+    sim: ge.Session, expectation: Expectation, told: str
+) -> None:
+    with pytest.raises(UsageError) as refused:
+        sim.expect(expectation)
+    assert told in str(refused.value)
+
+
+def test_invalid_limits_are_refused(sim: ge.Session) -> None:
+    with pytest.raises(UsageError, match="at_least <= at_most"):
+        count("time > 1", 3, 2)
+    with pytest.raises(UsageError, match="0 s or more"):
+        sim.expect(within(-1.0, "time > 1"))
+
+
+def test_a_body_is_a_robot_an_object_or_a_prim(sim: ge.Session) -> None:
+    robot = sim.robots["dd100"].pose
+    assert sim.body("dd100").pose.position == robot.position
+    lidar = sim.body("/dd100/Geometry/base_link/chassis_link/sim_lidar").pose.position
+    assert 0.0 < math.dist(lidar, robot.position) < 1.0
+    with pytest.raises(UnknownEntityError):
+        sim.body("/dd100/nothing")
