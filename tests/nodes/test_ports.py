@@ -242,7 +242,9 @@ def surroundings() -> RecordingContext:
     context.world.add_device(RangeSensorStub, "/robot/Geometry/base_link/Range").measure(1.0)
     for path in ("/robot/Geometry/arm", "/robot/Geometry/arm/hand"):
         context.world.stage.add(path, "link")
-    context.world.add_device(ForceTorqueStub, "/robot/Geometry/arm/hand/Wrist").measure((1.0, 2.0, 3.0), (4.0, 5.0, 6.0))
+    context.world.add_device(ForceTorqueStub, "/robot/Geometry/arm/hand/Wrist").measure(
+        (1.0, 2.0, 3.0), (4.0, 5.0, 6.0)
+    )
     context.world.add_device(NavSatStub, "/robot/Geometry/base_link/NavSat").measure(47.4, 8.5, 400.0)
     for stub, name in ((RaycastSensorStub, "Rays"), (LightBeamStub, "Beam"), (SurfaceGripperStub, "Cup")):
         context.world.add_device(stub, f"{LINK}/{name}")
