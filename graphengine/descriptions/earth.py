@@ -9,16 +9,12 @@ EARTH = "spherical_coordinates"
 """Name of the custom numbers of a model: latitude, longitude (degrees), elevation (m) and heading (degrees)."""
 
 
-def numbers_of(earth: EarthSpec) -> tuple[float, float, float, float]:
-    """Return the custom numbers for a place: latitude, longitude (degrees), elevation (m) and heading (degrees)."""
-    return earth.latitude_deg, earth.longitude_deg, earth.elevation, earth.heading_deg
-
-
 def place_world(spec: mujoco.MjSpec, earth: EarthSpec) -> None:
     """Set the place of a world, instead of that which its file gives."""
     for known in [each for each in spec.numerics if each.name == EARTH]:
         spec.delete(known)
-    spec.add_numeric(name=EARTH, size=4, data=numbers_of(earth))
+    numbers = earth.latitude_deg, earth.longitude_deg, earth.elevation, earth.heading_deg
+    spec.add_numeric(name=EARTH, size=4, data=numbers)
 
 
 def earth_of(model: mujoco.MjModel) -> tuple[float, ...] | None:

@@ -93,7 +93,7 @@ class _WorldWriter:
             Element("option", {"gravity": gravity}, span),
             Element("statistic", dict(_STATISTIC), span),
             look_of(element),
-            *earth_at(element),
+            *earth_at(element, self.findings),
             Element("asset", {}, span, [sky_of(element), *meshes]),
             body,
         ]

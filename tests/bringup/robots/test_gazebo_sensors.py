@@ -203,6 +203,10 @@ def test_a_force_torque_sensor_is_turned_only_if_its_values_have_its_axes(
     assert (entry["parent"], entry["position"], "orientation" in entry) == ("base_scan", [0.0, 0.0, 0.1], turned)
 
 
+def test_tags_without_content_are_not_reported_as_lost(tmp_path: Path) -> None:
+    assert remarks(tmp_path, "lost", sensor("imu_link", "imu", "<update_rate>100</update_rate><imu/>")) == []
+
+
 def test_a_camera_has_its_lens_and_noise(tmp_path: Path) -> None:
     inside = """<camera><horizontal_fov>1.5708</horizontal_fov><image><width>640</width><height>320</height></image>
       <clip><near>0.1</near><far>50</far></clip><noise><type>gaussian</type><stddev>0.01</stddev></noise></camera>"""
