@@ -217,3 +217,17 @@ def test_a_sensor_on_the_root_link_has_no_joint(project: Project) -> None:
     with pytest.raises(ContextError, match="has no joint above it: it is on the root link") as caught:
         sensor(project, *FIXED, joint("fixed", "base_link", "tool"), parent="base_link")
     assert caught.value.help == ("mount it on the child link of the joint at which it measures",)
+
+
+def test_a_link_of_a_mujoco_model_is_measured_like_any_other(project: Project) -> None:
+    tool = '<body name="tool" pos="0 0 1"><joint name="turn" axis="0 0 1"/><geom size=".1" mass="2" pos=".1 .2 .3"/></body>'
+    base = f'<body name="base"><geom size=".1" mass="1"/>{tool}</body>'
+    project.write("bot.xml", f"<mujoco><worldbody>{base}</worldbody></mujoco>").write("world.xml", "<mujoco/>")
+    project.write(
+        "bot.yaml", "robot: bot\nmjcf: bot.xml\nbase_link: base\nsensors: {ft: {type: force_torque, parent: tool}}\n"
+    )
+    world = project.load()
+    (prim,) = world.stage.prims("force_torque")
+    force, torque = measured(world.simulation.device(JointWrenchSensor, prim))
+    assert force == pytest.approx(WEIGHT, abs=1e-9)
+    assert torque == pytest.approx(moment(ARM, WEIGHT), abs=1e-9)
