@@ -60,6 +60,7 @@ def test_noise_has_the_standard_deviations_of_the_profile() -> None:
     found = errors(receiver(horizontal_noise=2.0, vertical_noise=3.0), 2000)
     np.testing.assert_allclose(found.std(axis=0), (2.0, 2.0, 3.0), rtol=0.06)
     np.testing.assert_allclose(found.mean(axis=0), 0.0, atol=0.2)
+    np.testing.assert_allclose(np.corrcoef(found.T), np.eye(3), atol=0.1)
 
 
 def test_noise_depends_on_seed_prim_and_sample_and_on_nothing_else() -> None:
