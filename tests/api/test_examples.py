@@ -14,6 +14,7 @@ from pathlib import Path
 import pytest
 
 import graphengine as ge
+from graphengine import bringup
 from graphengine.api import mujoco_objects, robots, scene, scene_loading
 from graphengine.api import session as sessions
 from graphengine.bringup import scenes
@@ -101,7 +102,7 @@ def test_the_fleet_needs_no_argument() -> None:
 def test_an_example_of_a_docstring_does_what_it_says(name: str) -> None:
     with ge.load("dd100_flat", rays="mujoco").session() as sim:
         test = DOCUMENTED[name]
-        test.globs = {"ge": ge, "scene": ge.load("dd100_flat"), "sim": sim}
+        test.globs = {"ge": ge, "bringup": bringup, "scene": ge.load("dd100_flat"), "sim": sim}
         told: list[str] = []
         doctest.DocTestRunner(optionflags=doctest.ELLIPSIS).run(test, out=told.append, clear_globs=False)
         assert not told, "".join(told)
