@@ -18,12 +18,13 @@ from graphengine.compiler.planning import share_plans
 from graphengine.compiler.registry import default_registry
 from graphengine.devices.backend import World
 from graphengine.devices.dry_world import DryWorld
-from graphengine.devices.stage import Stage, at_or_below
+from graphengine.devices.stage import Stage
 from graphengine.format import document, spec_reader
 from graphengine.format.diagnostics import Findings
 from graphengine.format.errors import NodeError, UsageError
 from graphengine.format.files import Files
 from graphengine.format.permissions import Permissions
+from graphengine.format.prim_paths import at_or_below
 from graphengine.format.spec import SceneSpec
 from graphengine.format.spec_reader import Loaded
 from graphengine.messages.endpoints import Network

@@ -14,10 +14,11 @@ from graphengine.compiler.literals import Override
 from graphengine.compiler.registry import Registry
 from graphengine.compiler.resolve import resolve
 from graphengine.compiler.subgraph_expansion import load_graph
-from graphengine.devices.stage import Prim, Stage, normalize
+from graphengine.devices.stage import Prim, Stage
 from graphengine.format import document
 from graphengine.format.diagnostics import Findings
 from graphengine.format.files import Files
+from graphengine.format.prim_paths import normalize
 from graphengine.format.spec import GraphUse
 
 if TYPE_CHECKING:
