@@ -29,13 +29,13 @@ from graphengine.format.spec import SceneSpec
 from graphengine.format.spec_reader import Loaded
 from graphengine.messages.endpoints import Network
 from graphengine.node.context.session_services import Services
-from graphengine.node.dropped_values import BadValues, DroppedValues
+from graphengine.node.dropped_values import DroppedValues
 from graphengine.node.node_class import UNKNOWN_PRIM
 from graphengine.runtime import check
 from graphengine.runtime.session_core import SessionCore
 from graphengine.scene.graph_loading import GraphFile, find_use, resolve_uses, robot_uses, use_place
 from graphengine.scene.hot_reload import SceneReloader
-from graphengine.scene.loaded_scene import LoadedScene, Options, WorldSource
+from graphengine.scene.loaded_scene import BadValues, LoadedScene, Options, WorldSource
 from graphengine.scene.scene_roster import begin
 
 if TYPE_CHECKING:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from graphengine.compiler.filled_document import Use
+from graphengine.compiler.filled_document import Places, Use
 from graphengine.compiler.graph import Graph
 from graphengine.compiler.library import GraphLibrary
 from graphengine.compiler.literals import Override
@@ -22,7 +22,6 @@ from graphengine.format.prim_paths import normalize
 from graphengine.format.spec import GraphUse
 
 if TYPE_CHECKING:
-    from graphengine.descriptions.robot_files.robot_file import RobotFile
     from graphengine.physics.model.robot import RobotInstance
     from graphengine.scene.loaded_scene import Options
 
@@ -74,7 +73,7 @@ def _shipped_graph(name: str, robot: RobotInstance, prim: Prim, files: Files, *,
     return GraphFile(path, f"{robot.name}/{name}", {"robot": prim.path, "root": root}, "", asked_for=asked_for)
 
 
-def use_place(file: document.Document | RobotFile, graph: str, use: GraphUse) -> Use:
+def use_place(file: Places, graph: str, use: GraphUse) -> Use:
     """Return the places of the key `use` and of the parameters in the entry of a graph, for error messages."""
     return Use(file.span("graphs", graph, "use"), file, ("graphs", graph, "parameters"), use.parameters.keys())
 
