@@ -15,6 +15,7 @@ from pathlib import Path
 import pytest
 
 import graphengine as ge
+from graphengine import bringup
 from graphengine.api import mujoco_objects, robots, scene, scene_loading, session, session_control, session_world
 from graphengine.bringup import scenes
 
@@ -101,7 +102,7 @@ def test_the_fleet_needs_no_argument() -> None:
 def test_examples_in_docstrings_give_the_stated_results(name: str) -> None:
     with ge.load("dd100_flat", rays="mujoco").session() as sim:
         test = DOCUMENTED[name]
-        test.globs = {"ge": ge, "scene": ge.load("dd100_flat"), "sim": sim}
+        test.globs = {"ge": ge, "bringup": bringup, "scene": ge.load("dd100_flat"), "sim": sim}
         told: list[str] = []
         doctest.DocTestRunner(optionflags=doctest.ELLIPSIS).run(test, out=told.append, clear_globs=False)
         assert not told, "".join(told)

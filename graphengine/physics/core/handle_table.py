@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
 
-from graphengine.devices.stage import Prim, at_or_below
+from graphengine.devices.stage import Prim
+from graphengine.format.prim_paths import at_or_below
 from graphengine.format.stateful import Stateful
 
 if TYPE_CHECKING:

@@ -13,7 +13,8 @@ import numpy as np
 from graphengine.descriptions.actuators.drives import KINDS, Drive
 from graphengine.descriptions.engine import Floats, data_at_start, model_bytes, mujoco, round_weights, sort_geoms, wake
 from graphengine.devices.rotation import Pose
-from graphengine.devices.stage import Stage, at_or_below
+from graphengine.devices.stage import Stage
+from graphengine.format.prim_paths import at_or_below
 from graphengine.format.stateful import Stateful
 from graphengine.physics.core.handle_table import Handle, HandleTable
 from graphengine.physics.core.held_bodies import PlacedBody

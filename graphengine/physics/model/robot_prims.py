@@ -10,9 +10,10 @@ from collections.abc import Collection
 from typing import Any
 
 from graphengine.devices.rotation import from_orientation
-from graphengine.devices.stage import Prim, PrimKind, Stage, prim_name
+from graphengine.devices.stage import Prim, PrimKind, Stage
 from graphengine.format.diagnostics import Findings, Span
 from graphengine.format.errors import AmbiguousPrimError, PrimError
+from graphengine.format.prim_paths import prim_name
 from graphengine.format.robot_spec import MaterialSpec, SensorSpec
 from graphengine.format.wording import did_you_mean, listing
 from graphengine.physics.implementations import Profile
