@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from graphengine.api.guards import acting, reading
 from graphengine.api.runner import Runner
+from graphengine.api.sensors import Sensor, find_sensors
 from graphengine.api.topics import M, MessageType, Publication, Subscription, open_subscription
 from graphengine.api.values import plain
 from graphengine.devices.rotation import Quaternion, Vector3
@@ -96,6 +97,16 @@ class Robot:
         joints = self._runner.session.services.world.articulation(find_robot(self._runner, self.name))
         values = (joints.positions().tolist(), joints.velocities().tolist(), joints.efforts().tolist())
         return {name: Joint(*state) for name, *state in zip(joints.joint_names, *values, strict=True)}
+
+    @property
+    @reading
+    def sensors(self) -> Mapping[str, Sensor]:
+        """Sensors by their names in the robot file. Each device of a sensor that has several is named with the path of its prim.
+
+        >>> list(sim.robots["dd100"].sensors)[:2]
+        ['sim_lidar', 'sim_camera/RSD455/Camera_OmniVision_OV9782_Color']
+        """
+        return find_sensors(self._runner, find_robot(self._runner, self.name))
 
     @property
     @reading
