@@ -156,6 +156,50 @@ class Robot:
         named = {kind: self._by_joint(kind, it, joints) for kind, it in given.items() if it is not None}
         self._runner.command("command", robot=self.name, **named)
 
+    @acting
+    def reset(
+        self,
+        joints: Mapping[str, float] | None = None,
+        position: Vector3 | None = None,
+        orientation: Quaternion | None = None,
+        keyframe: str | None = None,
+        *,
+        force: bool = False,
+    ) -> None:
+        """Return this robot to its initial state, or to another pose, between two ticks. A recording stores the call.
+
+        All velocities become zero, the initial joint targets apply again, the robot's sensors are reset, pushes end, and grippers
+        open. Time, graphs and other robots continue; ground-truth odometry continues as after `Session.move`.
+
+        >>> robot = sim.robots["dd100"]
+        >>> robot.reset(joints={"front_left_wheel_joint": 0.5}, position=(1.0, 0.0, 0.025))
+        >>> robot.pose.position, robot.joints["front_left_wheel_joint"].position
+        ((1.0, 0.0, 0.025), 0.5)
+
+        Args:
+            joints: positions of joints by name, rad or m; mimic joints follow. Drives with stiffness get these positions as
+                targets. Other joints return to their initial positions.
+            position: position of the base link in the world frame, m; None is the initial position.
+            orientation: quaternion (x, y, z, w) in the world frame; None is the initial orientation.
+            keyframe: name of a keyframe in the robot's MJCF, in place of the initial state; the other arguments override it.
+            force: whether to place the robot even if it overlaps others; this logs a warning, and physics pushes them apart.
+
+        Raises:
+            BlockedPoseError: the robot would overlap others by 5 mm or more at this position or orientation.
+            UnknownEntityError: the robot was removed.
+            UsageError: the robot has no such joint or keyframe, a position is beyond the limits of its joint, or the robot cannot
+                be placed. Nothing has changed.
+        """
+        turned = {"quaternion_xyzw": orientation} if orientation is not None else None
+        given = {
+            "joints": joints or {},
+            "position": position,
+            "orientation": turned,
+            "keyframe": keyframe,
+            "force": force,
+        }
+        self._runner.command("reset-robot", robot=self.name, **plain(given))
+
     def _by_joint(self, kind: str, targets: Targets, joints: Sequence[str] | None) -> dict[str, Any]:
         """Return targets by joint name, as JSON types and without NaN."""
         values = plain(targets)
