@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from graphengine.api.scene import RobotInfo as RobotInfo
     from graphengine.api.scene import Scene as Scene
     from graphengine.api.scene_loading import load as load
+    from graphengine.api.sensors import Sensor as Sensor
     from graphengine.api.session import Session as Session
     from graphengine.api.session_control import Checkpoint as Checkpoint
     from graphengine.api.topics import Publication as Publication
@@ -50,6 +51,7 @@ _MODULES = {
     "api.topics": ("Subscription", "Publication"),
     "api.mujoco_objects": ("MujocoObjects",),
     "api.robots": ("Robot", "Pose", "Velocity", "Joint"),
+    "api.sensors": ("Sensor",),
     "runtime.reloading": ("Reloaded",),
     "format.errors": (
         "GraphError",

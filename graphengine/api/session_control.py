@@ -23,9 +23,9 @@ if TYPE_CHECKING:
 class Checkpoint:
     """The complete state of a session, made by `Session.checkpoint` for `Session.restore`."""
 
-    def __init__(self, inner: InnerCheckpoint, publications: Sequence[tuple[AfterTick, Any]]) -> None:
+    def __init__(self, inner: InnerCheckpoint, after_ticks: Sequence[tuple[AfterTick, Any]]) -> None:
         self._inner = inner
-        self._publications = publications
+        self._after_ticks = after_ticks
 
     def __repr__(self) -> str:
         return f"<Checkpoint {self._inner.name}>"
@@ -145,7 +145,7 @@ class SessionControl:
             NodeError: the state of a node cannot be copied.
         """
         inner = self._runner.session.checkpoint()
-        return Checkpoint(inner, [(publication, publication.save()) for publication in self._runner.publications])
+        return Checkpoint(inner, [(action, action.save()) for action in self._runner.after_ticks.values()])
 
     @reading
     def restore(self, checkpoint: Checkpoint) -> None:
@@ -170,8 +170,8 @@ class SessionControl:
             UsageError: the checkpoint belongs to another session.
         """
         self._runner.session.restore(checkpoint._inner)
-        for publication, state in checkpoint._publications:
-            publication.restore(state)
+        for action, state in checkpoint._after_ticks:
+            action.restore(state)
 
     @acting
     def reload(self) -> Reloaded:
@@ -201,8 +201,8 @@ class SessionControl:
 
         Args:
             command: name of the command. `pause` and `stop` suspend a `run`, `play` and `step` resume it, and `quit` ends it. The
-                other commands are `reset`, `rate`, `spawn`, `delete`, `move`, `push`, `command`, `set`, `impulse`, `press`,
-                `release`, `reload` and `state`.
+                other commands are `reset`, `rate`, `spawn`, `delete`, `move`, `reset-robot`, `push`, `command`, `set`, `impulse`,
+                `press`, `release`, `reload` and `state`.
             arguments: arguments of the command, as JSON values.
 
         Returns:

@@ -31,6 +31,7 @@ EXAMPLES = """examples:
   graphrun ctl push dd100 --force 0,80,0 --for 0.5s
   graphrun ctl command arm --positions shoulder=0.5 elbow=90deg
   graphrun ctl move dd100 0 4 --yaw 90deg
+  graphrun ctl reset-robot arm --joints shoulder=0.5
   graphrun ctl spawn second robots/dd100.yaml --at 0,6,0.03 --namespace second
   graphrun ctl set DiffController.maxLinearSpeed=0.5
   graphrun ctl reset --scope state
@@ -156,6 +157,17 @@ def _add_robots(add: Callable[..., Any]) -> None:
     move.add_argument("--force", action="store_const", const=True, help=force)
     jumps = "let ground-truth odometry jump with the robot (default: it continues, as REP 105 demands)"
     move.add_argument("--odometry-jumps", action="store_const", const="jumps", dest="odometry", help=jumps)
+    reset = add("reset-robot", "return one robot to its initial pose and joint positions", make=_reset_robot)
+    reset.add_argument("name", metavar="NAME", help="name of the robot")
+    place = "position of the base link in the world frame, m (default: the initial position)"
+    reset.add_argument("--at", metavar="X,Y,Z", type=vector(3), help=place)
+    _add_rotation(reset)
+    positions = "positions of joints, rad or m, or as shoulder=90deg (default: the initial positions)"
+    reset.add_argument("--joints", metavar="JOINT=NUMBER", nargs="+", type=target(angle), default=(), help=positions)
+    keyframe = "keyframe of the robot's MuJoCo model, in place of the initial state"
+    reset.add_argument("--keyframe", metavar="KEYFRAME", help=keyframe)
+    force = "place the robot even if it overlaps other objects; physics then pushes them apart"
+    reset.add_argument("--force", action="store_true", help=force)
     summary = "print all that would be close to a robot or object at another position, in any heading"
     clearance = add("clearance", summary, "entity", "position", "margin")
     clearance.add_argument("entity", metavar="NAME", help="name of the robot or object")
@@ -241,6 +253,16 @@ def _move(given: argparse.Namespace) -> dict[str, Any]:
         "odometry": given.odometry,
         "force": given.force,
     }
+
+
+def _reset_robot(given: argparse.Namespace) -> dict[str, Any]:
+    arguments = {
+        "robot": given.name,
+        "joints": dict(given.joints),
+        "position": given.at,
+        "orientation": _rotation(given),
+    }
+    return {**arguments, "keyframe": given.keyframe, "force": given.force}
 
 
 def _command(given: argparse.Namespace) -> dict[str, Any]:

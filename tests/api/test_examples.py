@@ -16,13 +16,22 @@ import pytest
 
 import graphengine as ge
 from graphengine import bringup
-from graphengine.api import mujoco_objects, robots, scene, scene_loading, session, session_control, session_world
+from graphengine.api import (
+    mujoco_objects,
+    robots,
+    scene,
+    scene_loading,
+    sensors,
+    session,
+    session_control,
+    session_world,
+)
 from graphengine.bringup import scenes
 
 ROOT = Path(__file__).parents[2]
 EXAMPLES = ROOT / "examples"
 FINDER = doctest.DocTestFinder(exclude_empty=False)
-MODULES = (scene_loading, scene, session, session_control, session_world, robots, mujoco_objects, scenes)
+MODULES = (scene_loading, scene, session, session_control, session_world, robots, sensors, mujoco_objects, scenes)
 DOCUMENTED = {test.name: test for module in MODULES for test in FINDER.find(module) if test.examples}
 
 
