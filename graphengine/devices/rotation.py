@@ -23,7 +23,9 @@ IDENTITY: Quaternion = (0.0, 0.0, 0.0, 1.0)
 NOWHERE: Pose = (ORIGIN, IDENTITY)
 """The identity pose."""
 _STEEP = 0.999
-"""Sine of a pitch from which on sines and arcs of it lose digits."""
+"""Sine of a pitch from which on the arc of a sine loses digits."""
+_STRAIGHT = 1e-14
+"""Cosine of a pitch up to which it is 90 degrees except for rounding errors."""
 
 
 def conjugate(q: Quaternion) -> Quaternion:
@@ -96,9 +98,9 @@ def to_rpy(q: Quaternion) -> Vector3:
         roll = math.atan2(2.0 * (w * x + y * z), 1.0 - 2.0 * (x * x + y * y))
         return roll, math.asin(sine), math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
     ahead, left, up = (rotate(q, axis) for axis in ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)))
-    yaw = math.atan2(
-        ahead[1], ahead[0]
-    )  # roll and yaw turn about almost the same axis: the roll is measured after the yaw
+    if math.hypot(ahead[0], ahead[1]) < _STRAIGHT:  # roll and yaw turn about the same axis
+        return 0.0, math.copysign(math.pi / 2, sine), -2.0 * math.copysign(1.0, sine) * math.atan2(x, w)
+    yaw = math.atan2(ahead[1], ahead[0])  # the two axes are almost the same, so the roll is measured after this yaw
     sine, cosine = math.sin(yaw), math.cos(yaw)
     pitch = math.atan2(-ahead[2], cosine * ahead[0] + sine * ahead[1])
     return math.atan2(sine * up[0] - cosine * up[1], cosine * left[1] - sine * left[0]), pitch, yaw

@@ -23,6 +23,7 @@ from graphengine.descriptions.sdf import sdf_files, sdf_values
 from graphengine.descriptions.sdf.sdf_geoms import GeomWriter
 from graphengine.descriptions.sdf.sdf_values import SdfError
 from graphengine.descriptions.urdf import tree, urdf_reader
+from graphengine.descriptions.urdf.shapes import Mesh
 from graphengine.descriptions.xacro import absent_packages, dom, xacro
 from graphengine.descriptions.xacro.xacro_macros import robot_macros
 from graphengine.format.diagnostics import Findings, Source, Span
@@ -322,7 +323,7 @@ def _(triangles: int) -> bool:
     loose = [corners[[0, 1, 2]] + (0, 0, 5 + number) for number in range(triangles - 8)]
     faces = np.concatenate([solid, solid + 5, *[[one] for one in loose]]).astype("<f4")
     rows = b"".join(bytes(12) + face.tobytes() + bytes(2) for face in faces)
-    writer, mesh = GeomWriter.__new__(GeomWriter), parsed('<mesh filename="a.stl"/>')[0]
+    writer, mesh = GeomWriter.__new__(GeomWriter), Mesh("a.stl", (1.0, 1.0, 1.0), parsed("<mesh/>")[0])
     data = bytes(80) + len(faces).to_bytes(4, "little") + rows
     writer.library, writer.findings = SimpleNamespace(assets={"a.stl": data}), Findings()  # type: ignore[assignment]
     return len(writer._plates(SimpleNamespace(key="a.stl"), mesh)) == triangles  # type: ignore[arg-type]
