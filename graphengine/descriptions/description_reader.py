@@ -64,9 +64,9 @@ def read_description(file: RobotFile, library: Library) -> Urdf | None:
 
 def _converted(path: Path, root: Element | None, packages: Packages, findings: Findings) -> Urdf | None:
     """Return the links and joints of a parsed URDF or SDF file; None after an error."""
-    if root is not None and is_sdf(root):
-        root = read_sdf(path, root, packages, findings)
-    return read_urdf(root, packages, findings) if root is not None else None
+    if root is None:
+        return None
+    return read_sdf(path, root, packages, findings) if is_sdf(root) else read_urdf(root, packages, findings)
 
 
 def _read_model(file: RobotFile, library: Library) -> Urdf | None:
