@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 from graphengine.cli import Parser, add_verb, terminal
 from graphengine.cli.common import clean, counted, parse_set, table
+from graphengine.cli.options import add_flag
 from graphengine.cli.quantities import angle, duration, number, rate, target, vector, whole
 from graphengine.control.client import Client, find
 from graphengine.control.runs import Entry
@@ -72,7 +73,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     for place in (parser, common):  # before or after the command; the latter must not replace what the former found
         which, suppressed = "run to control (default: the only one)", argparse.SUPPRESS
         place.add_argument("--run", metavar="NAME|PID", default=suppressed, help=which)
-        place.add_argument("--json", action="store_true", default=suppressed, help="print the result as JSON")
+        add_flag(place, "--json", "print the result as JSON", default=suppressed)
     verbs = parser.add_subparsers(dest="command", metavar="COMMAND", required=True, parser_class=_Parser)
 
     def add(name: str, summary: str, *fields: str, make: Callable[..., dict[str, Any]] | None = None) -> Any:
@@ -138,8 +139,7 @@ def _add_robots(add: Callable[..., Any]) -> None:
         "--namespace", metavar="NAMESPACE", help="namespace of the robot's topics (default: that of the robot file)"
     )
     spawn.add_argument("--prim", metavar="PATH", help="prim path of the robot, such as /World/robot (default: /NAME)")
-    state = "publish the topics of robot_state_publisher for this robot"
-    spawn.add_argument("--robot-state", action="store_true", help=state)
+    add_flag(spawn, "--robot-state", "publish the topics of robot_state_publisher for this robot")
     force = "place the robot even if it overlaps other objects; physics then pushes them apart"
     spawn.add_argument("--force", action="store_const", const=True, help=force)  # older runs accept no `False`
     delete = add("delete", "remove a robot from the scene", "name")
