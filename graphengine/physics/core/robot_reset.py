@@ -8,7 +8,8 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
 from graphengine.descriptions.engine import mujoco
-from graphengine.devices.stage import Prim, at_or_below
+from graphengine.devices.stage import Prim
+from graphengine.format.prim_paths import at_or_below
 from graphengine.physics.dynamics.keyframes import start_robot, with_followers
 from graphengine.physics.dynamics.set_points import SetPoints
 from graphengine.physics.dynamics.transfer import Transfer
