@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Protocol
 
-from graphengine.devices.device import Stub, TickSensor, device
+from graphengine.devices.device import Stub, TickSensor, device, when_due
 from graphengine.devices.rotation import ORIGIN, Vector3
 from graphengine.devices.stage import Prim
 from graphengine.format.errors import ContextError
@@ -45,7 +45,13 @@ def measured_link(prim: Prim) -> Prim:
     return link
 
 
-@device("force_torque", ForceTorqueSensor, usd="ForceTorqueSensor", title="a force-torque sensor")
+@device(
+    "force_torque",
+    ForceTorqueSensor,
+    usd="ForceTorqueSensor",
+    title="a force-torque sensor",
+    sample=when_due("reading"),
+)
 class ForceTorqueStub(Stub):
     """A force-torque sensor for tests. It reports the wrench that a test sets with `measure`; initially, the wrench is 0."""
 

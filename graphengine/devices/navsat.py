@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Protocol
 
-from graphengine.devices.device import Stub, TickSensor, device
+from graphengine.devices.device import Stub, TickSensor, device, when_due
 from graphengine.devices.stage import Prim
 
 
@@ -44,7 +44,7 @@ class NavSat(TickSensor, Protocol):
         """Return the newest sample; all callers get the same object."""
 
 
-@device("navsat", NavSat, usd="NavSatSensor", title="a navsat receiver")
+@device("navsat", NavSat, usd="NavSatSensor", title="a navsat receiver", sample=when_due("reading"))
 class NavSatStub(Stub):
     """A receiver for tests. It reports the position that a test sets with `measure`; initially, latitude and longitude are 0."""
 
