@@ -26,8 +26,9 @@ if TYPE_CHECKING:
     from graphengine.api.scene import RobotInfo as RobotInfo
     from graphengine.api.scene import Scene as Scene
     from graphengine.api.scene_loading import load as load
-    from graphengine.api.session import Checkpoint as Checkpoint
+    from graphengine.api.sensors import Sensor as Sensor
     from graphengine.api.session import Session as Session
+    from graphengine.api.session_control import Checkpoint as Checkpoint
     from graphengine.api.topics import Publication as Publication
     from graphengine.api.topics import Subscription as Subscription
     from graphengine.format.diagnostics import CheckError as CheckError
@@ -45,10 +46,12 @@ if TYPE_CHECKING:
 _MODULES = {
     "api.scene_loading": ("load",),
     "api.scene": ("Scene", "GraphInfo", "RobotInfo"),
-    "api.session": ("Session", "Checkpoint"),
+    "api.session": ("Session",),
+    "api.session_control": ("Checkpoint",),
     "api.topics": ("Subscription", "Publication"),
     "api.mujoco_objects": ("MujocoObjects",),
     "api.robots": ("Robot", "Pose", "Velocity", "Joint"),
+    "api.sensors": ("Sensor",),
     "runtime.reloading": ("Reloaded",),
     "format.errors": (
         "GraphError",

@@ -67,8 +67,8 @@ class Runner:
         self.scene = scene
         self.options = options
         self.queue = CommandQueue()
-        self.publications: dict[AfterTick, None] = {}
-        """The user's periodic publications, oldest first."""
+        self.after_ticks: dict[object, AfterTick] = {}
+        """What acts after each tick, oldest first: the user's periodic publications, and the sensors that the user reads."""
         self.writers: dict[object, Writer] = {}
         """Writers for messages that the user publishes, by topic, type and transport."""
         self.lock = threading.RLock()
@@ -312,8 +312,8 @@ class Runner:
                 self._after_tick()
 
     def _after_tick(self) -> None:
-        for publication in tuple(self.publications):
-            publication.after_tick(self.session.clock.frame)
+        for action in tuple(self.after_ticks.values()):
+            action.after_tick(self.session.clock.frame)
         if self._diagnostics is not None:
             self._diagnostics.after_tick()
         if self.feed is not None:

@@ -5,11 +5,10 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 
-from graphengine.format.prim_paths import at_or_below
-
 from graphengine.devices import rotation
 from graphengine.devices.motion import Body
 from graphengine.devices.rotation import Pose
+from graphengine.format.prim_paths import at_or_below
 from graphengine.node import Bound, Clock, Context, ExecIn, ExecOut, In, Node, Out, Quaterniond, State, Target, Vector3d
 from graphengine.nodes.touched import reading_poses
 

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import pytest
-from graphengine.format.prim_paths import normalize
 from hypothesis import given
 from hypothesis import strategies as st
 
 from graphengine.devices.stage import Stage
 from graphengine.format.errors import AmbiguousPrimError, PrimError
+from graphengine.format.prim_paths import normalize
 
 BASE = "/dd100/Geometry/base_link"
 CHASSIS = f"{BASE}/chassis_link"

@@ -18,8 +18,9 @@ from graphengine.descriptions.files.xml import Element, mujoco_says, place_of, w
 from graphengine.descriptions.mjcf.mjcf_links import MjcfLinks
 from graphengine.descriptions.mjcf.mjcf_preparation import name_bodies, prepare
 from graphengine.descriptions.mjcf.mjcf_trial import MAX_MEMORY_BYTES, reason_against
+from graphengine.descriptions.urdf.tree import MAX_LINKS, check_limits
 from graphengine.descriptions.urdf.urdf import WORLD, Urdf
-from graphengine.descriptions.urdf.urdf_reader import MAX_LINKS, check_limits, check_numbers
+from graphengine.descriptions.urdf.urdf_reader import check_numbers
 from graphengine.descriptions.urdf.urdf_writer import as_urdf
 from graphengine.format.diagnostics import Findings, Span
 from graphengine.format.wording import listing

@@ -17,13 +17,12 @@ from graphengine.descriptions.sdf.sdf_values import (
     flag,
     number_at,
     numbers_at,
-    origin,
     pose_of,
+    seen_from,
     text_at,
-    written,
 )
 from graphengine.descriptions.urdf.inertia import WATER, matrix_of, moments_of
-from graphengine.descriptions.urdf.urdf import TERMS
+from graphengine.descriptions.urdf.urdf import TERMS, Inertial, Moments
 from graphengine.devices.rotation import IDENTITY, Pose, Quaternion, compose, relative, rotate
 from graphengine.format.wording import printable
 
@@ -40,7 +39,7 @@ class Mass(NamedTuple):
     """
 
     mass: float
-    moments: tuple[float, ...]
+    moments: Moments
     pose: Pose
 
 
@@ -49,22 +48,21 @@ def is_mere_frame(link: SdfFrame) -> bool:
     return not any(link.element.first(tag) for tag in ("inertial", "collision", "visual"))
 
 
-def inertial(link: SdfFrame, frame: Pose) -> Element:
-    """Return the URDF `<inertial>` element of a link.
+def inertial_of(link: SdfFrame, frame: Pose) -> Inertial:
+    """Return the mass and inertia of a link of a robot.
 
     Args:
         link: frame of the SDF link.
-        frame: pose of the URDF link in the outermost scope.
+        frame: pose in the outermost scope of the link as a URDF has it.
 
     Raises:
-        SdfError: a value is not a number, or an automatic inertia cannot be computed.
+        SdfError: a value is not a number, the mass is negative, or an automatic inertia cannot be computed.
     """
-    element = link.element.first("inertial")
-    span = element.span if element is not None else link.element.span
     mass, moments, pose = mass_of(link)
-    terms = {term: written(moment) for term, moment in zip(TERMS, moments, strict=True)}
-    children = [Element("mass", {"value": written(mass)}, span), Element("inertia", terms, span)]
-    return Element("inertial", {}, span, [*origin(relative(frame, pose), span), *children])
+    if mass < 0.0:
+        text = f"link {printable(link.name)!r}: the mass {mass!r} is not a number of at least 0 (kg)"
+        raise SdfError(text, (find(link.element, "inertial", "mass") or link.element).span)
+    return Inertial(mass, moments, seen_from(frame, pose))
 
 
 def mass_of(link: SdfFrame) -> Mass:
@@ -77,9 +75,10 @@ def mass_of(link: SdfFrame) -> Mass:
     if element is not None and flag(element.get("auto")):
         return _of_collisions(link, element)
     inertia = find(element, "inertia")
-    moments = (number_at(inertia, term, default=usual) for term, usual in zip(TERMS, _DEFAULTS, strict=True))
+    given = (number_at(inertia, term, default=usual) for term, usual in zip(TERMS, _DEFAULTS, strict=True))
+    xx, yy, zz, xy, xz, yz = given
     pose = compose(link.place, pose_of(find(element, "pose")))
-    return Mass(number_at(element, "mass", default=1.0), tuple(moments), pose)
+    return Mass(number_at(element, "mass", default=1.0), (xx, yy, zz, xy, xz, yz), pose)
 
 
 def _of_collisions(link: SdfFrame, element: Element) -> Mass:
@@ -113,7 +112,7 @@ def _of_collisions(link: SdfFrame, element: Element) -> Mass:
     return Mass(mass, moments_of(matrix), compose(link.place, ((x, y, z), IDENTITY)))
 
 
-def turned(moments: tuple[float, ...], rotation: Quaternion) -> tuple[float, ...]:
+def turned(moments: Moments, rotation: Quaternion) -> Moments:
     """Return moments of inertia (ixx, iyy, izz, ixy, ixz, iyz) about the axes of another frame.
 
     Args:

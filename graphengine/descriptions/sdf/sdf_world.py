@@ -21,8 +21,8 @@ from graphengine.descriptions.sdf.sdf_inertia import mass_of, turned
 from graphengine.descriptions.sdf.sdf_joints import fastened, is_moving
 from graphengine.descriptions.sdf.sdf_lights import light_of, look_of, sky_of
 from graphengine.descriptions.sdf.sdf_shapes import textured
-from graphengine.descriptions.sdf.sdf_values import SdfError, numbers_at, placed, reported, to_rpy, written
-from graphengine.devices.rotation import Pose, relative
+from graphengine.descriptions.sdf.sdf_values import SdfError, numbers_at, placed, reported, written
+from graphengine.devices.rotation import Pose, relative, to_rpy
 from graphengine.format.diagnostics import Findings
 from graphengine.format.wording import listing, printable, quoted
 

@@ -117,8 +117,7 @@ def _parts(shapes: Sequence[Shape], files: Mapping[Element, Sequence[MeshFile]],
         if isinstance(geometry, Mesh):
             yield from ((shape, file, index) for index, file in enumerate(files.get(geometry.element, ())))
         elif 0.0 in _sizes(geometry):  # some descriptions use such shapes as placeholders
-            place = shape.element.first("geometry") or shape.element
-            findings.add("N103", "a shape with a size of 0 is left out", place.children[0].span)
+            findings.add("N103", "a shape with a size of 0 is left out", shape.place)
         else:
             yield shape, None, 0
 

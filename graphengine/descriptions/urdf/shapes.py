@@ -73,6 +73,7 @@ class Shape:
         pose: pose in the frame of the link.
         colour: colour of its material; None if the description gives none.
         element: `visual` or `collision` element.
+        place: source location of the geometry.
     """
 
     name: str
@@ -81,6 +82,7 @@ class Shape:
     pose: Pose
     colour: Colour | None
     element: Element
+    place: Span
 
     @property
     def span(self) -> Span:

@@ -99,10 +99,11 @@ class HandleTable:
         for handle in self._handles.values():
             handle.bind()
 
-    def reset(self) -> None:
-        """Discard the measurements of all handles."""
-        for handle in self._handles.values():
-            handle.reset()
+    def reset(self, prim_path: str = "") -> None:
+        """Discard the measurements of the handles of a prim and of all prims below it; of all handles if the path is empty."""
+        for (_, key), handle in self._handles.items():
+            if at_or_below(key, prim_path):
+                handle.reset()
 
     def clear(self) -> None:
         """Release all handles."""

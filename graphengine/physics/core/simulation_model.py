@@ -148,8 +148,7 @@ class SimulationModel(Stateful):
         self._frictions.carry_over(model)
         self._lights.carry_over(model)
         model.opt.gravity = self.model.opt.gravity
-        before, origin, points, limits = self.data, mujoco.MjData(self.model), self.set_points, self.limits
-        mujoco.mj_setState(self.model, origin, self._start, STATE)
+        before, origin, points, limits = self.data, self.initial_state(), self.set_points, self.limits
         transfer, data, start = (
             Transfer(self.model, model),
             initial_data(model, self.stage),
@@ -235,6 +234,12 @@ class SimulationModel(Stateful):
         self.pushes.apply()
         for handle in self.handles.watching:
             handle.see_displacement()
+
+    def initial_state(self) -> mujoco.MjData:
+        """Return the state to which `reset_state` returns, as a new object."""
+        data = mujoco.MjData(self.model)
+        mujoco.mj_setState(self.model, data, self._start, STATE)
+        return data
 
     def _remember_start(self) -> None:
         self._start = np.empty(mujoco.mj_stateSize(self.model, STATE))

@@ -4,31 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from graphengine.descriptions.actuators.drives import KINDS, Drive
+from graphengine.descriptions.actuators.drives import Drive
 from graphengine.descriptions.engine import data_at_start, mujoco
 from graphengine.devices.stage import Stage
-from graphengine.physics.dynamics.keyframes import begin_in, hold
+from graphengine.physics.dynamics.keyframes import start_robot
 
 
 def initial_data(model: mujoco.MjModel, stage: Stage) -> mujoco.MjData:
     """Return the initial state of a model: robots in keyframes, joints at their start positions and held there."""
     data = data_at_start(model)
-    given: set[str] = set()
-    for prim in stage.prims("robot"):
-        if "keyframe" in prim.facts:
-            place = (prim.position, prim.orientation)
-            given |= begin_in(prim.facts["keyframe"], f"{prim.entity_name}/", place, model, data)
-    for prim in stage.prims("joint"):
-        robot, start, drive = stage.robot_of(prim), prim.facts.get("start"), prim.facts["drive"]
-        if robot is None or (start is None and drive is None):
-            continue
-        name = f"{robot.entity_name}/{prim.facts['joint']}"
-        place = model.jnt_qposadr[model.joint(name).id]
-        moved = start is not None and start != data.qpos[place]
-        if moved:
-            data.qpos[place] = start
-        for servo in filter(None, (drive.servo(name, kind) for kind in KINDS) if drive is not None else ()):
-            hold(servo, float(data.qpos[place]), model, data, controlled=servo.name in given and not moved)
+    for robot in stage.prims("robot"):
+        joints = [prim.facts for prim in robot.descendants() if prim.kind == "joint"]
+        starts = {facts["joint"]: facts["start"] for facts in joints if "start" in facts}
+        start_robot(robot, model, data, starts, robot.facts.get("keyframe"))
     return data
 
 

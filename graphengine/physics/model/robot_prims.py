@@ -93,6 +93,7 @@ class _PrimBuilder:
             urdf=robot.urdf_text,
             fixed_transforms=robot.fixed_transforms,
             **({"actuators": robot.actuators, "other_actuators": robot.other_actuators} if robot.actuators else {}),
+            keyframes=robot.urdf.mjcf.keyframes if robot.urdf.mjcf is not None else {},
             **({"keyframe": keyframe} if keyframe is not None else {}),
         )
         self._joints(links)

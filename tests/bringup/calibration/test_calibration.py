@@ -31,7 +31,7 @@ def dingo() -> Calibration:
     return bringup.calibrate(ge.load("dd100_flat"))
 
 
-def test_the_dingo_does_as_told(dingo: Calibration) -> None:
+def test_the_dingo_moves_as_commanded(dingo: Calibration) -> None:
     assert dingo.moves
     assert dingo.kinematics == "differential"
     assert [motion.name for motion in dingo.motions] == ["forward", "backward", "turn_left", "turn_right", *AT_LIMITS]
@@ -98,7 +98,7 @@ def test_a_robot_is_calibrated_alone_and_outside_of_its_hall() -> None:
     assert result.outside(0.02) == ()
 
 
-def test_a_wrong_radius_shows_in_the_speed_and_the_wheels_have_the_true_one(tmp_path: Path) -> None:
+def test_a_wrong_wheel_radius_shows_in_the_speed_and_the_right_one_is_measured(tmp_path: Path) -> None:
     base = bases.differential(tmp_path, radius=1.1 * bases.RADIUS)
     base.odometry(1.02)
     result = calibrate(base)
@@ -192,7 +192,7 @@ def test_an_argument_that_makes_no_sense_is_a_usage_error(arguments: dict[str, f
         bringup.calibrate(ge.load("dd100_flat"), **arguments)  # type: ignore[arg-type]
 
 
-def test_of_two_command_topics_one_is_chosen(tmp_path: Path) -> None:
+def test_calibration_chooses_one_of_two_command_topics(tmp_path: Path) -> None:
     base = bases.differential(tmp_path)
     base.graphs["second"] = "{use: drive.yaml, parameters: {wheels: [left_joint, right_joint], topic: other/cmd_vel}}"
     with pytest.raises(ge.UsageError, match="--command-topic\n  command topics: /cmd_vel, /other/cmd_vel"):
@@ -229,7 +229,7 @@ def test_a_robot_without_graphs_has_no_command_topic(tmp_path: Path) -> None:
     assert reason(base).endswith("the robot file has no graphs")
 
 
-def test_a_robot_that_a_graph_of_the_scene_drives_is_told_what_to_do(tmp_path: Path) -> None:
+def test_a_robot_driven_by_a_graph_of_the_scene_is_refused_with_a_remedy(tmp_path: Path) -> None:
     base = bases.differential(tmp_path)
     use = base.graphs.pop("drive").replace("{wheels", "{robot: /bot, wheels")
     base.write()
@@ -256,7 +256,7 @@ def only_listening(folder: Path) -> bases.Base:
     return base
 
 
-def test_a_robot_without_drives_is_told_so(tmp_path: Path) -> None:
+def test_a_robot_without_drives_is_reported(tmp_path: Path) -> None:
     base = only_listening(tmp_path)
     base.drives.clear()
     assert reason(base).startswith("no joint of the robot has a drive")
@@ -266,14 +266,14 @@ def test_commands_that_do_not_reach_the_joints_are_a_matter_of_wires(tmp_path: P
     assert reason(only_listening(tmp_path)).startswith("no joint gets a velocity command")
 
 
-def test_wheels_that_are_too_weak_are_told_so(tmp_path: Path) -> None:
+def test_drives_that_are_too_weak_are_reported(tmp_path: Path) -> None:
     base = bases.differential(tmp_path)
     base.drives = dict.fromkeys(base.drives, "{drive: {damping: 50.0, max_force: 0.0001}, armature: 5.0}")
     assert "do not turn" in reason(base)
 
 
 @pytest.mark.parametrize(("stiffness", "moves"), [(1000.0, False), (50.0, False), (1.0, True)])
-def test_wheels_that_stiffness_holds_still_are_told_so(tmp_path: Path, stiffness: float, moves: bool) -> None:
+def test_wheels_held_still_by_stiffness_are_reported(tmp_path: Path, stiffness: float, moves: bool) -> None:
     base = bases.differential(tmp_path)
     base.drives = dict.fromkeys(base.drives, f"{{drive: {{damping: 50.0, stiffness: {stiffness}}}}}")
     base.odometry()
