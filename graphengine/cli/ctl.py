@@ -11,9 +11,10 @@ import sys
 import time
 from typing import TYPE_CHECKING, Any
 
-from graphengine.cli import Parser, add_verb, terminal
+from graphengine.cli import terminal
 from graphengine.cli.common import clean, counted, parse_set, table
 from graphengine.cli.options import add_flag
+from graphengine.cli.parser import Parser, add_verb
 from graphengine.cli.quantities import angle, duration, number, rate, target, vector, whole
 from graphengine.control.client import Client, find
 from graphengine.control.runs import Entry

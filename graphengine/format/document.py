@@ -19,6 +19,7 @@ import yaml
 from graphengine.format.core_schema import resolve
 from graphengine.format.diagnostics import Findings, Source, Span
 from graphengine.format.regular_files import open_regular
+from graphengine.format.syntax_errors import report_syntax
 from graphengine.format.wording import did_you_mean
 
 MAX_BYTES = 8_000_000  # maximum size of a YAML file
@@ -34,37 +35,7 @@ _LINE_END = re.compile("\r\n|[\n\r\x85\u2028\u2029]")
 """Pattern of a line end in the parser's sense."""
 _ILLEGAL = re.compile(r"[\x00-\x08\x0b\x0c\x0e-\x1f\x7f-\x84\x86-\x9f\ud800-\udfff\ufeff\ufffe\uffff]")
 
-_ADVICE: tuple[tuple[str, str], ...] = (
-    (
-        "mapping values are not allowed",
-        "put text that contains ': ' in quotes; keys of one mapping begin in the same column",
-    ),
-    ("could not find expected ':'", "a key is followed by ':' and a space; text of several words may need quotes"),
-    ("did not find expected key", "keys of one mapping begin in the same column"),
-    ("expected '-' indicator", "entries of one list begin with '- ' in the same column"),
-    ("expected ','", "a bracket is not closed, or a comma is missing"),
-    ("expected node content", "a bracket is not closed, or a value is missing"),
-    ("tab character", "indent with spaces, not tabs"),
-    ("cannot start any token", "put text that begins with this character in quotes"),
-    ("alphabetic or numeric character", "put text that begins with '*' or '&' in quotes"),
-    ("unexpected end of stream", "a quote is not closed"),
-    ("unknown escape character", "in single quotes, a backslash stands for itself; in double quotes, write it twice"),
-    ("incompatible YAML document", "remove the line %YAML"),
-    ("expected <document start>", "a file contains one mapping, with entries `key: value`"),
-)
-"""Pairs of a part of a parser error message and the remedy to show for this error."""
 _TOO_DEEP = f"nested more than {MAX_DEPTH} levels deep"
-_NESTED_TOO_DEEPLY = "exceeded maximum nesting depth"
-"""Error message of libyaml 0.2.6 and later (PyYAML 6.0.4); it can occur before `MAX_DEPTH` levels have been read."""
-_FROM_ITS_BEGINNING = ("while scanning a simple key", "while scanning a quoted scalar", "while scanning an a")
-"""Beginnings of the parser's `context` texts for which the error is reported where the unfinished value begins."""
-_OPENED = {
-    "while parsing a flow sequence": "the list that begins here",
-    "while parsing a flow mapping": "the mapping that begins here",
-    "while parsing a block mapping": "the mapping that begins here",
-    "while parsing a block collection": "the list that begins here",
-}
-
 Location = tuple[str | int, ...]
 
 
@@ -193,7 +164,7 @@ def parse(text: str, shown_as: str, findings: Findings, *, merge_keys: bool = Fa
             if not builder.add(event):
                 return None
     except yaml.MarkedYAMLError as error:
-        _report_syntax(error, source, findings)
+        report_syntax(error, source, findings, _TOO_DEEP)
         return None
     if builder.root is None or builder.root.data is None:
         findings.add("G102", "the file is empty", Span(source, 1, 1))
@@ -205,28 +176,6 @@ def _span_behind(text: str, source: Source) -> Span:
     """Return the position at which the file continues after `text`, the first part of the file."""
     lines = _LINE_END.split(text)
     return Span(source, len(lines), len(lines[-1]) + 1)
-
-
-def _report_syntax(error: yaml.MarkedYAMLError, source: Source, findings: Findings) -> None:
-    """Add a finding for a syntax error of the parser, at the error's position or at the start of the unfinished value."""
-    problem, context = str(error.problem or "not YAML"), str(error.context or "")
-    spans = [_inside(source, mark) for mark in (error.problem_mark, error.context_mark) if mark]
-    span = spans[-1 if context.startswith(_FROM_ITS_BEGINNING) else 0] if spans else Span(source, 1, 1)
-    advice = next((text for needle, text in _ADVICE if needle in problem), "")
-    if "\t" in source.lines[span.line - 1][span.column - 1 : span.column]:
-        advice = "indent with spaces, not tabs"
-    related = [(spans[1], _OPENED[context])] if context in _OPENED and len(spans) > 1 else []
-    if _NESTED_TOO_DEEPLY in problem:
-        findings.add("G105", _TOO_DEEP, span)
-    else:
-        findings.add("G102", f"YAML syntax: {problem}", span, advice, related=related)
-
-
-def _inside(source: Source, mark: Any) -> Span:
-    """Convert a parser mark to a Span; a mark below the last line becomes a Span at the end of the last line."""
-    if mark.line < len(source.lines):
-        return Span(source, mark.line + 1, mark.column + 1)
-    return Span(source, len(source.lines), len(source.lines[-1]) + 1)
 
 
 def _events(text: str) -> Iterator[Any]:
