@@ -223,15 +223,15 @@ def _with_controllers(origin: Origin | None, arguments: argparse.Namespace, find
 def _from_file(arguments: argparse.Namespace, target: Path, findings: Findings) -> Origin | None:
     from graphengine.bringup.robots.import_robot import Origin
     from graphengine.bringup.robots.robot_source import Wishes, read_source
+    from graphengine.descriptions.added_formats import read_root
     from graphengine.descriptions.files.packages import Packages
-    from graphengine.descriptions.files.xml import read
     from graphengine.descriptions.sdf.sdf_files import is_sdf
     from graphengine.descriptions.xacro import xacro
 
     path = Path(near(arguments.file))
     require_file(path)
     require_suffix(path, "import-robot")
-    element = read(path, findings, "S103")
+    element = read_root(path, findings)
     if element is None:
         return None
     packages = Packages(path.parent, arguments.package_path, _files(path, arguments))
@@ -261,14 +261,14 @@ def _from_file(arguments: argparse.Namespace, target: Path, findings: Findings) 
 def _list_arguments(arguments: argparse.Namespace) -> int:
     """Print the arguments of a xacro file; return 0, or 1 if the file cannot be read."""
     from graphengine.bringup.robots.robot_source import arguments_of
+    from graphengine.descriptions.added_formats import read_root
     from graphengine.descriptions.files.packages import Packages
-    from graphengine.descriptions.files.xml import read
 
     if not arguments.file:
         raise UsageError("--args: give a file; only a xacro file has arguments to list")
     path, findings = Path(near(arguments.file)), Findings()
     require_file(path)
-    element = read(path, findings, "S103")
+    element = read_root(path, findings)
     if element is not None:
         packages = Packages(path.parent, arguments.package_path, _files(path, arguments))
         lines = arguments_of(path, element, packages, findings)

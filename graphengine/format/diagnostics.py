@@ -86,6 +86,7 @@ CODES: dict[str, str] = {
     "W215": "array of the wrong length",
     "W216": "value that is probably a mistake",
     "W217": "value of a description in an improbable unit",
+    "W218": "satellite navigation in a world without a place on Earth",
     "W301": "imported node of an unavailable type",
     "W302": "omitted part of an imported file",
     "W303": "omitted part of an exported graph",
