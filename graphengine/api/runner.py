@@ -132,7 +132,7 @@ class Runner:
         options = self.options
         joined = JoinOptions(
             replace(domain, id=number),
-            re.sub(r"\A(?![A-Za-z])", "graph_", re.sub(r"[^A-Za-z0-9_]", "_", self.scene.path.stem)),
+            re.sub(r"\A(?![A-Za-z])", "graph_", re.sub(r"[^A-Za-z0-9_]", "_", self.scene.path.stem.strip("<>"))),
             options.simulation_interfaces or "/",
             options.environ,
             self.scene.definitions,
