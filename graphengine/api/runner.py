@@ -21,6 +21,7 @@ from graphengine.api.values import check_choice
 from graphengine.format import interrupts
 from graphengine.format.errors import NodeError, RecordingError, StateError, UsageError
 from graphengine.format.stateful import Stateful
+from graphengine.messages.checked_encoder import CheckedEncoder
 from graphengine.messages.names import check_namespace
 from graphengine.node.dropped_values import BadValues
 from graphengine.ros.domain import Domain
@@ -72,6 +73,8 @@ class Runner:
         """What acts after each tick, oldest first: the user's periodic publications, and the sensors that the user reads."""
         self.writers: dict[object, Writer] = {}
         """Writers for messages that the user publishes, by topic, type and transport."""
+        self.encoders: dict[str, CheckedEncoder] = {}
+        """Encoders for messages that the user publishes, by type."""
         self.lock = threading.RLock()
         """Lock of the session; a thread holds it while it uses the session."""
         self.closed = False
