@@ -78,6 +78,13 @@ def test_a_search_from_a_checkpoint_finds_the_turn_that_leads_to_the_goal() -> N
     assert printed(r"(\S+) m from the goal", output) < 0.15
 
 
+def test_wheels_are_commanded_until_the_lidar_measures_half_a_metre() -> None:
+    stops = re.findall(r"(\S+) m before the wall after (\S+) s", run("examples/wheels/run.py"))
+    (near, slow), (near_again, fast) = [(float(ahead), float(seconds)) for ahead, seconds in stops]
+    assert near == near_again == 0.51
+    assert fast < slow  # the second drive is faster, from the same start
+
+
 def test_a_controller_is_tuned() -> None:
     output = run("examples/tune.py")
     assert (

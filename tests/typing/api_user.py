@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 import graphengine as ge
 from graphengine import CheckError, Scene, Session, Subscription, load
+from graphengine.devices.lidar import Scan
 from graphengine.messages.messages import LaserScan, Odometry, Twist, Vector3
 from graphengine.testing import session, session_fixture
 
@@ -45,6 +46,14 @@ def drive(sim: Session) -> float:
     robot = sim.robots["dd100"]
     robot.command(positions={"shoulder": 0.5}, efforts=np.zeros(2))
     robot.command(velocities=[5.0, 5.0], joints=["left", "right"])
+    robot.reset(joints={"shoulder": 0.0}, position=(1.0, 0.0, 0.0), orientation=(0.0, 0.0, 0.0, 1.0), keyframe="home")
+    robot.reset(position=(1.0, 0.0))  # error: arg-type reportArgumentType
+    lidar: ge.Sensor = robot.sensors["sim_lidar"]
+    sample: Scan | None = lidar.sample()
+    nearest = float(sample.points[:, 0].min()) if sample is not None else sim.time
+    kinds: list[str] = [sensor.kind + sensor.prim_path for sensor in robot.sensors.values()]
+    lidar.smaple()  # error: attr-defined reportAttributeAccessIssue
+    _ = (nearest, kinds)
     robot.command(velocities=5.0)  # error: arg-type reportArgumentType
     robot.command(torques={"shoulder": 0.5})  # error: call-arg reportCallIssue
     x: float = sim.robots["dd100"].joints["front_left_wheel_joint"].position
@@ -61,6 +70,9 @@ def drive(sim: Session) -> float:
 
 with scene.session(seed=3, record="out.mcap", force=True) as started, session("dd100_flat") as other:
     drive(started if started.time else other)
+robots = {"arm": {"use": "arm.yaml", "position": [0, 0, 0]}}
+scenes: list[Scene] = [load({"scene": "s", "world": "w.xml", "robots": robots}, folder="."), load(text="graph: g")]
+load(3)  # error: arg-type reportArgumentType
 fixture = session_fixture("dd100_flat", scope="module")
 scene.session(transprot="dds")  # error: call-arg reportCallIssue
 scene.session(bad_values="keep")  # error: arg-type reportArgumentType
