@@ -80,6 +80,11 @@ class Subscription(Generic[M]):
         """Number of messages that were discarded because more than `keep` messages arrived."""
         return max(self._arrived - len(self._kept), 0)
 
+    def clear(self) -> None:
+        """Discard the received messages, for example after `Session.restore`."""
+        self._kept.clear()
+        self._arrived = 0
+
     def __iter__(self) -> Iterator[M]:
         return map(self._decode, tuple(self._kept))
 

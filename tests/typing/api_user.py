@@ -74,6 +74,27 @@ robots = {"arm": {"use": "arm.yaml", "position": [0, 0, 0]}}
 scenes: list[Scene] = [load({"scene": "s", "world": "w.xml", "robots": robots}, folder="."), load(text="graph: g")]
 load(3)  # error: arg-type reportArgumentType
 fixture = session_fixture("dd100_flat", scope="module")
+
+
+def make() -> ge.gym.SceneEnv:
+    """An environment whose reward is the distance, m."""
+    return ge.gym.SceneEnv(
+        scene,
+        action=[ge.gym.BaseVelocity("/dd100_0000/cmd_vel"), ge.gym.JointTargets("dd100", "velocities", ["left"])],
+        observation={"pose": ge.gym.Observation("/dd100_0000/odom.pose", low=[-1.0], high=5)},
+        reward=lambda env: env.sim.robots["dd100"].pose.position[0],
+        at_reset=lambda env: env.sim.move("dd100", position=(1, 2)),
+    )
+
+
+observation, reward, terminated, truncated, info = make().step(np.zeros(3, np.float32))
+total: float = reward
+ended: bool = terminated or truncated
+envs = ge.gym.make_vec(make, 2)
+ge.gym.make_vec(make(), 2)  # error: arg-type reportArgumentType
+ge.gym.SceneEnv(scene, reward=lambda env: 0.0)  # error: call-arg reportCallIssue
+ge.gym.JointTargets("dd100", "torques")  # error: arg-type reportArgumentType
+_ = ge.gym.SceneEnvironment  # error: attr-defined reportAttributeAccessIssue
 scene.session(transprot="dds")  # error: call-arg reportCallIssue
 scene.session(bad_values="keep")  # error: arg-type reportArgumentType
 _ = ge.laod  # error: attr-defined reportAttributeAccessIssue
