@@ -175,12 +175,8 @@ def _add_forces(add: Callable[..., Any]) -> None:
         "duration in simulation time, such as 0.5s or 200ms; required for a force (default for an impulse: one tick)"
     )
     push.add_argument("--for", dest="duration", metavar="TIME", type=duration, help=how_long)
-    push.add_argument(
-        "--at",
-        metavar="X,Y,Z",
-        type=vector(3),
-        help="point of application in the world frame, m (default: centre of mass)",
-    )
+    point = "point of application in the world frame, m (default: centre of mass)"
+    push.add_argument("--at", metavar="X,Y,Z", type=vector(3), help=point)
 
     command = add("command", "set targets of a robot's joints from the next tick on", make=_command)
     command.add_argument("robot", metavar="NAME", help="name of the robot")

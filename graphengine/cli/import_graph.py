@@ -41,14 +41,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "file", metavar="SCRIPT|STAGE", type=Path, help="a script (.py), or a USD stage (.usda, .usd, .usdc)"
     )
-    parser.add_argument(
-        "-o",
-        "--output",
-        metavar="FOLDER",
-        type=Path,
-        default=Path(),
-        help="folder to write the YAML files to (default: the working directory)",
-    )
+    folder = "folder to write the YAML files to (default: the working directory)"
+    parser.add_argument("-o", "--output", metavar="FOLDER", type=Path, default=Path(), help=folder)
     add_flag(parser, "--force", "overwrite existing files")
     add_repeatable(parser, "--allow", "FOLDER", "also let the script or stage read files in this folder", type=Path)
     add_import_argument(parser)

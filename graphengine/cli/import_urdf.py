@@ -37,12 +37,8 @@ TOPIC = "/robot_description"
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the command-line arguments of `graphrun import-robot` to its parser."""
-    parser.add_argument(
-        "file",
-        metavar="URDF|XACRO|SDF|MJCF",
-        nargs="?",
-        help="robot description file; without a file, give --topic or --node",
-    )
+    description = "robot description file; without a file, give --topic or --node"
+    parser.add_argument("file", metavar="URDF|XACRO|SDF|MJCF", nargs="?", help=description)
     parser.add_argument("-o", "--output", metavar="FILE", type=Path, help="robot file to write, such as my_robot.yaml")
     add_flag(parser, "--args", "list the arguments of a xacro file and write no files", dest="list_arguments")
     add_flag(parser, "--force", "overwrite existing files")
@@ -57,13 +53,8 @@ def add_source_arguments(parser: argparse.ArgumentParser) -> None:
         "--topic", nargs="?", const=TOPIC, help=f"read the description from a latched topic (default {TOPIC})"
     )
     source.add_argument("--node", help="read the description from the parameter robot_description of this node")
-    parser.add_argument(
-        "--timeout",
-        metavar="TIME",
-        type=duration,
-        default=WAIT,
-        help=f"maximum time to wait for --topic or --node, such as 10s (default {WAIT:g}s)",
-    )
+    wait = f"maximum time to wait for --topic or --node, such as 10s (default {WAIT:g}s)"
+    parser.add_argument("--timeout", metavar="TIME", type=duration, default=WAIT, help=wait)
     add_transport_argument(parser, " for --topic and --node")
     parser.add_argument(
         "--controllers",
