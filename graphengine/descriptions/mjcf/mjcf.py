@@ -18,7 +18,7 @@ from graphengine.descriptions.files.xml import Element, mujoco_says, place_of, w
 from graphengine.descriptions.mjcf.mjcf_links import MjcfLinks
 from graphengine.descriptions.mjcf.mjcf_preparation import name_bodies, prepare
 from graphengine.descriptions.mjcf.mjcf_trial import MAX_MEMORY_BYTES, reason_against
-from graphengine.descriptions.urdf.tree import MAX_LINKS, check_limits
+from graphengine.descriptions.urdf.link_tree import MAX_LINKS, check_limits
 from graphengine.descriptions.urdf.urdf import WORLD, Urdf
 from graphengine.descriptions.urdf.urdf_reader import check_numbers
 from graphengine.descriptions.urdf.urdf_writer import as_urdf
