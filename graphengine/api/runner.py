@@ -22,7 +22,6 @@ from graphengine.format import interrupts
 from graphengine.format.errors import NodeError, RecordingError, StateError, UsageError
 from graphengine.format.stateful import Stateful
 from graphengine.messages.names import check_namespace
-from graphengine.node.dropped_values import BadValues
 from graphengine.ros.domain import Domain
 from graphengine.ros.network import LiveNetwork
 from graphengine.ros.transport import JoinOptions, Transport, Writer
@@ -30,11 +29,11 @@ from graphengine.ros.transports.select import AUTO, find_transport, open_transpo
 from graphengine.runtime.command_queue import CommandQueue
 from graphengine.runtime.commands import parse
 from graphengine.runtime.inbox import ExternalInputs
+from graphengine.runtime.node_problems import NodeProblems
 from graphengine.runtime.pacer import SLOWEST
 from graphengine.runtime.session_core import SessionCore
 from graphengine.scene import build
-from graphengine.scene.loaded_scene import LoadedScene
-from graphengine.view.node_problems import NodeProblems
+from graphengine.scene.loaded_scene import BadValues, LoadedScene
 
 if TYPE_CHECKING:
     from graphengine.recording.recorder import Recorder
@@ -68,8 +67,8 @@ class Runner:
         self.scene = scene
         self.options = options
         self.queue = CommandQueue()
-        self.publications: dict[AfterTick, None] = {}
-        """The user's periodic publications, oldest first."""
+        self.after_ticks: dict[object, AfterTick] = {}
+        """What acts after each tick, oldest first: the user's periodic publications, and the sensors that the user reads."""
         self.writers: dict[object, Writer] = {}
         """Writers for messages that the user publishes, by topic, type and transport."""
         self.lock = threading.RLock()
@@ -313,8 +312,8 @@ class Runner:
                 self._after_tick()
 
     def _after_tick(self) -> None:
-        for publication in tuple(self.publications):
-            publication.after_tick(self.session.clock.frame)
+        for action in tuple(self.after_ticks.values()):
+            action.after_tick(self.session.clock.frame)
         if self._diagnostics is not None:
             self._diagnostics.after_tick()
         if self.feed is not None:

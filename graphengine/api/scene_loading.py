@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import copyreg
-import importlib
 import tempfile
 import weakref
 from collections.abc import Mapping, Sequence
@@ -15,12 +14,12 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from graphengine.api.scene import Scene, loaded_of
 from graphengine.api.values import check_choice, plain
-from graphengine.compiler.registry import Registry, default_registry
 from graphengine.format.errors import UsageError
 from graphengine.format.files import find_file, installed_packages
 from graphengine.format.wording import shown
 from graphengine.scene import build
 from graphengine.scene.loaded_scene import Options
+from graphengine.scene.node_modules import make_registry
 
 if TYPE_CHECKING:
     from graphengine.physics.ray_casting.rays import RaysChoice
@@ -93,7 +92,7 @@ def load(
         localization=localization,
         scene=find_file(str(scene)) if scene is not None else None,
         rays=rays,
-        registry=_registry(modules) if modules else None,
+        registry=make_registry(modules) if modules else None,
         near=Path.cwd(),
         environment=dict(env),
         scripts=allow_scripts,
@@ -111,24 +110,6 @@ def open_scene(path: Path, options: Options, modules: Sequence[str] = (), *, gra
     loaded = (build.load if graphs else build.load_without_graphs)(path, options)
     loaded.findings.raise_errors()
     return Scene(loaded, modules)
-
-
-def _registry(modules: Sequence[str | ModuleType]) -> Registry:
-    """Return a registry of the installed node types and those of the given modules.
-
-    Raises:
-        UsageError: a module cannot be found.
-    """
-    registry = default_registry().copy()
-    for module in modules:
-        try:
-            found = importlib.import_module(module) if isinstance(module, str) else module
-        except ModuleNotFoundError as error:
-            if error.name != module:
-                raise
-            raise UsageError(f"modules: {error}") from None
-        registry.add_module(found, found.__name__)
-    return registry
 
 
 def _reduced(scene: Scene) -> tuple[Any, ...]:
@@ -150,6 +131,6 @@ def unpack(packed: PackedScene, modules: Sequence[str]) -> Scene:
 
     folder = tempfile.TemporaryDirectory(prefix="graphengine-")
     path, options = packed.lay_out(Workspace(Path(folder.name)))
-    scene = open_scene(path, replace(options, registry=_registry(modules) if modules else None), modules)
+    scene = open_scene(path, replace(options, registry=make_registry(modules) if modules else None), modules)
     weakref.finalize(loaded_of(scene), folder.cleanup)
     return scene

@@ -127,7 +127,7 @@ class Publication(AfterTick):
         self._sent = 0
         self._writer.write(self._data)
         if every is not None:
-            runner.publications[self] = None
+            runner.after_ticks[self] = self
 
     def after_tick(self, frame: int) -> None:
         """Send the message if its period has passed. The session calls this method after each tick.
@@ -146,7 +146,7 @@ class Publication(AfterTick):
 
     def close(self) -> None:
         """Stop sending the message. Safe to call twice."""
-        self._runner.publications.pop(self, None)
+        self._runner.after_ticks.pop(self, None)
 
     def __repr__(self) -> str:
         return f"<Publication {self.topic} ({self.type}), {f'every {self.every:g} s' if self.every else 'once'}>"

@@ -19,6 +19,7 @@ import sys
 from collections.abc import Collection, Iterable, Sequence
 from typing import Any, NoReturn
 
+from graphengine.cli.options import add_flag
 from graphengine.format.version import __version__
 
 VERBS = {
@@ -157,12 +158,8 @@ def make_parser(*whole: str, plugin: str | None = None) -> argparse.ArgumentPars
         description="Simulate ROS 2 robots with MuJoCo; graphs of nodes, written in YAML, control them.",
     )
     parser.add_argument("--version", action=Version, nargs=0, help="show the version and exit")
-    parser.add_argument(
-        "--verbose",
-        action="store_true",
-        help="with --version: also show which sandbox features and transports can be used",
-    )
-    parser.add_argument("--all", action="store_true", help="with --help: also list the verbs of installed packages")
+    add_flag(parser, "--verbose", "with --version: also show which sandbox features and transports can be used")
+    add_flag(parser, "--all", "with --help: also list the verbs of installed packages")
     verbs = parser.add_subparsers(dest="verb", metavar="VERB", required=True)
     for name, summary in VERBS.items():
         sub = add_verb(verbs, name, summary)

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 from graphengine.cli import Parser, add_verb, terminal
 from graphengine.cli.common import clean, counted, parse_set, table
+from graphengine.cli.options import add_flag
 from graphengine.cli.quantities import angle, duration, number, rate, target, vector, whole
 from graphengine.control.client import Client, find
 from graphengine.control.runs import Entry
@@ -31,6 +32,7 @@ EXAMPLES = """examples:
   graphrun ctl push dd100 --force 0,80,0 --for 0.5s
   graphrun ctl command arm --positions shoulder=0.5 elbow=90deg
   graphrun ctl move dd100 0 4 --yaw 90deg
+  graphrun ctl reset-robot arm --joints shoulder=0.5
   graphrun ctl spawn second robots/dd100.yaml --at 0,6,0.03 --namespace second
   graphrun ctl set DiffController.maxLinearSpeed=0.5
   graphrun ctl reset --scope state
@@ -71,7 +73,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     for place in (parser, common):  # before or after the command; the latter must not replace what the former found
         which, suppressed = "run to control (default: the only one)", argparse.SUPPRESS
         place.add_argument("--run", metavar="NAME|PID", default=suppressed, help=which)
-        place.add_argument("--json", action="store_true", default=suppressed, help="print the result as JSON")
+        add_flag(place, "--json", "print the result as JSON", default=suppressed)
     verbs = parser.add_subparsers(dest="command", metavar="COMMAND", required=True, parser_class=_Parser)
 
     def add(name: str, summary: str, *fields: str, make: Callable[..., dict[str, Any]] | None = None) -> Any:
@@ -137,8 +139,7 @@ def _add_robots(add: Callable[..., Any]) -> None:
         "--namespace", metavar="NAMESPACE", help="namespace of the robot's topics (default: that of the robot file)"
     )
     spawn.add_argument("--prim", metavar="PATH", help="prim path of the robot, such as /World/robot (default: /NAME)")
-    state = "publish the topics of robot_state_publisher for this robot"
-    spawn.add_argument("--robot-state", action="store_true", help=state)
+    add_flag(spawn, "--robot-state", "publish the topics of robot_state_publisher for this robot")
     force = "place the robot even if it overlaps other objects; physics then pushes them apart"
     spawn.add_argument("--force", action="store_const", const=True, help=force)  # older runs accept no `False`
     delete = add("delete", "remove a robot from the scene", "name")
@@ -156,6 +157,17 @@ def _add_robots(add: Callable[..., Any]) -> None:
     move.add_argument("--force", action="store_const", const=True, help=force)
     jumps = "let ground-truth odometry jump with the robot (default: it continues, as REP 105 demands)"
     move.add_argument("--odometry-jumps", action="store_const", const="jumps", dest="odometry", help=jumps)
+    reset = add("reset-robot", "return one robot to its initial pose and joint positions", make=_reset_robot)
+    reset.add_argument("name", metavar="NAME", help="name of the robot")
+    place = "position of the base link in the world frame, m (default: the initial position)"
+    reset.add_argument("--at", metavar="X,Y,Z", type=vector(3), help=place)
+    _add_rotation(reset)
+    positions = "positions of joints, rad or m, or as shoulder=90deg (default: the initial positions)"
+    reset.add_argument("--joints", metavar="JOINT=NUMBER", nargs="+", type=target(angle), default=(), help=positions)
+    keyframe = "keyframe of the robot's MuJoCo model, in place of the initial state"
+    reset.add_argument("--keyframe", metavar="KEYFRAME", help=keyframe)
+    force = "place the robot even if it overlaps other objects; physics then pushes them apart"
+    reset.add_argument("--force", action="store_true", help=force)
     summary = "print all that would be close to a robot or object at another position, in any heading"
     clearance = add("clearance", summary, "entity", "position", "margin")
     clearance.add_argument("entity", metavar="NAME", help="name of the robot or object")
@@ -241,6 +253,16 @@ def _move(given: argparse.Namespace) -> dict[str, Any]:
         "odometry": given.odometry,
         "force": given.force,
     }
+
+
+def _reset_robot(given: argparse.Namespace) -> dict[str, Any]:
+    arguments = {
+        "robot": given.name,
+        "joints": dict(given.joints),
+        "position": given.at,
+        "orientation": _rotation(given),
+    }
+    return {**arguments, "keyframe": given.keyframe, "force": given.force}
 
 
 def _command(given: argparse.Namespace) -> dict[str, Any]:

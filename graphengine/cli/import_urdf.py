@@ -14,14 +14,9 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from graphengine.cli.common import (
-    add_repeatable,
-    add_transport_argument,
-    clean,
-    print_findings,
-    refuse_to_overwrite,
-)
+from graphengine.cli.common import add_transport_argument, clean, print_findings, refuse_to_overwrite
 from graphengine.cli.import_report import example, report
+from graphengine.cli.options import add_flag, add_repeatable
 from graphengine.cli.progress import progress
 from graphengine.cli.quantities import duration
 from graphengine.format.atomic_write import write_together
@@ -49,13 +44,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="robot description file; without a file, give --topic or --node",
     )
     parser.add_argument("-o", "--output", metavar="FILE", type=Path, help="robot file to write, such as my_robot.yaml")
-    parser.add_argument(
-        "--args",
-        action="store_true",
-        dest="list_arguments",
-        help="list the arguments of a xacro file and write no files",
-    )
-    parser.add_argument("--force", action="store_true", help="overwrite existing files")
+    add_flag(parser, "--args", "list the arguments of a xacro file and write no files", dest="list_arguments")
+    add_flag(parser, "--force", "overwrite existing files")
     add_source_arguments(parser)
 
 
@@ -88,8 +78,8 @@ def add_source_arguments(parser: argparse.ArgumentParser) -> None:
     left_out = "leave out everything from this package: included files, their macros, meshes"
     add_repeatable(parser, "--without", "PACKAGE", left_out)
     drives = "add position drives to joints that take efforts, to hold them; gains follow from the mass matrix (not for MJCF)"
-    parser.add_argument("--position-drives", action="store_true", help=drives)
-    parser.add_argument("--fixed-base", action="store_true", help="fix the root link to the world, as for an arm")
+    add_flag(parser, "--position-drives", drives)
+    add_flag(parser, "--fixed-base", "fix the root link to the world, as for an arm")
     packages = (
         "ROS package or Gazebo model, or a folder with several, in which package:// and model:// references are found"
     )

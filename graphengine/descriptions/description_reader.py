@@ -12,19 +12,19 @@ from graphengine.descriptions.robot_files import mjcf_parts
 from graphengine.descriptions.robot_files.default_drives import add_wheel_drives
 from graphengine.descriptions.robot_files.draft import Draft
 from graphengine.descriptions.robot_files.robot_file import RobotFile
-from graphengine.descriptions.robot_files.writer import render
 from graphengine.descriptions.sdf.sdf_files import SUFFIXES as SDF_SUFFIXES
 from graphengine.descriptions.sdf.sdf_files import is_sdf
 from graphengine.descriptions.sdf.sdf_reader import read_sdf
 from graphengine.descriptions.urdf.urdf import Urdf
 from graphengine.descriptions.urdf.urdf_reader import read_urdf
 from graphengine.descriptions.xacro import xacro
-from graphengine.format import document
 from graphengine.format.diagnostics import Findings
+from graphengine.format.document import Document, Value
 from graphengine.format.files import Files
 from graphengine.format.robot_spec import RobotSpec
 from graphengine.format.spec_reader import Loaded, validate
 from graphengine.format.wording import allowing
+from graphengine.format.yaml_text import read_back
 
 MJCF_SUFFIX = ".xml"
 SUFFIXES = (".urdf", xacro.SUFFIX, MJCF_SUFFIX, *SDF_SUFFIXES)
@@ -145,12 +145,19 @@ def with_robot_file(urdf: Urdf | None, path: Path, findings: Findings) -> tuple[
     else:
         draft.fixed_base = any(each.first("static") is not None for each in urdf.element.all("gazebo"))
         add_wheel_drives(draft)
-    file = robot_file(render(draft), path, findings)
+    file = robot_file(draft, findings)
     return (file, urdf) if file is not None else None
 
 
-def robot_file(text: str, path: Path, findings: Findings) -> RobotFile | None:
-    """Parse the text of a robot file that extends no other; return None after an error."""
-    parsed = document.parse(text, str(path), findings)
-    spec = validate(RobotSpec, parsed, parsed.data, findings) if parsed is not None else None
-    return RobotFile(spec, (Loaded(spec, parsed),)) if parsed is not None and spec is not None else None
+def robot_file(draft: Draft, findings: Findings, document: Document | None = None) -> RobotFile | None:
+    """Check the values of a draft as a robot file that extends no other; return None after an error.
+
+    Args:
+        draft: draft of the robot file.
+        findings: receives errors.
+        document: positions of the values; without it, findings refer to the root element of the description.
+    """
+    span = draft.urdf.element.span
+    document = document or Document(span.source, Value(span, {}), 0)
+    spec = validate(RobotSpec, document, read_back(draft.data()), findings)
+    return RobotFile(spec, (Loaded(spec, document),)) if spec is not None else None

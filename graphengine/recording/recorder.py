@@ -92,7 +92,7 @@ class Recorder(ExternalInputs):
         """For each reloaded file, the name of the attachment with its newest version; None for a deleted file."""
         self._writer = RecordingWriter(path, scene.definitions, force=force)
         try:
-            manifest = describe_run(scene, session.services, self._names, keep_going, modules)
+            manifest = describe_run(scene, session, self._names, keep_going, modules)
             self._writer.note(mcap_schema.MANIFEST, manifest.metadata())
             self._attach()
         except BaseException:

@@ -26,7 +26,7 @@ from graphengine.messages.names import join_namespaces
 from graphengine.node.mailbox import find_impulses
 from graphengine.runtime.addresses import find_ports, find_variable_at
 from graphengine.runtime.command import ChangeCommand, Command, EntityName
-from graphengine.runtime.entity_commands import Clearance, Delete, Move, Push, Spawn
+from graphengine.runtime.entity_commands import Clearance, Delete, Move, Push, ResetRobot, Spawn
 from graphengine.runtime.joint_command import JointCommand
 from graphengine.runtime.pacer import SLOWEST
 from graphengine.runtime.session_core import SessionCore
@@ -293,8 +293,9 @@ class Quit(Command):
         session.interrupt()
 
 
-_KINDS: tuple[type[Command], ...] = (Play, Pause, Step, Stop, Reset, Rate, Spawn, Delete, Move, Push, JointCommand)
-_KINDS += (Set, Assign, Impulse, Press, Release, Reload, Checkpoint, Restore, State, Clearance, Topics, View, Quit)
+_KINDS: tuple[type[Command], ...] = (Play, Pause, Step, Stop, Reset, Rate, Spawn, Delete, Move, ResetRobot, Push)
+_KINDS += (JointCommand, Set, Assign, Impulse, Press, Release, Reload, Checkpoint, Restore, State, Clearance)
+_KINDS += (Topics, View, Quit)
 
 COMMANDS: Mapping[str, type[Command]] = MappingProxyType({kind.command_name(): kind for kind in _KINDS})
 

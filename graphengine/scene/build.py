@@ -18,23 +18,24 @@ from graphengine.compiler.planning import share_plans
 from graphengine.compiler.registry import default_registry
 from graphengine.devices.backend import World
 from graphengine.devices.dry_world import DryWorld
-from graphengine.devices.stage import Stage, at_or_below
+from graphengine.devices.stage import Stage
 from graphengine.format import document, spec_reader
 from graphengine.format.diagnostics import Findings
 from graphengine.format.errors import NodeError, UsageError
 from graphengine.format.files import Files
 from graphengine.format.permissions import Permissions
+from graphengine.format.prim_paths import at_or_below
 from graphengine.format.spec import SceneSpec
 from graphengine.format.spec_reader import Loaded
 from graphengine.messages.endpoints import Network
 from graphengine.node.context.session_services import Services
-from graphengine.node.dropped_values import BadValues, DroppedValues
+from graphengine.node.dropped_values import DroppedValues
 from graphengine.node.node_class import UNKNOWN_PRIM
 from graphengine.runtime import check
 from graphengine.runtime.session_core import SessionCore
 from graphengine.scene.graph_loading import GraphFile, find_use, resolve_uses, robot_uses, use_place
 from graphengine.scene.hot_reload import SceneReloader
-from graphengine.scene.loaded_scene import LoadedScene, Options, WorldSource
+from graphengine.scene.loaded_scene import BadValues, LoadedScene, Options, WorldSource
 from graphengine.scene.scene_roster import begin
 
 if TYPE_CHECKING:

@@ -1,4 +1,4 @@
-"""The class `LoadedScene` of loaded and checked scenes and graphs, and the options for loading them."""
+"""The class `LoadedScene` of loaded and checked scenes and graphs, and the options for loading and running them."""
 
 from __future__ import annotations
 
@@ -21,6 +21,12 @@ if TYPE_CHECKING:
     from graphengine.format.spec import SceneSpec
     from graphengine.physics.loaded_world import LoadedWorld
     from graphengine.physics.ray_casting.rays import RaysChoice
+
+BadValues = Literal["drop", "stop"]
+"""Reaction to a value that a node cannot use, if the value comes from a wire or was set while the session ran.
+
+`drop` ignores the value, `stop` ends the run. A value in the files from which the session started always ends the run.
+"""
 
 
 @dataclass(frozen=True, slots=True)

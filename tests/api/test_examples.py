@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import doctest
+import inspect
 import math
 import re
 import shlex
@@ -14,14 +15,23 @@ from pathlib import Path
 import pytest
 
 import graphengine as ge
-from graphengine.api import mujoco_objects, robots, scene, scene_loading
-from graphengine.api import session as sessions
+from graphengine import bringup
+from graphengine.api import (
+    mujoco_objects,
+    robots,
+    scene,
+    scene_loading,
+    sensors,
+    session,
+    session_control,
+    session_world,
+)
 from graphengine.bringup import scenes
 
 ROOT = Path(__file__).parents[2]
 EXAMPLES = ROOT / "examples"
 FINDER = doctest.DocTestFinder(exclude_empty=False)
-MODULES = (scene_loading, scene, sessions, robots, mujoco_objects, scenes)
+MODULES = (scene_loading, scene, session, session_control, session_world, robots, sensors, mujoco_objects, scenes)
 DOCUMENTED = {test.name: test for module in MODULES for test in FINDER.find(module) if test.examples}
 
 
@@ -98,16 +108,17 @@ def test_the_fleet_needs_no_argument() -> None:
 
 
 @pytest.mark.parametrize("name", DOCUMENTED)
-def test_an_example_of_a_docstring_does_what_it_says(name: str) -> None:
+def test_examples_in_docstrings_give_the_stated_results(name: str) -> None:
     with ge.load("dd100_flat", rays="mujoco").session() as sim:
         test = DOCUMENTED[name]
-        test.globs = {"ge": ge, "scene": ge.load("dd100_flat"), "sim": sim}
+        test.globs = {"ge": ge, "bringup": bringup, "scene": ge.load("dd100_flat"), "sim": sim}
         told: list[str] = []
         doctest.DocTestRunner(optionflags=doctest.ELLIPSIS).run(test, out=told.append, clear_globs=False)
         assert not told, "".join(told)
 
 
 def test_every_method_of_a_session_that_takes_arguments_has_an_example() -> None:
-    methods = [name for name, member in vars(ge.Session).items() if callable(member) and not name.startswith("_")]
-    without = {name for name in methods if f"graphengine.api.session.Session.{name}" not in DOCUMENTED}
+    methods = [getattr(ge.Session, name) for name in dir(ge.Session) if not name.startswith("_")]
+    functions = [method for method in methods if inspect.isfunction(method)]
+    without = {it.__name__ for it in functions if f"{it.__module__}.{it.__qualname__}" not in DOCUMENTED}
     assert without == {"interrupt", "close"}

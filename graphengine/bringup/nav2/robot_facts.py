@@ -19,8 +19,9 @@ from graphengine.bringup.nav2.motion_limits import MotionLimits, motion_limits
 from graphengine.bringup.nav2.scan_source import ScanSource, scan_sources
 from graphengine.descriptions.engine import Floats
 from graphengine.devices.rotation import rotate
-from graphengine.devices.stage import Prim, Stage, at_or_below
+from graphengine.devices.stage import Prim, Stage
 from graphengine.format.errors import UsageError
+from graphengine.format.prim_paths import at_or_below
 from graphengine.format.wording import listing
 from graphengine.messages.endpoints import EndpointClaim
 from graphengine.physics.model.footprint import Point, circle_radius, collider_points, convex_hull, radii, simplified

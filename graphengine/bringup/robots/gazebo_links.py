@@ -9,7 +9,7 @@ from graphengine.descriptions.files.xml import Element, numbers
 from graphengine.descriptions.robot_files.draft import Claim, Draft, Remark, RobotData, says
 from graphengine.descriptions.urdf.urdf import Urdf
 from graphengine.devices.rotation import rotate
-from graphengine.devices.stage import prim_name
+from graphengine.format.prim_paths import prim_name
 from graphengine.format.wording import printable
 
 COLOURS = {

@@ -18,8 +18,8 @@ from graphengine.descriptions.urdf.urdf import Urdf
 from graphengine.devices.camera import LOOKING_FORWARD
 from graphengine.devices.device import Device
 from graphengine.devices.rotation import IDENTITY, NOWHERE, Pose, compose, from_rpy, multiply, relative
-from graphengine.devices.stage import prim_name
 from graphengine.format.kinds import DEVICES
+from graphengine.format.prim_paths import prim_name
 from graphengine.format.wording import printable
 from graphengine.physics.implementations import IMPLEMENTATIONS
 

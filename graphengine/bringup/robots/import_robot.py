@@ -190,8 +190,8 @@ def import_robot(origin: Origin, findings: Findings) -> Imported | None:
         fill(draft)
     draft.settle()
     graphs = bundle_graphs(draft) if origin.bundled else {}
-    text = render(draft)
-    file = robot_file(text, origin.target, findings)
+    document = render(draft, origin.target)
+    file = robot_file(draft, findings, document)
     (placement,) = place(name, RobotUse(use=str(origin.target)))
     robot = load_robot(placement, file, library, urdf) if file is not None else None
     spec = robot_spec(robot, library, FLOOR_FRICTION, findings) if robot is not None else None
@@ -215,7 +215,7 @@ def import_robot(origin: Origin, findings: Findings) -> Imported | None:
         free=robot.disabled.free_link is not None,
         lowest=_lowest(model, robot),
         library=library,
-        files={**written, origin.target: text},
+        files={**written, origin.target: "\n".join(document.source.lines)},
         copies={Path(os.path.normpath(folder / target)): source for target, source in {**graphs, **meshes}.items()},
         outside=_outside([*packages, path], origin),
         use=os.path.relpath(origin.target.parent.resolve() / origin.target.name, _project(origin.target)),

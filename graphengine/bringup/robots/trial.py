@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 from graphengine.descriptions.description_reader import robot_file
 from graphengine.descriptions.engine import REFUSALS, compiled, mujoco
 from graphengine.descriptions.robot_files.draft import Draft
-from graphengine.descriptions.robot_files.writer import render
 from graphengine.format.diagnostics import Findings
 from graphengine.format.spec import RobotUse
 from graphengine.physics.model.fleet_expansion import place
@@ -26,7 +23,7 @@ def trial_spec(draft: Draft) -> tuple[mujoco.MjSpec, RobotInstance] | None:
     if draft.library is None:
         return None
     scratch = Findings()
-    file = robot_file(render(draft), Path(f"{draft.name}.yaml"), scratch)
+    file = robot_file(draft, scratch)
     (placement,) = place(draft.name, RobotUse(use=f"{draft.name}.yaml"))
     reported, draft.library.findings = draft.library.findings, scratch
     try:

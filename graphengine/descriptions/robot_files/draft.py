@@ -11,13 +11,17 @@ from typing import Any
 from graphengine.descriptions.files.references import Library
 from graphengine.descriptions.files.xml import Element
 from graphengine.descriptions.urdf.rollers import NO_ROLLERS, Rollers
-from graphengine.descriptions.urdf.urdf import Urdf
+from graphengine.descriptions.urdf.urdf import WORLD, Urdf
 from graphengine.devices.rotation import Vector3
-from graphengine.devices.stage import prim_name
 from graphengine.format.diagnostics import Findings, Span
 from graphengine.format.document import Document, load
 from graphengine.format.files import shipped
+from graphengine.format.prim_paths import prim_name
 from graphengine.format.wording import did_you_mean, printable
+from graphengine.format.yaml_text import Reference
+
+SECTIONS = ("joints", "links", "wheel_colliders", "materials", "sensors", "graphs")
+"""Sections of a robot file, in its order."""
 
 
 def rounded(number: float, digits: int = 7) -> float:
@@ -202,10 +206,19 @@ class Draft:
             del self.sections["materials"][material]
 
     def data(self) -> dict[str, Any]:
-        """Return the values of the robot file."""
-        fixed = {"fixed_base": True} if self.fixed_base and self.urdf.moves_freely else {}
-        sections = {name: {key: each.value for key, each in part.items()} for name, part in self.sections.items()}
-        return self.settings | fixed | sections
+        """Return the values of the robot file, in its order; texts of which a reader substitutes nothing are references."""
+        urdf = self.urdf
+        path = {"mjcf" if urdf.mjcf is not None else "urdf": Reference(self.path)}
+        head: dict[str, Any] = {"format": 1, "robot": Reference(self.name)} | path
+        if self.package_paths:
+            head["package_paths"] = [Reference(folder) for folder in self.package_paths]
+        head["base_link"] = Reference(urdf.root)
+        if self.fixed_base and urdf.moves_freely and urdf.root != WORLD:
+            head["fixed_base"] = True
+        joints = {joint.name: self.entry("joints", joint.name) for joint in urdf.moving()}
+        sections = {name: self.sections[name] for name in SECTIONS} | {"joints": joints}
+        entries = {name: {key: each.value for key, each in part.items()} for name, part in sections.items() if part}
+        return head | self.settings | entries
 
     def settle(self) -> None:
         """Drop the remarks whose claims do not hold, because later parts of the import changed the entry, and combine the others.

@@ -13,7 +13,7 @@ from graphengine.descriptions.actuators.drives import Drive
 from graphengine.descriptions.actuators.mjcf_model import MjcfModel
 from graphengine.descriptions.engine import mujoco
 from graphengine.descriptions.robot_files.draft import Claim, Draft, Remark, rounded, says
-from graphengine.devices.stage import prim_name
+from graphengine.format.prim_paths import prim_name
 from graphengine.format.wording import printable
 
 KEYFRAME = "home"

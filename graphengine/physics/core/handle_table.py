@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
 
-from graphengine.devices.stage import Prim, at_or_below
+from graphengine.devices.stage import Prim
+from graphengine.format.prim_paths import at_or_below
 from graphengine.format.stateful import Stateful
 
 if TYPE_CHECKING:
@@ -99,10 +100,11 @@ class HandleTable:
         for handle in self._handles.values():
             handle.bind()
 
-    def reset(self) -> None:
-        """Discard the measurements of all handles."""
-        for handle in self._handles.values():
-            handle.reset()
+    def reset(self, prim_path: str = "") -> None:
+        """Discard the measurements of the handles of a prim and of all prims below it; of all handles if the path is empty."""
+        for (_, key), handle in self._handles.items():
+            if at_or_below(key, prim_path):
+                handle.reset()
 
     def clear(self) -> None:
         """Release all handles."""

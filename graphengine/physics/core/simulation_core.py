@@ -10,10 +10,11 @@ from typing import Any, Self
 
 import numpy as np
 
-from graphengine.descriptions.actuators.drives import KINDS, Drive
+from graphengine.descriptions.actuators.drives import Drive
 from graphengine.descriptions.engine import Floats, data_at_start, model_bytes, mujoco, round_weights, sort_geoms, wake
 from graphengine.devices.rotation import Pose
-from graphengine.devices.stage import Stage, at_or_below
+from graphengine.devices.stage import Stage
+from graphengine.format.prim_paths import at_or_below
 from graphengine.format.stateful import Stateful
 from graphengine.physics.core.handle_table import Handle, HandleTable
 from graphengine.physics.core.held_bodies import PlacedBody
@@ -22,7 +23,7 @@ from graphengine.physics.dynamics.drive_step import DriveStep
 from graphengine.physics.dynamics.force_limits import ForceLimits
 from graphengine.physics.dynamics.forces import Forces
 from graphengine.physics.dynamics.gravity_compensation import GravityCompensation
-from graphengine.physics.dynamics.keyframes import begin_in, hold
+from graphengine.physics.dynamics.keyframes import start_robot
 from graphengine.physics.dynamics.model_overrides import Frictions, Lights
 from graphengine.physics.dynamics.mounts import Mounts
 from graphengine.physics.dynamics.moving_surfaces import MovingSurfaces
@@ -185,7 +186,7 @@ class SimulationCore(Stateful):
         self._rays = select_rays(self._rays_choice, model, data) if self._rays is not None else None
         self.model, self.data, self._directed, self.surfaces, self.welds = model, data, directed, surfaces, welds
         self.forces = Forces(model, data)
-        drives = list(self._drives())
+        drives = list(self.drives())
         self.set_points = SetPoints(model, data, drives)
         self.limits = ForceLimits(model, data, drives)
         self._drive_step = DriveStep(
@@ -213,8 +214,7 @@ class SimulationCore(Stateful):
         self._frictions.carry_over(model)
         self._lights.carry_over(model)
         model.opt.gravity = self.model.opt.gravity
-        before, origin, points, limits = self.data, mujoco.MjData(self.model), self.set_points, self.limits
-        mujoco.mj_setState(self.model, origin, self._start, _STATE)
+        before, origin, points, limits = self.data, self.initial_state(), self.set_points, self.limits
         transfer, data, start = Transfer(self.model, model), self._data_at_start(model), self._data_at_start(model)
         transfer.carry_over(before, data)
         if awake:
@@ -281,22 +281,16 @@ class SimulationCore(Stateful):
     def _data_at_start(self, model: mujoco.MjModel) -> mujoco.MjData:
         """Return the initial state of a model: robots in keyframes, joints at their start positions and held there."""
         data = data_at_start(model)
-        given: set[str] = set()
-        for prim in self.stage.prims("robot"):
-            if "keyframe" in prim.facts:
-                place = (prim.position, prim.orientation)
-                given |= begin_in(prim.facts["keyframe"], f"{prim.entity_name}/", place, model, data)
-        for prim in self.stage.prims("joint"):
-            robot, start, drive = self.stage.robot_of(prim), prim.facts.get("start"), prim.facts["drive"]
-            if robot is None or (start is None and drive is None):
-                continue
-            name = f"{robot.entity_name}/{prim.facts['joint']}"
-            place = model.jnt_qposadr[model.joint(name).id]
-            moved = start is not None and start != data.qpos[place]
-            if moved:
-                data.qpos[place] = start
-            for servo in filter(None, (drive.servo(name, kind) for kind in KINDS) if drive is not None else ()):
-                hold(servo, float(data.qpos[place]), model, data, controlled=servo.name in given and not moved)
+        for robot in self.stage.prims("robot"):
+            joints = [prim.facts for prim in robot.descendants() if prim.kind == "joint"]
+            starts = {facts["joint"]: facts["start"] for facts in joints if "start" in facts}
+            start_robot(robot, model, data, starts, robot.facts.get("keyframe"))
+        return data
+
+    def initial_state(self) -> mujoco.MjData:
+        """Return the state to which `reset_state` returns, as a new object."""
+        data = mujoco.MjData(self.model)
+        mujoco.mj_setState(self.model, data, self._start, _STATE)
         return data
 
     def _remember_start(self) -> None:
@@ -307,7 +301,7 @@ class SimulationCore(Stateful):
         self.set_points.start()
         self.limits.start()
 
-    def _drives(self) -> Iterator[tuple[str, Drive]]:
+    def drives(self) -> Iterator[tuple[str, Drive]]:
         """Yield pairs of a joint's name in the model and the joint's drive.
 
         Drives that do not move exactly one joint come last, with their robot's prefix in place of a joint name.

@@ -245,4 +245,4 @@ class RayLidar(RaySensor[Scan]):
         intensities = self._brightness.take(geoms)
         np.copyto(ranges, np.inf, where=missed)
         np.copyto(intensities, 0.0, where=missed)
-        return Scan(self._simulation.time, index, ranges, intensities)
+        return Scan(self._simulation.time, index, ranges, intensities, self.directions)

@@ -71,7 +71,7 @@ def test_a_lidar_has_its_rings_and_noise(tmp_path: Path) -> None:
     assert list(uses(tmp_path, sensor("base_scan", "gpu_lidar", inside))) == ["points"]
 
 
-def test_a_lidar_whose_angles_are_reversed_is_told(tmp_path: Path) -> None:
+def test_a_lidar_with_reversed_angles_is_reported(tmp_path: Path) -> None:
     inside = LIDAR.replace(">0<", ">1<").replace("6.28", "-1")
     beams = profile(tmp_path, "lidar", inside)["beams"]
     assert (beams["first_deg"], beams["last_deg"]) == pytest.approx((-57.29578, 57.29578))
@@ -218,7 +218,7 @@ PLUGIN = '<plugin name="p" filename="libgazebo_ros_camera.so">{}</plugin>'
         ),
     ],
 )
-def test_topics_are_those_of_the_description(
+def test_topics_come_from_the_description(
     tmp_path: Path, kind: str, inside: str, graph: str, topics: dict[str, str]
 ) -> None:
     parameters = uses(tmp_path, sensor("camera_link", kind, inside))[graph]
@@ -331,7 +331,7 @@ def test_a_sensor_that_cannot_be_is_lost_with_the_reason(
     assert "eye" not in result.draft.sections["sensors"]
 
 
-def test_what_is_left_of_a_sensor_is_lost(tmp_path: Path) -> None:
+def test_unsupported_properties_of_a_sensor_are_reported_as_lost(tmp_path: Path) -> None:
     lens = "<lens><type>fisheye</type></lens><distortion><k1>0.1</k1><k2>0</k2></distortion>"
     inside = f"<visualize>1</visualize><camera>{lens}</camera>"
     assert remarks(tmp_path, "lost", sensor("camera_link", "camera", inside)) == ["sensor eye: not used: type, k1"]
@@ -387,7 +387,7 @@ TREES = st.recursive(
 
 @settings(max_examples=150)
 @given(kind=st.sampled_from(sorted(READERS)), inside=st.lists(TREES, max_size=4), around=TREES)
-def test_an_import_survives_whatever_a_sensor_says(
+def test_an_import_survives_any_content_of_a_sensor(
     tmp_path_factory: pytest.TempPathFactory, kind: str, inside: list[str], around: str
 ) -> None:
     folder = tmp_path_factory.getbasetemp()

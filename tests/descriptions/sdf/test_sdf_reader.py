@@ -45,7 +45,7 @@ def test_a_link_lies_in_the_frame_of_its_joint(tmp_path: Path) -> None:
     assert place[1] == pytest.approx((0.0, 0.0, 0.0, 1.0))
 
 
-def test_what_a_link_holds_may_be_relative_to_any_frame(tmp_path: Path) -> None:
+def test_elements_of_a_link_may_be_relative_to_any_frame(tmp_path: Path) -> None:
     content = link("base", f'<collision name="c">{pose(0, 0, 1, relative_to="f")}{BALL}</collision>')
     found = urdf(tmp_path, document(model(content + f'<frame name="f">{pose(2)}</frame>')))
     assert found.links["base"].colliders[0].pose == ((2.0, 0.0, 1.0), (0.0, 0.0, 0.0, 1.0))
@@ -300,7 +300,7 @@ def test_sensors_keep_their_place_when_their_link_moves_to_its_joint(tmp_path: P
     }
 
 
-def test_friction_gravity_and_what_is_not_known_are_for_part_of_gazebo(tmp_path: Path) -> None:
+def test_friction_gravity_and_unknown_elements_are_passed_on_as_gazebo_tags(tmp_path: Path) -> None:
     ode = "<ode><mu>.3</mu><mu2>.2</mu2><fdir1>1 0 0</fdir1></ode>"
     contact = "<contact><ode><kp>1e5</kp></ode></contact>"
     surface = f"<surface><friction>{ode}</friction>{contact}</surface>"
@@ -358,12 +358,12 @@ def test_the_only_model_of_a_world_that_is_no_scenery_is_the_robot(tmp_path: Pat
     assert urdf(tmp_path, document(WORLD.format(""))).root == "b"
 
 
-def test_a_robot_is_told_from_loose_objects_by_its_joints(tmp_path: Path) -> None:
+def test_a_model_with_joints_is_a_robot_and_one_without_is_a_loose_object(tmp_path: Path) -> None:
     robot = model(TWO + turning("<xyz>0 0 1</xyz>"), "robot")
     assert urdf(tmp_path, document(WORLD.format(robot))).root == "base"
 
 
-def test_of_several_models_one_must_be_chosen(tmp_path: Path) -> None:
+def test_one_of_several_models_must_be_chosen(tmp_path: Path) -> None:
     text = document(WORLD.format(model(link("c"), "two")))
     assert urdf(tmp_path, text, "two").root == "c"
     absent = "<include><uri>model://absent</uri></include>"
@@ -403,7 +403,7 @@ def test_names_must_be_unique(tmp_path: Path) -> None:
         (joint("j", "base", "arm") + joint("k", "base", "arm"), "link 'arm' has two parents"),
     ],
 )
-def test_mistakes_are_told_with_their_line(tmp_path: Path, content: str, message: str) -> None:
+def test_mistakes_are_reported_with_their_lines(tmp_path: Path, content: str, message: str) -> None:
     assert errors(tmp_path, document(model(TWO + "\n" + content)))[0] == f"4: {message}"
 
 

@@ -119,7 +119,7 @@ AUTOMATIC = {
 
 
 @pytest.mark.parametrize("shape", AUTOMATIC)
-def test_an_automatic_inertia_is_that_of_mujoco(tmp_path: Path, shape: str) -> None:
+def test_an_automatic_inertia_equals_mujocos(tmp_path: Path, shape: str) -> None:
     """Of two equal shapes apart and turned, of which one has another density."""
     first = collision(pose(0.1, 0.2, 0.3, 0.4, 0.5, 0.6) + f"<geometry>{shape}</geometry>", "<density>500</density>")
     second = first.replace("0.1", "-0.7").replace('"c"', '"d"').replace("<density>500</density>", "")
@@ -145,7 +145,7 @@ def compiled_geoms(folder: Path) -> list[mujoco.MjsGeom]:
     ]
 
 
-def test_friction_is_that_of_the_surface(tmp_path: Path) -> None:
+def test_friction_comes_from_the_surface(tmp_path: Path) -> None:
     surface = "<surface><friction><ode><mu>.35</mu></ode></friction></surface>"
     found = compiled(
         tmp_path, model(STATIC + link("l", collision(BOX, surface) + '<collision name="d">' + BALL + "</collision>"))
@@ -184,7 +184,7 @@ def test_the_command_that_imports_a_model_quotes_its_name(tmp_path: Path) -> Non
     assert f"graphrun import-robot {tmp_path}/world.sdf --model 'arm $(touch x)' -o robots/NAME.yaml" in warning.help[0]
 
 
-def test_a_model_with_joints_that_move_is_left_out_with_what_to_do(tmp_path: Path) -> None:
+def test_a_model_with_moving_joints_is_left_out_with_advice(tmp_path: Path) -> None:
     turning = joint("j", "base", "arm", "<axis><xyz>0 0 1</xyz></axis>", "revolute")
     arm = model(pose(1, 2, 0, 0, 0, 1) + link("base", pose(0, 0, 0.5)) + link("arm") + turning, "arm")
     loaded, findings = world(tmp_path, FLOOR, arm)
@@ -238,7 +238,7 @@ def test_a_static_mesh_that_is_not_convex_is_hollow(tmp_path: Path) -> None:
     assert THICKNESS < 0.1
 
 
-def test_a_convex_mesh_and_one_that_moves_are_one_collider(tmp_path: Path) -> None:
+def test_a_convex_mesh_and_a_moving_mesh_are_one_collider_each(tmp_path: Path) -> None:
     (tmp_path / "hall.obj").write_text(hall(), encoding="utf-8")
     assert compiled(tmp_path, model(pose(0, 0, 1) + link("l", collision(MESH)))).ngeom == 1
     cube = "\n".join(line for line in hall().split("\n")[:20])  # the first wall alone
@@ -258,7 +258,7 @@ def test_a_convex_mesh_and_one_that_moves_are_one_collider(tmp_path: Path) -> No
         ("<include><uri>model://nowhere</uri></include>", "no model 'model://nowhere'"),
     ],
 )
-def test_mistakes_are_told_with_their_line(tmp_path: Path, content: str, message: str) -> None:
+def test_mistakes_are_reported_with_their_lines(tmp_path: Path, content: str, message: str) -> None:
     assert rejected(tmp_path, "\n", content) == [
         f"4: {message}" if "cone" not in message else f"4: collision 'c': {message}"
     ]
