@@ -1,6 +1,6 @@
 """Reads a MuJoCo model (MJCF) as the description of a robot.
 
-Physics attaches the model unchanged. In addition, the links and joints of the compiled model are converted to a `Urdf`, like
+Physics attaches the model unchanged. In addition, the links and joints of the compiled model are converted to plain data, like
 those of any other description, so that code outside physics does not depend on the format of the description.
 """
 
@@ -31,7 +31,7 @@ _ENDLESS = (mujoco.mjtGeom.mjGEOM_PLANE, mujoco.mjtGeom.mjGEOM_HFIELD)
 
 
 def read_mjcf(path: Path, library: Library, text: str | None = None) -> Urdf | None:
-    """Return the links and joints of a robot's MuJoCo model, with the model itself in `Urdf.mjcf`; None after an error.
+    """Return the links and joints of a robot's MuJoCo model, with the model itself in `mjcf`; None after an error.
 
     Args:
         path: path of the model's file. If `text` is given, its name appears in messages, and relative references start from
