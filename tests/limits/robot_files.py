@@ -23,8 +23,9 @@ from graphengine.descriptions.robot_files.robot_file import read_robot
 from graphengine.descriptions.sdf import sdf_files, sdf_values
 from graphengine.descriptions.sdf.sdf_geoms import GeomWriter
 from graphengine.descriptions.sdf.sdf_values import SdfError
-from graphengine.descriptions.urdf import tree, urdf_reader
+from graphengine.descriptions.urdf import link_tree, urdf_reader
 from graphengine.descriptions.urdf.shapes import Mesh
+from graphengine.descriptions.urdf.urdf import UrdfLink
 from graphengine.descriptions.xacro import absent_packages, dom, xacro
 from graphengine.descriptions.xacro.xacro_macros import robot_macros
 from graphengine.format.diagnostics import Findings, Source, Span
@@ -58,11 +59,12 @@ def parsed(text: str) -> tuple[Any, Findings]:
     return xml.parse(text.encode(), "a.xml", findings, "S103"), findings
 
 
-@limit("descriptions.urdf.tree.MAX_LINKS", at=3)
+@limit("descriptions.urdf.link_tree.MAX_LINKS", at=3)
 def _(links: int) -> bool:
     elements = "".join(f'<link name="l{number}"/>' for number in range(links))
     root, findings = parsed(f"<robot>{elements}</robot>")
-    return len(list(tree.named(root.children, "link", findings))) == links and not findings.items
+    made = [UrdfLink(element.get("name"), element, None, ()) for element in root.children]
+    return len(link_tree._by_name(made, "link", findings)) == links and not findings.items
 
 
 @limit("descriptions.urdf.shapes.MAX_COLOUR", step=1e30)

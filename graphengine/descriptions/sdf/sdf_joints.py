@@ -172,11 +172,11 @@ def _bounds(axis: Element | None, element: Element) -> Bounds:
 
 
 def _losses(joint: SdfFrame, axis: Element | None) -> tuple[float, float]:
-    """Return damping and friction of a joint; raise SdfError if the damping is negative, or one of them is not a number."""
+    """Return damping and friction of a joint; raise SdfError if one of them is negative or not a number."""
     damping, friction = (number_at(axis, "dynamics", name, default=0.0) for name in ("damping", "friction"))
-    if damping < 0.0:
-        text = f"joint {printable(joint.full_name)!r}: the damping must be a number of at least 0, not {damping!r}"
-        raise SdfError(text, (find(axis, "dynamics", "damping") or joint.element).span)
+    if min(damping, friction) < 0.0:
+        text = f"joint {printable(joint.full_name)!r}: damping and friction must be numbers of at least 0"
+        raise SdfError(text, (find(axis, "dynamics") or joint.element).span)
     return damping, friction
 
 

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
-from typing import TypeVar
 
 from graphengine.descriptions.files.packages import Packages
 from graphengine.descriptions.files.xml import Element
@@ -13,14 +12,13 @@ from graphengine.descriptions.sdf.sdf_frames import Scope, SdfFrame
 from graphengine.descriptions.sdf.sdf_joints import fastened, is_moving, parts_of
 from graphengine.descriptions.sdf.sdf_links import LinkReader
 from graphengine.descriptions.sdf.sdf_values import SdfError, flag_at, leaf, reported
-from graphengine.descriptions.urdf.tree import assembled, named
+from graphengine.descriptions.urdf.link_tree import assembled
 from graphengine.descriptions.urdf.urdf import WORLD, Urdf, UrdfJoint, UrdfLink
 from graphengine.descriptions.urdf.urdf_writer import as_urdf
 from graphengine.devices.rotation import Pose
 from graphengine.format.diagnostics import Findings
 from graphengine.format.wording import did_you_mean, listing, printable
 
-Part = TypeVar("Part", UrdfLink, UrdfJoint)
 _CONVERTED = ("link", "joint", "frame", "model", "include", "pose", "static", "self_collide")
 _NO_EFFECT = ("allow_auto_disable", "enable_wind")
 
@@ -110,13 +108,10 @@ def _robot(model: Scope, packages: Packages, findings: Findings, before: int) ->
     parts += [element for link in links for element in reader.for_gazebo(link)]
     parts += [element for scope in model.walk() for element in _for_gazebo(scope)]
     _tell(reader, findings)
-    found = _by_name([part for part in parts if isinstance(part, UrdfLink)], "link", findings)
-    made = _by_name([part for part in parts if isinstance(part, UrdfJoint)], "joint", findings)
-    if len(findings.errors) > before:
-        return None
-    others = [part for part in parts if isinstance(part, Element)]
-    document = as_urdf(model.name, found.values(), made.values(), span, others)
-    return assembled(document, packages, found, made, findings)
+    found = [part for part in parts if isinstance(part, UrdfLink)]
+    made = [part for part in parts if isinstance(part, UrdfJoint)]
+    document = as_urdf(model.name, found, made, span, [part for part in parts if isinstance(part, Element)])
+    return assembled(document, packages, found, made, findings, before)
 
 
 def _tell(reader: LinkReader, findings: Findings) -> None:
@@ -127,12 +122,6 @@ def _tell(reader: LinkReader, findings: Findings) -> None:
         findings.add("N103", text, reader.mere_frames[0].element.span, names)
     if reader.images:
         findings.add("N103", "textures of visuals are not drawn; their diffuse colours are used", reader.images[0].span)
-
-
-def _by_name(parts: Iterable[Part], tag: str, findings: Findings) -> dict[str, Part]:
-    """Return links or joints by name; an error is added for each name that occurs twice."""
-    by_element = {part.element: part for part in parts}
-    return {element.get("name"): by_element[element] for element in named(by_element, tag, findings)}
 
 
 def _for_gazebo(scope: Scope) -> Iterator[Element]:

@@ -22,23 +22,16 @@ def description_text(urdf: Urdf) -> str:
 
 def _as_now(joint: UrdfJoint) -> Element:
     """Return the element of a joint; if the joint has been changed since it was read, a changed copy."""
-    element, position = joint.element, joint.pose[0]
-    attributes, children = element.attributes | {"type": joint.type}, list(element.children)
-    if (origin_of(element) or NOWHERE)[0] != position:
-        _state(children, "origin", 0, {"xyz": _numbers(position)}, element.span)
+    element, changes = joint.element, dict[str, dict[str, str]]()
+    if (origin_of(element) or NOWHERE)[0] != joint.pose[0]:
+        changes["origin"] = {"xyz": _numbers(joint.pose[0])}
     limit, ends = element.first("limit"), {"lower": joint.bounds.lower, "upper": joint.bounds.upper}
     if any(number_at(limit, name) != end for name, end in ends.items()):
-        _state(children, "limit", len(children), {name: repr(end) for name, end in ends.items()}, element.span)
-    return replace(element, attributes=attributes, children=children)
-
-
-def _state(children: list[Element], tag: str, otherwise: int, attributes: dict[str, str], span: Span) -> None:
-    """Give the first element with a tag further attributes; without one, insert an element at index `otherwise`."""
-    index = next((index for index, child in enumerate(children) if child.tag == tag), None)
-    if index is None:
-        children.insert(otherwise, Element(tag, attributes, span))
-    else:
-        children[index] = replace(children[index], attributes=children[index].attributes | attributes)
+        changes["limit"] = {name: repr(end) for name, end in ends.items()}
+    children = [replace(each, attributes=each.attributes | changes.pop(each.tag, {})) for each in element.children]
+    for tag, attributes in changes.items():
+        children.insert(0 if tag == "origin" else len(children), Element(tag, attributes, element.span))
+    return replace(element, attributes=element.attributes | {"type": joint.type}, children=children)
 
 
 def as_urdf(

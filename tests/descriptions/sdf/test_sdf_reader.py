@@ -393,7 +393,7 @@ def test_names_must_be_unique(tmp_path: Path) -> None:
         (joint("j", "base", "arm", "<pose>1 2 3</pose>"), "pose must be 6 numbers in m and rad, not '1 2 3'"),
         (
             turning("<xyz>0 0 1</xyz><dynamics><damping>-2</damping></dynamics>"),
-            "joint 'j': the damping must be a number of at least 0, not -2.0",
+            "joint 'j': damping and friction must be numbers of at least 0",
         ),
         (link("hand", mass=-3.0), "link 'hand': the mass -3.0 is not a number of at least 0 (kg)"),
         (

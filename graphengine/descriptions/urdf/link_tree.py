@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Mapping
+from typing import TypeVar
 
 from graphengine.descriptions.files.packages import Packages
 from graphengine.descriptions.files.xml import Element
@@ -12,24 +13,31 @@ from graphengine.descriptions.urdf.urdf import MOVING, Mimic, Urdf, UrdfJoint, U
 from graphengine.format.diagnostics import Findings
 from graphengine.format.wording import did_you_mean, listing
 
+Part = TypeVar("Part", UrdfLink, UrdfJoint)
 LEGAL = (*MOVING, "fixed")
 MAX_LINKS = 2000
 """Maximum number of links of a description, and maximum number of its joints."""
 
 
 def assembled(
-    element: Element, packages: Packages, links: dict[str, UrdfLink], joints: dict[str, UrdfJoint], findings: Findings
+    element: Element,
+    packages: Packages,
+    all_links: Iterable[UrdfLink],
+    all_joints: Iterable[UrdfJoint],
+    findings: Findings,
+    before: int,
 ) -> Urdf | None:
     """Return the description that consists of the given links and joints; None after an error.
 
     Args:
         element: root element of the description as URDF.
         packages: find the meshes.
-        links: links by name, in order of the description.
-        joints: joints between these links by name, in order of the description.
+        all_links: links in order of the description.
+        all_joints: joints in order of the description.
         findings: receives errors, warnings and notes.
+        before: number of errors before the description was read.
     """
-    before = len(findings.errors)
+    links, joints = _by_name(all_links, "link", findings), _by_name(all_joints, "joint", findings)
     for joint in joints.values():
         _connect(joint, links, findings)
     top = _tree(element, links, findings) if len(findings.errors) == before else ""
@@ -46,14 +54,20 @@ def assembled(
 
 
 def _connect(joint: UrdfJoint, links: Mapping[str, UrdfLink], findings: Findings) -> None:
-    """Connect the two links of a joint; it is an error if another joint carries the child already."""
+    """Connect the two links of a joint; it is an error if one of them does not exist, or if another joint carries the child."""
+    for tag, link in (("parent", joint.parent), ("child", joint.child)):
+        if link not in links:
+            end, near = joint.element.first(tag), did_you_mean(link, links) or listing(links, "links")
+            span = end.place("link") if end is not None else joint.element.span
+            findings.add("S103", f"joint {joint.name!r}: no {tag} link {link!r}", span, near)
+            return
     child = links[joint.child]
     if child.carrier is not None:
         first = (child.carrier.element.span, "first here")
         findings.add("S103", f"link {child.name!r} has two parents", joint.element.span, related=[first])
-    else:
-        child.carrier = joint
-        links[joint.parent].below.append(joint)
+        return
+    child.carrier = joint
+    links[joint.parent].below.append(joint)
 
 
 def check_limits(joints: Iterable[UrdfJoint], findings: Findings) -> None:
@@ -70,23 +84,22 @@ def check_limits(joints: Iterable[UrdfJoint], findings: Findings) -> None:
         )
 
 
-def named(elements: Iterable[Element], tag: str, findings: Findings) -> Iterator[Element]:
-    """Yield the elements that have a name which none before has; add an error for each other, and beyond `MAX_LINKS`."""
-    seen: dict[str, Element] = {}
-    for element in elements:
-        name = element.get("name")
-        if not name:
+def _by_name(parts: Iterable[Part], tag: str, findings: Findings) -> dict[str, Part]:
+    """Return links or joints by name; errors are missing names, names that occur twice, and too many parts."""
+    found: dict[str, Part] = {}
+    for part in parts:
+        element = part.element
+        if not part.name:
             findings.add("S103", f"a {tag} without a name", element.span)
-        elif name in seen:
-            findings.add(
-                "S105", f"two {tag}s named {name!r}", element.place("name"), related=[(seen[name].span, "first here")]
-            )
-        elif len(seen) == MAX_LINKS:
+        elif part.name in found:
+            first = (found[part.name].element.span, "first here")
+            findings.add("S105", f"two {tag}s named {part.name!r}", element.place("name"), related=[first])
+        elif len(found) == MAX_LINKS:
             findings.add("S103", f"more than {MAX_LINKS} {tag}s", element.span)
-            return
+            break
         else:
-            seen[name] = element
-            yield element
+            found[part.name] = part
+    return found
 
 
 def _tree(root: Element, links: dict[str, UrdfLink], findings: Findings) -> str:
