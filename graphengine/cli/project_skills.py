@@ -14,7 +14,7 @@ from graphengine.format.yaml_text import flow
 
 if TYPE_CHECKING:
     from graphengine.bringup.robots.import_robot import Imported
-    from graphengine.descriptions.urdf.urdf import UrdfJoint
+    from graphengine.descriptions.robot_description import Joint
 
 _BASE, _STAND, _TRAJECTORY = "base", "stand", "arm/trajectory.yaml"
 """Names of the graphs that drive the base and hold the legs of an imported robot, and the graph file that moves its arm."""
@@ -101,9 +101,9 @@ def skills_of(imported: Imported) -> list[Skill]:
     return found
 
 
-def commanded(imported: Imported) -> list[UrdfJoint]:
+def commanded(imported: Imported) -> list[Joint]:
     """Return the joints that take commands from a topic, without the joints of a base."""
-    return [imported.robot.urdf.joints[name] for name in imported.draft.commanded]
+    return [imported.robot.description.joints[name] for name in imported.draft.commanded]
 
 
 def is_arm(imported: Imported) -> bool:
@@ -149,7 +149,7 @@ def _reach(imported: Imported, name: str, parameters: Mapping[str, Any]) -> Skil
     topic = f"{controller}/joint_trajectory"
     lines = "".join(f"        {json.dumps(joint)}: {position!r},\n" for joint, position in pose.items())
     # The servos of a MuJoCo model sag under the weight of the arm, as its author chose.
-    within, error = ("two_milliradians", 0.002) if imported.robot.urdf.mjcf is None else ("five_degrees", 0.087)
+    within, error = ("two_milliradians", 0.002) if imported.robot.description.mjcf is None else ("five_degrees", 0.087)
     target, place = f"{{\n{lines}    }}", json.dumps(topic)
     test = _REACH.format(name=re.sub(r"\W", "_", name), within=within, error=error, pose=target, topic=place)
     way = {"joint_names": [*pose], "points": [{"positions": [*pose.values()], "time_from_start": {"sec": 3}}]}
