@@ -11,10 +11,10 @@ import time
 from collections.abc import Callable, Mapping
 from pathlib import Path
 
-from graphengine.cli import add_verb
 from graphengine.cli.common import clean, table
 from graphengine.cli.live import Live, absolute_namespace, add_live_arguments, show
 from graphengine.cli.options import add_flag
+from graphengine.cli.parser import add_verb
 from graphengine.cli.quantities import positive
 from graphengine.format.atomic_write import write_together
 from graphengine.format.errors import TransportError, UsageError

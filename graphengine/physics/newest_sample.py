@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from graphengine.physics.core.simulation_core import SimulationCore
 
 
-class NewestSample(Handle):
+class NewestSample(Handle["SimulationCore"]):
     """The newest sample of the sensor at a prim.
 
     Attributes:

@@ -12,6 +12,7 @@ from graphengine.devices.stage import Prim
 from graphengine.format.prim_paths import at_or_below
 from graphengine.physics.dynamics.keyframes import start_robot, with_followers
 from graphengine.physics.dynamics.set_points import SetPoints
+from graphengine.physics.dynamics.start_state import drives_of
 from graphengine.physics.dynamics.transfer import Transfer
 
 if TYPE_CHECKING:
@@ -46,13 +47,13 @@ def robot_reset(
         mujoco.mj_copyData(simulation.data, simulation.model, before)
         simulation.refresh()
         raise
-    commands = SetPoints(model, start, list(simulation.drives()))
+    commands = SetPoints(model, start, list(drives_of(simulation.stage)))
     Transfer(model, simulation.model, prefix).carry_over_commands(commands, simulation.set_points)
     simulation.set_points.pending = True
     simulation.limits.start(prefix)
     simulation.pushes.clear(prefix)
-    for held in [held for held in simulation.held if at_or_below(held.prim_path, robot.path)]:
-        simulation.let_go(held.body)
+    for placed in [placed for path, placed in simulation.held.items() if at_or_below(path, robot.path)]:
+        simulation.let_go(placed.body)
     for weld, (body, _) in list(simulation.welds.held.items()):
         if weld.startswith(prefix) or body.startswith(prefix):
             simulation.welds.release(weld)

@@ -23,8 +23,8 @@ from graphengine.devices.lidar import Lidar, Scan, beam_directions
 from graphengine.devices.stage import Prim
 from graphengine.format.spec import NotNegative, Positive, Spec
 from graphengine.physics.implementations import Deviation, Profile, Rate, check_less, implements
+from graphengine.physics.ray_casting.casters import Integers
 from graphengine.physics.ray_casting.own_colliders import own_colliders
-from graphengine.physics.ray_casting.rays import Integers
 from graphengine.physics.sensors.sampling import S, TickSampled
 
 if TYPE_CHECKING:
