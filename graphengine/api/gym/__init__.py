@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from graphengine.api.gym.actions import BaseVelocity, JointTargets
+from graphengine.api.gym.actuations import BaseVelocity, JointTargets
 from graphengine.api.gym.observations import Observation
 from graphengine.format.distribution import install_command
 from graphengine.format.errors import UsageError

@@ -24,7 +24,8 @@ class Observation:
 
     Attributes:
         source: a port, as in `Session.value`, such as `dd100/joint_states/ComputeOdom.position`; or the newest message of a topic
-            or all numbers below one of its fields, such as `/dd100_0000/odom.pose.pose`; or a function of the session.
+            or all numbers below one of its fields, such as `/dd100_0000/odom.pose.pose`; or the same of the newest sample of a
+            sensor, such as `dd100.sensors.sim_lidar.ranges`; or a function of the session.
         low: least value, or one for each number; None is the bound of the port, or `range_min` of the message for `ranges`.
         high: greatest value, or one for each number; None is the bound of the port, or `range_max` of the message for `ranges`.
     """
@@ -34,10 +35,16 @@ class Observation:
     high: Limit = None
 
     def _open(self, sim: Session) -> Signal:
-        """Return the value in a session; raise UsageError if the session does not have the port or the topic."""
+        """Return the value in a session; raise a GraphError if the session does not have the source."""
         source = self.source
         if not isinstance(source, str):
             return Signal(self, getattr(source, "__name__", "a function"), lambda: source(sim))
+        robot, found, part = source.partition(".sensors.")
+        if found:
+            name, _, path = part.partition(".")
+            sensor = sim.robots[robot].sensors[name]
+            sensor.sample()  # which makes it wanted
+            return Signal(self, source, lambda: _part(source, sensor.sample(), path))
         if not source.startswith("/"):
             port = find_port_at(sim._runner.session.graphs, source).port
             bounds = (port.gt if port.ge is None else port.ge), (port.lt if port.le is None else port.le)

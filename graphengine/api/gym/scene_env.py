@@ -12,7 +12,7 @@ from gymnasium.spaces import Box, Dict
 from gymnasium.vector import AsyncVectorEnv
 from numpy.typing import NDArray
 
-from graphengine.api.gym.actions import BaseVelocity, JointTargets
+from graphengine.api.gym.actuations import BaseVelocity, JointTargets
 from graphengine.api.gym.observations import Observation
 from graphengine.api.scene import Scene
 from graphengine.api.values import check_choice

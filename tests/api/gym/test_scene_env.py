@@ -1,17 +1,11 @@
-"""Gymnasium environments of scenes: spaces, actions, observations, seeds, processes, and what is refused."""
+"""Gymnasium environments of scenes: spaces, actions, observations, seeds and processes."""
 
 from __future__ import annotations
 
 import functools
 import math
-import subprocess
-import sys
-from collections.abc import Callable, Iterator
-from contextlib import ExitStack
 from pathlib import Path
-from typing import Any
 
-import gymnasium
 import numpy as np
 import pytest
 from gymnasium.spaces import Box, Dict
@@ -19,41 +13,13 @@ from gymnasium.utils.env_checker import check_env
 from gymnasium.wrappers import TimeLimit
 
 import graphengine as ge
+from tests.api.gym.conftest import CMD_VEL, DRIVE, ODOM, SCAN, Make
 from tests.api.test_robot_command import ROBOT, SCENE, URDF
 from tests.other_process import in_another_process
 from tests.physics.pictures.harness import needs_opengl
 from tests.recording.harness import NOISY_ROBOT, NOISY_SCENE, put
 
-CMD_VEL, SCAN, ODOM = "/dd100_0000/cmd_vel", "/dd100_0000/sim_lidar/scan", "/dd100_0000/odom"
 SPEED, TURN = 1.3, 4.0  # m/s, rad/s: inputs of the graph cmd_vel of the dd100
-POSITION = ge.gym.Observation(f"{ODOM}.pose.pose.position", low=-10.0, high=10.0)
-Make = Callable[..., ge.gym.SceneEnv]
-
-
-@pytest.fixture(scope="module")
-def flat() -> ge.Scene:
-    return ge.load("dd100_flat", rays="mujoco")
-
-
-def forward(env: ge.gym.SceneEnv) -> float:
-    """The position of the robot on the x axis, m."""
-    return env.sim.robots["dd100"].pose.position[0]
-
-
-DRIVE: dict[str, Any] = {"action": ge.gym.BaseVelocity(CMD_VEL), "observation": POSITION, "reward": forward}
-
-
-@pytest.fixture
-def make(flat: ge.Scene) -> Iterator[Make]:
-    """Makes an environment of the dd100 on a floor."""
-    with ExitStack() as closing:
-
-        def begin(scene: ge.Scene = flat, **arguments: Any) -> ge.gym.SceneEnv:
-            env = ge.gym.SceneEnv(scene, **{**DRIVE, **arguments})
-            closing.callback(env.close)
-            return env
-
-        yield begin
 
 
 @pytest.fixture
@@ -162,6 +128,7 @@ def test_observations_come_from_ports_topics_and_functions_with_their_limits(mak
         "pose": ge.gym.Observation(f"{ODOM}.pose.pose"),
         "port": ge.gym.Observation("ComputeOdom.position", low=[-1.0, -2.0, -3.0], high=3.0),
         "input": ge.gym.Observation("DiffController.maxLinearSpeed", high=2.0),  # the port is bounded by 0
+        "beams": ge.gym.Observation("dd100.sensors.sim_lidar.ranges", low=0.0, high=9.0),
         "time": ge.gym.Observation(lambda sim: sim.time, low=0.0),
         "bytes": ge.gym.Observation(lambda sim: np.full((2, 2), sim.tick, np.uint8)),
     }
@@ -182,6 +149,15 @@ def test_observations_come_from_ports_topics_and_functions_with_their_limits(mak
     assert space["scan"] == Box(lidar.latest.range_min, lidar.latest.range_max, lidar.latest.ranges.shape)
     assert np.isinf(lidar.latest.ranges).all()
     assert (observed["scan"] == np.float32(lidar.latest.range_max)).all()
+    assert observed["beams"].shape == observed["scan"].shape
+    assert (observed["beams"] == 9.0).all()
+
+
+def test_a_sample_of_the_episode_before_is_not_seen(make: Make) -> None:
+    env = make(observation=ge.gym.Observation("dd100.sensors.sim_lidar.index", low=0.0, high=99.0), ticks=30)
+    env.reset(seed=1)
+    assert env.step(np.zeros(2, np.float32))[0] > 0
+    assert env.reset(seed=1)[0] == 0
 
 
 def test_a_reset_begins_with_what_at_reset_changed(make: Make) -> None:
@@ -227,79 +203,3 @@ def test_a_vector_of_environments_runs_in_processes(flat: ge.Scene, make: Make) 
             assert (env.step(np.array(action, np.float32))[0] == together[1][index]).all()
     finally:
         envs.close()
-
-
-WRONG: list[tuple[dict[str, Any], str]] = [
-    (
-        {"action": ge.gym.BaseVelocity("/dd100_0000/cmd_vle")},
-        "no graph uses topic '/dd100_0000/cmd_vle'\n  did you mean",
-    ),
-    ({"action": ge.gym.BaseVelocity(ODOM)}, "nav_msgs/msg/Odometry has no field 'linear'; fields: header"),
-    ({"action": ge.gym.BaseVelocity(CMD_VEL, linear=-1.0)}, f"{CMD_VEL}: expected low below high"),
-    ({"action": ge.gym.JointTargets("dd10", "positions")}, "no robot 'dd10'\n  did you mean 'dd100'"),
-    ({"action": ge.gym.JointTargets("dd100", "velocities", ["wheel"])}, "/dd100 has no joint 'wheel'"),
-    (
-        {"action": ge.gym.JointTargets("dd100", "positions")},
-        "without a drive for position targets: front_left_wheel_joint",
-    ),
-    (
-        {"action": ge.gym.JointTargets("dd100", "efforts", ["front_left_wheel_joint"])},
-        "dd100: joint front_left_wheel_joint has no limits of efforts\n  give low= and high=",
-    ),
-    (
-        {"action": ge.gym.JointTargets("dd100", "velocities", low=[0.0] * 3)},
-        "velocities of dd100: low, high: expected one number, or numbers of shape (2,)",
-    ),
-    ({"observation": ge.gym.Observation("/dd100_0000/odo")}, "no graph uses topic '/dd100_0000/odo'\n  did you mean"),
-    (
-        {"observation": ge.gym.Observation(f"{ODOM}.pose.poze")},
-        f"{ODOM}.pose.poze: no field 'poze'\n  did you mean 'pose'",
-    ),
-    ({"observation": ge.gym.Observation(ODOM)}, f"{ODOM}.header.frame_id: expected numbers, got 'odom'"),
-    ({"observation": ge.gym.Observation("ComputeOdom.positon")}, "did you mean 'position'"),
-    (
-        {"observation": ge.gym.Observation("ComputeOdom.position", low=2.0, high=1.0)},
-        "expected low below high, got 2.0",
-    ),
-    ({"observation": ge.gym.Observation(CMD_VEL)}, f"{CMD_VEL}: no message within 5 s of simulation after a reset"),
-    ({"ticks": 0}, "ticks: expected 1 or more, got 0"),
-    ({"render_mode": "human"}, "render_mode: unknown value 'human'; legal: rgb_array"),
-]
-
-
-@pytest.mark.parametrize(("arguments", "words"), WRONG)
-def test_a_mistake_is_told_when_the_environment_is_made(make: Make, arguments: dict[str, Any], words: str) -> None:
-    with pytest.raises(ge.GraphError) as caught:
-        make(**arguments)
-    assert words in str(caught.value)
-
-
-def test_an_action_or_an_observation_of_another_size_is_refused(make: Make) -> None:
-    env = make(observation=ge.gym.Observation(lambda sim: np.zeros(sim.tick), low=-1.0, high=1.0))
-    with pytest.raises(ge.UsageError, match=r"each of \['x, m/s', 'turn rate, rad/s'\], got shape \(3,\)"):
-        env.step(np.zeros(3, np.float32))
-    env.reset(seed=1)
-    with pytest.raises(ge.UsageError, match=r"<lambda>: shape \(2,\), at the start \(1,\); it must stay the same"):
-        env.step(np.zeros(2, np.float32))
-
-
-LAZY = """
-import sys
-import graphengine as ge
-ge.gym.BaseVelocity, ge.gym.Observation
-assert "gymnasium" not in sys.modules
-sys.modules["gymnasium"] = None  # as if it were not installed
-try:
-    ge.gym.SceneEnv
-except ge.UsageError as error:
-    print(error)
-"""
-
-
-def test_gymnasium_is_imported_when_it_is_used_and_its_absence_has_a_remedy() -> None:
-    done = subprocess.run([sys.executable, "-c", LAZY], capture_output=True, text=True, check=True, timeout=60)
-    said, remedy = done.stdout.splitlines()
-    assert said == "ge.gym.SceneEnv needs gymnasium"
-    assert remedy.strip().startswith("pip install '")
-    assert "[gym]'" in remedy
-    assert isinstance(gymnasium.__version__, str)
