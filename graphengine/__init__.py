@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from graphengine.api.scene import RobotInfo as RobotInfo
     from graphengine.api.scene import Scene as Scene
     from graphengine.api.scene_loading import load as load
-    from graphengine.api.sensors import Sensor as Sensor
+    from graphengine.api.sensors import RobotSensor as RobotSensor
     from graphengine.api.session import Session as Session
     from graphengine.api.session_control import Checkpoint as Checkpoint
     from graphengine.api.topics import Publication as Publication
@@ -52,7 +52,7 @@ _MODULES = {
     "api.topics": ("Subscription", "Publication"),
     "api.mujoco_objects": ("MujocoObjects",),
     "api.robots": ("Robot", "Pose", "Velocity", "Joint"),
-    "api.sensors": ("Sensor",),
+    "api.sensors": ("RobotSensor",),
     "api.gym": ("gym",),
     "runtime.reloading": ("Reloaded",),
     "format.errors": (

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from graphengine.api.guards import acting, reading
 from graphengine.api.runner import Runner
-from graphengine.api.sensors import Sensor, find_sensors
+from graphengine.api.sensors import RobotSensor, find_sensors
 from graphengine.api.topics import M, MessageType, Publication, Subscription, open_subscription
 from graphengine.api.values import plain
 from graphengine.devices.rotation import Quaternion, Vector3
@@ -100,7 +100,7 @@ class Robot:
 
     @property
     @reading
-    def sensors(self) -> Mapping[str, Sensor]:
+    def sensors(self) -> Mapping[str, RobotSensor]:
         """Sensors by their names in the robot file. Each device of a sensor that has several is named with the path of its prim.
 
         >>> list(sim.robots["dd100"].sensors)[:2]

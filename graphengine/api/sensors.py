@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from graphengine.physics.newest_sample import NewestSample
 
 
-class Sensor(AfterTick):
+class RobotSensor(AfterTick):
     """A sensor of a robot, which `Robot.sensors` returns.
 
     The first call of `sample` makes the sensor wanted, as a subscription does: from then on, the session takes each sample, even
@@ -82,13 +82,13 @@ class Sensor(AfterTick):
             del self._runner.after_ticks[self.prim_path]
 
     def __repr__(self) -> str:
-        return f"<Sensor {self.name} ({self.kind}) at {self.prim_path}>"
+        return f"<RobotSensor {self.name} ({self.kind}) at {self.prim_path}>"
 
 
-class Sensors(dict[str, Sensor]):
+class Sensors(dict[str, RobotSensor]):
     """Sensors by name; an unknown name raises UnknownEntityError."""
 
-    def __missing__(self, name: str) -> Sensor:
+    def __missing__(self, name: str) -> RobotSensor:
         """Raise UnknownEntityError; its message suggests similar names, or lists all names."""
         raise UnknownEntityError(unknown("sensor", name, self))
 
@@ -100,7 +100,7 @@ def find_sensors(runner: Runner, robot: Prim) -> Sensors:
         prims = [prim for prim in stage.find(path).descendants() if _is_sensor(prim)] if path else []
         for prim in prims:
             name = mount if len(prims) == 1 else f"{mount}{prim.path.removeprefix(path)}"
-            sensors[name] = Sensor(runner, name, prim)
+            sensors[name] = RobotSensor(runner, name, prim)
     return sensors
 
 

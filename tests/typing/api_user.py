@@ -48,7 +48,7 @@ def drive(sim: Session) -> float:
     robot.command(velocities=[5.0, 5.0], joints=["left", "right"])
     robot.reset(joints={"shoulder": 0.0}, position=(1.0, 0.0, 0.0), orientation=(0.0, 0.0, 0.0, 1.0), keyframe="home")
     robot.reset(position=(1.0, 0.0))  # error: arg-type reportArgumentType
-    lidar: ge.Sensor = robot.sensors["sim_lidar"]
+    lidar: ge.RobotSensor = robot.sensors["sim_lidar"]
     sample: Scan | None = lidar.sample()
     nearest = float(sample.points[:, 0].min()) if sample is not None else sim.time
     kinds: list[str] = [sensor.kind + sensor.prim_path for sensor in robot.sensors.values()]

@@ -59,10 +59,11 @@ def read_robot(path: Path, files: Files, findings: Findings) -> RobotFile | None
     paths = [path]
     while True:
         document = load(paths[-1], findings)
-        spec = (
-            validate(RobotSpec, document, _without_removals(document.data), findings) if document is not None else None
-        )
-        if document is None or spec is None:
+        if document is None:
+            return None
+        extends = isinstance(document.data, dict) and "extends" in document.data
+        spec = validate(RobotSpec, document, _merge({}, document.data) if extends else document.data, findings)
+        if spec is None:
             return None
         chain.append(loaded := Loaded(spec, document))
         if not loaded.spec.extends:
@@ -86,44 +87,36 @@ def read_robot(path: Path, files: Files, findings: Findings) -> RobotFile | None
         return RobotFile(chain[0].spec, tuple(chain))
     data: dict[str, Any] = {}
     for loaded in reversed(chain):
-        _remove(data, loaded.document, findings)
-        data = _merge(data, _without_removals(loaded.document.data))
+        _check_removals(data, loaded.document, findings)
+        data = _merge(data, loaded.document.data)
     spec = validate(RobotSpec, chain[0].document, data, findings)
     return RobotFile(spec, tuple(chain)) if spec is not None else None
 
 
-def _removals(data: Any) -> list[tuple[str, str]]:
-    """Return the section and the name of each entry that a file removes from the file that it extends: those with a null."""
-    if not isinstance(data, dict) or not data.get("extends"):
-        return []
-    sections = {name: data[name] for name in _SECTIONS if isinstance(data.get(name), dict)}
-    return [(name, entry) for name, entries in sections.items() for entry, value in entries.items() if value is None]
+def _check_removals(base: dict[str, Any], document: Document, findings: Findings) -> None:
+    """Add an error for each null in a file that removes an entry which the merged data of the extended files does not have."""
+    for section in _SECTIONS:
+        entries = base.get(section, {})
+        for name, value in (document.data.get(section) or {}).items():
+            if value is None and name not in entries:
+                text = f"{section}: null removes an entry of the file that this file extends, which has no {name!r}"
+                near = did_you_mean(name, entries) or listing(entries, "entries")
+                findings.add("G106", text, document.key_span(section, name), near)
 
 
-def _without_removals(data: Any) -> Any:
-    """Return the data of a file without the entries that it removes."""
-    removals = _removals(data)
-    sections = {section for section, _ in removals}
-    kept = {name: {key: v for key, v in data[name].items() if (name, key) not in removals} for name in sections}
-    return {**data, **kept} if removals else data
+def _merge(base: dict[str, Any], changes: dict[str, Any], depth: int = 0) -> dict[str, Any]:
+    """Return `base` with `changes`: nested mappings are merged key by key, any other value replaces the value of `base`.
 
-
-def _remove(data: dict[str, Any], document: Document, findings: Findings) -> None:
-    """Remove the entries that a file removes from the merged data of the files that it extends."""
-    for section, name in _removals(document.data):
-        entries = data.get(section, {})
-        if name not in entries:
-            text = f"{section}: null removes an entry of the file that this file extends, which has no {name!r}"
-            near = did_you_mean(name, entries) or listing(entries, "entries")
-            findings.add("G106", text, document.key_span(section, name), near)
-        entries.pop(name, None)
-
-
-def _merge(base: dict[str, Any], changes: dict[str, Any]) -> dict[str, Any]:
-    """Return `base` with `changes`: nested mappings are merged key by key, any other value replaces the value of `base`."""
+    Null removes an entry of a section; `depth` is 0 for whole files, and 1 for sections.
+    """
+    removable = depth == 1
     replaced = {a for one, other in _ALTERNATIVES for a, b in ((one, other), (other, one)) if b in changes}
+    replaced |= {key for key, value in changes.items() if value is None and removable}
     merged = {key: value for key, value in base.items() if key not in replaced}
     for key, value in changes.items():
-        old = merged.get(key)
-        merged[key] = _merge(old, value) if isinstance(old, dict) and isinstance(value, dict) else value
+        old = merged.get(key, {} if depth == 0 and key in _SECTIONS else None)
+        if isinstance(old, dict) and isinstance(value, dict):
+            merged[key] = _merge(old, value, depth + 1)
+        elif value is not None or not removable:
+            merged[key] = value
     return merged

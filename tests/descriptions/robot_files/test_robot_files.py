@@ -51,6 +51,7 @@ def test_null_removes_an_entry_of_the_file_that_is_extended(project: Project) ->
         ("doc: null", "doc: expected text"),
         ("graphs: null", "graphs: expected a mapping"),
         ("graphs: {two: {use: null}}", "use: expected text"),
+        ("sensors: {eye: {type: contact, parent: null}}", "parent: expected text"),
     ],
 )
 def test_null_for_what_cannot_be_removed_is_an_error_at_its_place(project: Project, keys: str, message: str) -> None:
