@@ -166,8 +166,6 @@ def _rays(rays: RaysChoice, recording: Path) -> RaysChoice:
     Raises:
         UsageError: the method needs numba, which is not installed.
     """
-    from graphengine.format.errors import UsageError
-
     if rays == "fast" and find_spec("numba") is None:
         raise UsageError(
             f"{recording}: the run cast the rays of lidars with --rays fast, which needs numba\n"
@@ -187,7 +185,6 @@ def _registry(recorded: Sequence[str], given: Sequence[str], recording: Path) ->
     """
     from graphengine.cli.common import make_registry
     from graphengine.compiler.registry import default_registry
-    from graphengine.format.errors import UsageError
 
     library = set(default_registry().modules.values())
     ours = [name for name in recorded if any(f"{known}.".startswith(f"graphengine.{name}.") for known in library)]

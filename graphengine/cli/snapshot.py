@@ -25,13 +25,7 @@ if TYPE_CHECKING:
     Advance = Callable[[float, Callable[[], bool]], None]
     """Function that runs a duration, s, and calls a function after each tick until it returns False."""
 
-OF_A_RUN = {
-    "scene": "--scene",
-    "set": "--set",
-    "robot_state": "--robot-state",
-    "localization": "--localization",
-    "seed": "--seed",
-}
+OF_A_RUN = ("--scene", "--set", "--robot-state", "--localization", "--seed")
 """Options that change a run, and which a recording therefore does not take."""
 DURATION = 10.0
 """Default duration of a video of a scene, s."""
@@ -130,7 +124,7 @@ def _check(arguments: argparse.Namespace) -> None:
 
 
 def _check_recording_options(arguments: argparse.Namespace) -> None:
-    if given := [option for name, option in OF_A_RUN.items() if getattr(arguments, name)]:
+    if given := [option for option in OF_A_RUN if getattr(arguments, option[2:].replace("-", "_"))]:
         raise UsageError(f"{given[0]}: a recording is shown with the options of the recorded run")
 
 

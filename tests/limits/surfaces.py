@@ -86,7 +86,7 @@ def _(notes: int) -> bool:
 
 @limit("cli.import_report.LONGEST")
 def _(remarks: int) -> bool:
-    return "more" not in str(import_report._some("lost", ["a"] * remarks, [""] * remarks))
+    return "more" not in str(import_report._some("lost", [("a", "")] * remarks))
 
 
 @limit("cli.import_urdf.LONGEST_WAIT")

@@ -9,7 +9,7 @@ import numpy as np
 
 from graphengine.bringup.maps.scan_casting import PlanarLidar
 from graphengine.descriptions.engine import body_names, collides
-from graphengine.devices.rotation import relative, rotate
+from graphengine.devices.rotation import relative, tilt_of, yaw_of
 from graphengine.devices.stage import Prim, Stage
 from graphengine.format.errors import UsageError
 from graphengine.format.wording import listing
@@ -46,15 +46,14 @@ def robot_lidar(
     prim = _lidar(world.stage, robots[name], lidar)
     base = world.stage.find(world.stage.find(robots[name].prim_path).facts["base_link"])
     _, turn = relative(world.frame(base).pose(), world.frame(prim).pose())
-    (ahead_x, ahead_y, _), (_, _, up) = rotate(turn, (1.0, 0.0, 0.0)), rotate(turn, (0.0, 0.0, 1.0))
-    facts = prim.facts
+    tilt, facts = tilt_of(turn), prim.facts
     elevation = min(facts["elevations"], key=abs)
-    if math.acos(min(1.0, abs(up))) + abs(elevation) > LEVEL:
+    if min(tilt, math.pi - tilt) + abs(elevation) > LEVEL:
         raise UsageError(
             f"{prim.path}: the beams are not level, so they cannot be compared with a map; choose another lidar"
         )
     first, last, step = facts["angles"]
-    begin = math.atan2(ahead_y, ahead_x) + (first if up > 0 else -last)  # an inverted lidar scans clockwise
+    begin = yaw_of(turn) + (first if tilt < math.pi / 2 else -last)  # an inverted lidar scans clockwise
     field = last - first
     near, far = facts["ranges"]
     whole = math.tau if field + step > math.tau - 1e-6 else field

@@ -19,7 +19,7 @@ from graphengine.bringup.calibration.robot_interface import (
 from graphengine.bringup.nav2.motion_limits import MotionLimits, motion_limits
 from graphengine.bringup.nav2.scan_source import ScanSource, scan_sources
 from graphengine.descriptions.engine import Floats
-from graphengine.devices.rotation import rotate
+from graphengine.devices.rotation import yaw_of
 from graphengine.devices.stage import Prim, Stage
 from graphengine.format.errors import UsageError
 from graphengine.format.prim_paths import at_or_below
@@ -118,8 +118,7 @@ def robot_facts(scene: Scene, robot: RobotInstance) -> RobotFacts:
         raise UsageError("\n  ".join([f"{robot.name}: Nav2 cannot drive this robot", *missing]))
     frame_prim = _frame_prim(scene, robot, base_frame)
     position, orientation = world_of(scene).simulation.frame(frame_prim).pose()
-    ahead = rotate(orientation, (1.0, 0.0, 0.0))
-    yaw = math.atan2(ahead[1], ahead[0])
+    yaw = yaw_of(orientation)
     points = _outline_points(scene, robot)
     turn = np.array([[math.cos(yaw), -math.sin(yaw)], [math.sin(yaw), math.cos(yaw)]])
     outline = convex_hull((points[:, :2] - position[:2]) @ turn)
