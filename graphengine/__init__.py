@@ -17,6 +17,7 @@ from graphengine.format.version import __version__ as __version__
 
 TYPE_CHECKING = False  # the name that type checkers know; `typing` takes longer to import than all else here
 if TYPE_CHECKING:
+    from graphengine.api import gym as gym
     from graphengine.api.mujoco_objects import MujocoObjects as MujocoObjects
     from graphengine.api.robots import Joint as Joint
     from graphengine.api.robots import Pose as Pose
@@ -52,6 +53,7 @@ _MODULES = {
     "api.mujoco_objects": ("MujocoObjects",),
     "api.robots": ("Robot", "Pose", "Velocity", "Joint"),
     "api.sensors": ("Sensor",),
+    "api.gym": ("gym",),
     "runtime.reloading": ("Reloaded",),
     "format.errors": (
         "GraphError",
@@ -78,7 +80,8 @@ if not TYPE_CHECKING:  # so that a misspelt name is an error to mypy and pyright
             raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
         import importlib
 
-        globals()[name] = found = getattr(importlib.import_module(_ORIGINS[name]), name)
+        module = importlib.import_module(_ORIGINS[name])
+        globals()[name] = found = module if module.__name__.endswith(f".{name}") else getattr(module, name)
         return found
 
 

@@ -21,6 +21,7 @@ from graphengine.api.values import check_choice
 from graphengine.format import interrupts
 from graphengine.format.errors import NodeError, RecordingError, StateError, UsageError
 from graphengine.format.stateful import Stateful
+from graphengine.messages.checked_encoder import CheckedEncoder
 from graphengine.messages.names import check_namespace
 from graphengine.ros.domain import Domain
 from graphengine.ros.network import LiveNetwork
@@ -71,6 +72,8 @@ class Runner:
         """What acts after each tick, oldest first: the user's periodic publications, and the sensors that the user reads."""
         self.writers: dict[object, Writer] = {}
         """Writers for messages that the user publishes, by topic, type and transport."""
+        self.encoders: dict[str, CheckedEncoder] = {}
+        """Encoders for messages that the user publishes, by type."""
         self.lock = threading.RLock()
         """Lock of the session; a thread holds it while it uses the session."""
         self.closed = False
@@ -131,7 +134,7 @@ class Runner:
         options = self.options
         joined = JoinOptions(
             replace(domain, id=number),
-            re.sub(r"\A(?![A-Za-z])", "graph_", re.sub(r"[^A-Za-z0-9_]", "_", self.scene.path.stem)),
+            re.sub(r"\A(?![A-Za-z])", "graph_", re.sub(r"[^A-Za-z0-9_]", "_", self.scene.path.stem.strip("<>"))),
             options.simulation_interfaces or "/",
             options.environ,
             self.scene.definitions,

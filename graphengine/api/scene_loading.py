@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copyreg
+import os
 import tempfile
 import weakref
 from collections.abc import Mapping, Sequence
@@ -16,6 +17,7 @@ from graphengine.api.scene import Scene, loaded_of
 from graphengine.api.values import check_choice, plain
 from graphengine.format.errors import UsageError
 from graphengine.format.files import find_file, installed_packages
+from graphengine.format.given_text import GivenText
 from graphengine.format.wording import shown
 from graphengine.scene import build
 from graphengine.scene.loaded_scene import Options
@@ -30,8 +32,10 @@ NOTHING: Mapping[str, Any] = MappingProxyType({})
 
 
 def load(
-    source: str | PathLike[str],
+    source: str | PathLike[str] | Mapping[str, Any] | None = None,
     *,
+    text: str | None = None,
+    folder: str | PathLike[str] | None = None,
     set: Mapping[str, Any] = NOTHING,
     scene: str | PathLike[str] | None = None,
     robot_state: bool = False,
@@ -50,8 +54,21 @@ def load(
     >>> list(scene.robots)
     ['dd100']
 
+    A scene or graph can also be a mapping or a YAML text, with the same keys and checks as a file. A finding then names `<dict>`
+    with the path of the key, such as `<dict>: robots.bot.use`, or `<text>` with line and column. Recordings and pickled scenes
+    contain the text; `Session.reload` reads only the files to which the text refers again.
+
+    >>> robots = {f"bot_{y}": {"use": "robots/dd100.yaml", "position": [0, y, 0.025], "namespace": f"n{y}"} for y in (1, 2)}
+    >>> list(ge.load({"scene": "rows", "world": "worlds/flat_grid.xml", "robots": robots}).robots)
+    ['bot_1', 'bot_2']
+    >>> list(ge.load(text="{graph: g, nodes: {Tick: OnPlaybackTick}}").graphs)
+    ['g']
+
     Args:
-        source: path of a file, or name of a scene or graph in the package, such as `dd100_warehouse` or `dd100/cmd_vel`.
+        source: path of a file, or name of a scene or graph in the package, such as `dd100_warehouse` or `dd100/cmd_vel`; or the
+            content of a file as a mapping. None if `text` is given.
+        text: content of a file as YAML text, in place of `source`.
+        folder: folder from which relative paths in a mapping or text start; None is the working directory.
         set: input values by address `[robot/][graph/]Node.port`; each part can be a glob pattern.
         scene: scene in which to run the graph `source`; None if `source` is a scene or needs no scene.
         robot_state: whether to publish the topics of robot_state_publisher for every robot.
@@ -70,14 +87,15 @@ def load(
         CheckError: the files have errors; the attribute `findings` has all errors, warnings and notes.
         UsageError: an argument is invalid, such as a missing file or a `set` address that matches no input.
     """
+    path, given = _source(source, text, folder)
     check_choice("rays", rays, RAYS)
     if localization is not None:
         check_choice("localization", localization, ["truth"])
-    given = {"allow": allow, "message_paths": message_paths, "packages": packages}
-    for name, several in {**given, "modules": modules}.items():
+    folders = {"allow": allow, "message_paths": message_paths, "packages": packages}
+    for name, several in {**folders, "modules": modules}.items():
         if isinstance(several, str):
             raise UsageError(f"{name}: expected a list, got {shown(several)}")
-    paths = {name: [Path(path) for path in entries] for name, entries in given.items()}
+    paths = {name: [Path(path) for path in entries] for name, entries in folders.items()}
     for name, entries in paths.items():
         for path in entries:
             legal = "folder or file" if name == "message_paths" else "folder"
@@ -96,9 +114,28 @@ def load(
         near=Path.cwd(),
         environment=dict(env),
         scripts=allow_scripts,
+        given=given,
     )
     names = [module if isinstance(module, str) else module.__name__ for module in modules]
-    return open_scene(find_file(str(source)), options, names)
+    return open_scene(path, options, names)
+
+
+def _source(
+    source: str | PathLike[str] | Mapping[str, Any] | None, text: str | None, folder: str | PathLike[str] | None
+) -> tuple[Path, GivenText | None]:
+    """Return the path of the file to load, or the path that stands for a given text, and the text."""
+    if (source is None) == (text is None):
+        raise UsageError("load: give either a file, a mapping, or `text`")
+    given = GivenText.of_text(text) if text is not None else None
+    if isinstance(source, Mapping):
+        given = GivenText.of_mapping(plain(source))
+    if given is None:
+        if folder is not None:
+            raise UsageError("folder: only with a mapping or `text`; paths in a file start from the folder of the file")
+        return find_file(str(source)), None
+    if not os.path.isdir(folder or "."):
+        raise UsageError(f"folder: there is no folder {os.fspath(folder or '.')}")
+    return Path(folder or ".", given.label), given
 
 
 def open_scene(path: Path, options: Options, modules: Sequence[str] = (), *, graphs: bool = True) -> Scene:

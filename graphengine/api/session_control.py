@@ -148,7 +148,7 @@ class SessionControl:
         return Checkpoint(inner, [(action, action.save()) for action in self._runner.after_ticks.values()])
 
     @reading
-    def restore(self, checkpoint: Checkpoint) -> None:
+    def restore(self, checkpoint: Checkpoint, *, seed: int | None = None) -> None:
         """Return to a checkpoint of this session. A recording stores the call.
 
         With the transport `memory`, repeating the calls that followed the checkpoint sends the same bytes again. `restore` does
@@ -164,12 +164,13 @@ class SessionControl:
 
         Args:
             checkpoint: checkpoint of this session.
+            seed: new seed of all random generators, for other noise from here on; None restores their state too.
 
         Raises:
             GraphError: a removed robot or a node cannot be restored.
             UsageError: the checkpoint belongs to another session.
         """
-        self._runner.session.restore(checkpoint._inner)
+        self._runner.session.restore(checkpoint._inner, seed)
         for action, state in checkpoint._after_ticks:
             action.restore(state)
 

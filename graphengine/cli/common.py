@@ -106,13 +106,8 @@ def add_import_argument(parser: argparse.ArgumentParser) -> None:
 
 def add_page_arguments(parser: argparse.ArgumentParser) -> None:
     """Add `--view-host` and `--view-port` for the web page."""
-    parser.add_argument(
-        "--view-host",
-        metavar="ADDRESS",
-        type=ip_address,
-        default="127.0.0.1",
-        help="address to serve the web page on (default 127.0.0.1)",
-    )
+    host = "address to serve the web page on (default 127.0.0.1)"
+    parser.add_argument("--view-host", metavar="ADDRESS", type=ip_address, default="127.0.0.1", help=host)
     parser.add_argument(
         "--view-port", metavar="PORT", type=port, default=0, help="port to serve the web page on (default: a free port)"
     )

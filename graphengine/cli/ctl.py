@@ -77,9 +77,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         add_flag(place, "--json", "print the result as JSON", default=suppressed)
     verbs = parser.add_subparsers(dest="command", metavar="COMMAND", required=True, parser_class=_Parser)
 
-    def add(name: str, summary: str, *fields: str, make: Callable[..., dict[str, Any]] | None = None) -> Any:
+    def add(name: str, summary: str, *fields: str, make: Callable[..., dict[str, Any]] = lambda given: {}) -> Any:
         sub = add_verb(verbs, name, summary, parents=[common])
-        sub.set_defaults(arguments=make or (lambda given: {field: getattr(given, field) for field in fields}))
+        sub.set_defaults(arguments=lambda given: {field: getattr(given, field) for field in fields} | make(given))
         return sub
 
     add("state", "print the state, time, rate, robots and movable objects of the run")
@@ -128,7 +128,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def _add_robots(add: Callable[..., Any]) -> None:
-    spawn = add("spawn", "add a robot to the scene", make=_spawn)
+    spawn = add("spawn", "add a robot to the scene", "name", "force", make=_spawn)
     spawn.add_argument("name", metavar="NAME", help="name of the robot, unique in the scene")
     file = "robot file: a path relative to the working directory, or as after `use:` in a scene file; the run must be allowed"
     file += " to read it"
@@ -145,7 +145,8 @@ def _add_robots(add: Callable[..., Any]) -> None:
     spawn.add_argument("--force", action="store_const", const=True, help=force)  # older runs accept no `False`
     delete = add("delete", "remove a robot from the scene", "name")
     delete.add_argument("name", metavar="NAME", help="name of the robot")
-    move = add("move", "move a robot or an object of the world", make=_move)
+    moved = "entity", "linear", "angular", "odometry", "force"
+    move = add("move", "move a robot or an object of the world", *moved, make=_move)
     move.add_argument("entity", metavar="NAME", help="name of the robot or object")
     where = "of the object, or of the robot's base link, in the world frame, m"
     for axis, meaning in (("x", f"x {where}"), ("y", f"y {where}"), ("z", f"z {where} (default: keep the height)")):
@@ -188,14 +189,10 @@ def _add_forces(add: Callable[..., Any]) -> None:
         "duration in simulation time, such as 0.5s or 200ms; required for a force (default for an impulse: one tick)"
     )
     push.add_argument("--for", dest="duration", metavar="TIME", type=duration, help=how_long)
-    push.add_argument(
-        "--at",
-        metavar="X,Y,Z",
-        type=vector(3),
-        help="point of application in the world frame, m (default: centre of mass)",
-    )
+    point = "point of application in the world frame, m (default: centre of mass)"
+    push.add_argument("--at", metavar="X,Y,Z", type=vector(3), help=point)
 
-    command = add("command", "set targets of a robot's joints from the next tick on", make=_command)
+    command = add("command", "set targets of a robot's joints from the next tick on", "robot", make=_command)
     command.add_argument("robot", metavar="NAME", help="name of the robot")
     kinds = {
         "positions": "position targets, rad or m, or as shoulder=90deg; the joints need drives with stiffness",
@@ -239,21 +236,12 @@ def _spawn(given: argparse.Namespace) -> dict[str, Any]:
         "namespace": given.namespace,
         "robot_state": given.robot_state,
     }
-    use = {key: value for key, value in use.items() if value is not None}
-    return {"name": given.name, "use": use, "force": given.force}
+    return {"use": {key: value for key, value in use.items() if value is not None}}
 
 
 def _move(given: argparse.Namespace) -> dict[str, Any]:
     position = [value for value in (given.x, given.y, given.z) if value is not None]
-    return {
-        "entity": given.entity,
-        "position": position or None,
-        "orientation": _rotation(given),
-        "linear": given.linear,
-        "angular": given.angular,
-        "odometry": given.odometry,
-        "force": given.force,
-    }
+    return {"position": position or None, "orientation": _rotation(given)}
 
 
 def _reset_robot(given: argparse.Namespace) -> dict[str, Any]:
@@ -268,8 +256,7 @@ def _reset_robot(given: argparse.Namespace) -> dict[str, Any]:
 
 def _command(given: argparse.Namespace) -> dict[str, Any]:
     kinds = ("positions", "velocities", "efforts")
-    targets = {kind: dict(getattr(given, kind)) for kind in kinds if getattr(given, kind) is not None}
-    return {"robot": given.robot, **targets}
+    return {kind: dict(getattr(given, kind)) for kind in kinds if getattr(given, kind) is not None}
 
 
 def _assign(given: argparse.Namespace) -> dict[str, Any]:

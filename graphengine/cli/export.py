@@ -14,12 +14,8 @@ from graphengine.format.diagnostics import Findings
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the command-line arguments of `graphrun export` to its parser."""
     add_file_arguments(parser)
-    parser.add_argument(
-        "--to",
-        choices=("isaac-script",),
-        default="isaac-script",
-        help="format of the output; isaac-script: Python script for Isaac Sim (default)",
-    )
+    form = "format of the output; isaac-script: Python script for Isaac Sim (default)"
+    parser.add_argument("--to", choices=("isaac-script",), default="isaac-script", help=form)
     parser.add_argument(
         "-o", "--output", metavar="FILE", type=Path, help="script to write (default: print it to standard output)"
     )

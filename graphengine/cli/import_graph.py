@@ -24,6 +24,7 @@ from graphengine.format.atomic_write import write_together
 from graphengine.format.diagnostics import Findings
 from graphengine.format.errors import UsageError
 from graphengine.format.files import Files, near, require_file, require_suffix
+from graphengine.format.wording import listing
 
 if TYPE_CHECKING:
     from graphengine.compiler.registry import Registry
@@ -41,14 +42,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "file", metavar="SCRIPT|STAGE", type=Path, help="a script (.py), or a USD stage (.usda, .usd, .usdc)"
     )
-    parser.add_argument(
-        "-o",
-        "--output",
-        metavar="FOLDER",
-        type=Path,
-        default=Path(),
-        help="folder to write the YAML files to (default: the working directory)",
-    )
+    folder = "folder to write the YAML files to (default: the working directory)"
+    parser.add_argument("-o", "--output", metavar="FOLDER", type=Path, default=Path(), help=folder)
     add_flag(parser, "--force", "overwrite existing files")
     add_repeatable(parser, "--allow", "FOLDER", "also let the script or stage read files in this folder", type=Path)
     add_import_argument(parser)
@@ -234,5 +229,4 @@ def _notes(findings: Findings) -> Iterator[str]:
     if len(notes) > LONGEST:
         yield f"note: … ({len(notes) - LONGEST} more)"
     if passed:
-        more = f", … ({len(passed) - LONGEST} more)" if len(passed) > LONGEST else ""
-        yield f"note N302: left out, because it does not belong to a graph: {', '.join(passed[:LONGEST])}{more}"
+        yield listing(passed, "note N302: left out, because it does not belong to a graph", LONGEST)

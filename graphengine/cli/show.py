@@ -31,12 +31,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     form.add_argument(
         "--svg", metavar="FILE", type=Path, help="SVG file to write: a drawing with ports, values and findings"
     )
-    form.add_argument(
-        "--html",
-        metavar="FILE",
-        type=Path,
-        help="HTML file to write: the drawing as a web page with zoom and details of ports",
-    )
+    page_file = "HTML file to write: the drawing as a web page with zoom and details of ports"
+    form.add_argument("--html", metavar="FILE", type=Path, help=page_file)
 
 
 def execute(arguments: argparse.Namespace) -> int:

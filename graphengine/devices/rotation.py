@@ -112,6 +112,11 @@ def yaw_of(q: Quaternion) -> float:
     return math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
 
 
+def tilt_of(q: Quaternion) -> float:
+    """Return the angle between the rotated z axis and the z axis, rad."""
+    return 2.0 * math.asin(min(1.0, math.hypot(q[0], q[1])))
+
+
 def from_orientation(orientation: Orientation) -> Quaternion:
     """Return the unit quaternion of an orientation that a file gives as a quaternion or as roll, pitch and yaw in degrees."""
     if orientation.quaternion_xyzw is None:

@@ -18,6 +18,7 @@ import yaml
 
 from graphengine.format.core_schema import resolve
 from graphengine.format.diagnostics import Findings, Source, Span
+from graphengine.format.given_text import GivenText
 from graphengine.format.regular_files import open_regular
 from graphengine.format.syntax_errors import report_syntax
 from graphengine.format.wording import did_you_mean
@@ -110,17 +111,29 @@ class Document:
 
 
 def load(
-    path: str | os.PathLike[str], findings: Findings, shown_as: str | None = None, *, merge_keys: bool = False
+    path: str | os.PathLike[str],
+    findings: Findings,
+    shown_as: str | None = None,
+    *,
+    given: GivenText | None = None,
+    merge_keys: bool = False,
 ) -> Document | None:
     """Read a YAML file; return None if it cannot be read or parsed. Errors are added to `findings`.
 
-    `shown_as` is the path to show in messages, if it differs from `path`. `merge_keys` is as in `parse`.
+    Args:
+        path: path of the file.
+        findings: receives the errors.
+        shown_as: path to show in messages; None shows `path`.
+        given: text to read in place of the file.
+        merge_keys: as in `parse`.
     """
-    shown = shown_as or os.fspath(path)
-    start = Span(Source(shown, ()), 1, 1)
+    shown, label = shown_as or os.fspath(path), given.label if given is not None else ""
+    start = Span(Source(shown, (), label), 1, 1)
     try:
-        with open_regular(path) as file:
-            raw = file.read(MAX_BYTES + 1)
+        raw = given.data if given is not None else b""
+        if given is None:
+            with open_regular(path) as file:
+                raw = file.read(MAX_BYTES + 1)
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or str(error)
         findings.add("G101", f"cannot read {shown!r}: {reason}", start)
@@ -133,21 +146,41 @@ def load(
     try:
         text = raw.decode()
     except UnicodeDecodeError as error:
-        source = Source(shown, tuple(_LINE_END.split(raw.decode("utf-8", "replace"))))
+        source = Source(shown, tuple(_LINE_END.split(raw.decode("utf-8", "replace"))), label)
         span = _span_behind(raw[: error.start].decode("utf-8", "ignore"), source)
         what = f"{shown!r} is not UTF-8 text: byte 0x{raw[error.start]:02x}"
         findings.add("G101", what, span, "save the file as UTF-8")
         return None
-    return parse(text, shown, findings, merge_keys=merge_keys)
+    found = parse(text, shown, findings, label=label, merge_keys=merge_keys)
+    if found is not None and given is not None and given.keyed:
+        found.source.keys.update(_key_paths(found.root))
+    return found
 
 
-def parse(text: str, shown_as: str, findings: Findings, *, merge_keys: bool = False) -> Document | None:
+def _key_paths(root: Value) -> Iterator[tuple[int, str]]:
+    """Yield the line and the path of each key and list item, such as `robots.bot.position[0]`."""
+    yield root.span.line, ""
+    pending = [("", root)]
+    while pending:
+        path, value = pending.pop()
+        if isinstance(value.data, dict):
+            inner = [(f"{path}.{key}" if path else key, value.keys[key], child) for key, child in value.data.items()]
+        else:
+            items = value.data if isinstance(value.data, list) else []
+            inner = [(f"{path}[{index}]", child.span, child) for index, child in enumerate(items)]
+        yield from ((span.line, name) for name, span, _ in inner)
+        pending += [(name, child) for name, _, child in inner]
+
+
+def parse(
+    text: str, shown_as: str, findings: Findings, *, label: str = "", merge_keys: bool = False
+) -> Document | None:
     """Parse YAML text; return None if it cannot be parsed. Errors are added to `findings`; `shown_as` is the path they show.
 
-    With `merge_keys`, a repeated key is no error: mappings are merged, and of other values the last one counts, as in ROS 2
-    parameter files.
+    `label` is as in `Source`. With `merge_keys`, a repeated key is no error: mappings are merged, and of other values the last
+    one counts, as in ROS 2 parameter files.
     """
-    source = Source(shown_as, tuple(_LINE_END.split(text)))
+    source = Source(shown_as, tuple(_LINE_END.split(text)), label)
     if illegal := _ILLEGAL.search(text):
         span = _span_behind(text[: illegal.start()], source)
         number = f"{ord(illegal[0]):04X}"  # none is above U+FFFF

@@ -214,13 +214,15 @@ class Restore(Command):
     recorded = True
 
     name: EntityName
+    seed: int | None = None
+    """New seed of all random generators; None restores their state too."""
 
     def _apply(self, session: SessionCore) -> None:
         kept = session.held.get(self.name)
         if kept is None:
             raise UsageError(unknown("checkpoint", self.name, session.held))
         session.hold(kept)
-        session.restore(kept)
+        session.restore(kept, self.seed)
 
 
 class State(Command):

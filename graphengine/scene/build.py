@@ -53,9 +53,9 @@ def load_again(scene: LoadedScene) -> LoadedScene:
 
 
 def _load(path: Path, options: Options, before: LoadedScene | None = None) -> LoadedScene:
-    files = Files.of(path, options.allowed, options.near, options.installed, options.shipped)
+    files = _files(path, options)
     unread = LoadedScene(path, options, files, Findings())
-    found = document.load(path, unread.findings)
+    found = document.load(path, unread.findings, given=files.text(path))
     if found is None:
         return unread
     kind = spec_reader.kind_of(found)
@@ -74,19 +74,23 @@ def _load(path: Path, options: Options, before: LoadedScene | None = None) -> Lo
     return unread
 
 
+def _files(path: Path, options: Options) -> Files:
+    return Files.of(path, options.allowed, options.near, options.installed, options.shipped, options.given)
+
+
 def check_robot(path: Path, options: Options) -> LoadedScene:
     """Check a robot file and return the findings in a LoadedScene; graphs of the robot are checked only as part of a scene."""
     from graphengine.physics.loading import load_robot_file
 
-    files, findings = Files.of(path, options.allowed, options.near, options.installed, options.shipped), Findings()
+    files, findings = _files(path, options), Findings()
     load_robot_file(path, files, findings)
     return LoadedScene(path, options, files, findings)
 
 
 def load_without_graphs(path: Path, options: Options) -> LoadedScene:
     """Read and check a scene file and its robots, but not the graphs."""
-    files, findings = Files.of(path, options.allowed, options.near, options.installed, options.shipped), Findings()
-    read = spec_reader.read(SceneSpec, path, findings)
+    files, findings = _files(path, options), Findings()
+    read = spec_reader.read(SceneSpec, path, findings, given=files.text(path))
     world = _world(read, files, findings, options) if read is not None else None
     return LoadedScene(path, options, files, findings, world=world)
 
@@ -103,7 +107,7 @@ def _scene_uses(
 ) -> tuple[LoadedScene, list[GraphFile]]:
     """Return a scene with its world, and its graph files: those of the scene file first, then those of each robot."""
     options, findings = scene.options, scene.findings
-    read = spec_reader.read(SceneSpec, path, findings)
+    read = spec_reader.read(SceneSpec, path, findings, given=files.text(path))
     if read is None:
         return scene, []
     uses: list[GraphFile] = []

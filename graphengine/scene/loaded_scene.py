@@ -13,6 +13,7 @@ from graphengine.devices.stage import Stage
 from graphengine.format.diagnostics import Finding, Findings
 from graphengine.format.errors import UsageError
 from graphengine.format.files import Files
+from graphengine.format.given_text import GivenText
 from graphengine.messages.definitions import Definitions
 from graphengine.messages.distros import JAZZY, Distro
 from graphengine.messages.endpoints import EndpointClaim
@@ -52,6 +53,7 @@ class Options:
         scripts: whether graphs may run Python code.
         recorded: whether the files are those of a recording; then values out of the bounds of their ports are only warnings,
             because the bounds may be newer than the recording.
+        given: text of the scene or graph in place of its file.
         sees_own_robots: whether ray sensors whose robot file does not say so see their own robot.
     """
 
@@ -71,6 +73,7 @@ class Options:
     environment: Mapping[str, str] = field(default_factory=dict)
     scripts: bool = False
     recorded: bool = False
+    given: GivenText | None = None
     sees_own_robots: bool = True
 
 

@@ -26,12 +26,24 @@ from graphengine.api import (
     session_control,
     session_world,
 )
+from graphengine.api.gym import scene_env
 from graphengine.bringup import scenes
 
 ROOT = Path(__file__).parents[2]
 EXAMPLES = ROOT / "examples"
 FINDER = doctest.DocTestFinder(exclude_empty=False)
-MODULES = (scene_loading, scene, session, session_control, session_world, robots, sensors, mujoco_objects, scenes)
+MODULES = (
+    scene_loading,
+    scene,
+    session,
+    session_control,
+    session_world,
+    robots,
+    sensors,
+    mujoco_objects,
+    scene_env,
+    scenes,
+)
 DOCUMENTED = {test.name: test for module in MODULES for test in FINDER.find(module) if test.examples}
 
 
@@ -78,6 +90,13 @@ def test_a_search_from_a_checkpoint_finds_the_turn_that_leads_to_the_goal() -> N
     assert printed(r"(\S+) m from the goal", output) < 0.15
 
 
+def test_wheels_are_commanded_until_the_lidar_measures_half_a_metre() -> None:
+    stops = re.findall(r"(\S+) m before the wall after (\S+) s", run("examples/wheels/run.py"))
+    (near, slow), (near_again, fast) = [(float(ahead), float(seconds)) for ahead, seconds in stops]
+    assert near == near_again == 0.51
+    assert fast < slow  # the second drive is faster, from the same start
+
+
 def test_a_controller_is_tuned() -> None:
     output = run("examples/tune.py")
     assert (
@@ -97,6 +116,13 @@ def test_a_fleet_with_an_own_node_is_recorded_and_replayed(tmp_path: Path) -> No
     assert (tmp_path / "fleet.mcap").stat().st_size > 0
     assert "'guard_0001/cmd_vel/Patrol.velocity': -0.2" in output
     assert "identical" in output
+
+
+def test_a_robot_learns_to_drive_to_a_point() -> None:
+    output = run("examples/learn.py")
+    distances = [float(found) for found in re.findall(r"([\d.]+) m from the goal", output)]
+    assert len(distances) == 5
+    assert distances[-1] < 0.15 < distances[0]
 
 
 def test_the_fleet_needs_no_argument() -> None:

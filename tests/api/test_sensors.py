@@ -16,11 +16,14 @@ from graphengine.cli import main
 from graphengine.format.kinds import DEVICES
 from tests.physics.pictures.harness import needs_opengl
 
-MASS, WALL, HEIGHT = 5.0, 2.0, 0.5  # kg, m ahead, m above the base
+MASS, HAND, WALL, HEIGHT = 5.0, 1.0, 2.0, 0.5  # kg, kg, m ahead, m above the base
+INERTIA = '<inertia ixx=".1" iyy=".1" izz=".1" ixy="0" ixz="0" iyz="0"/>'
 FILES = {
     "bot.urdf": f"""<robot name="bot"><link name="base_link">
-<inertial><mass value="{MASS}"/><inertia ixx=".1" iyy=".1" izz=".1" ixy="0" ixz="0" iyz="0"/></inertial>
-<collision><geometry><box size=".4 .4 .2"/></geometry></collision></link></robot>""",
+<inertial><mass value="{MASS}"/>{INERTIA}</inertial>
+<collision><geometry><box size=".4 .4 .2"/></geometry></collision></link>
+<link name="hand"><inertial><mass value="{HAND}"/>{INERTIA}</inertial></link>
+<joint name="wrist" type="fixed"><parent link="base_link"/><child link="hand"/></joint></robot>""",
     "world.xml": f"""<mujoco><worldbody><geom type="plane" size="0 0 1"/>
 <geom type="box" size=".1 9 9" pos="{WALL + 0.1} 0 1"/></worldbody></mujoco>""",
     "scene.yaml": "scene: s\nworld: world.xml\nrobots: {bot: {use: bot.yaml, position: [0, 0, 0.1]}}\n",
@@ -34,14 +37,17 @@ PROFILES = {
     "contact": "contact",
     "raycast": "raycast",
     "light_beam": "light_beam",
+    "navsat": "{rate: 10.0}",
+    "force_torque": "force_torque",
     "surface_gripper": "surface_gripper",
 }
+ON_BASE, PARENT = "parent: base_link", {"force_torque": "parent: hand"}
 
 
 def write(folder: Path, *kinds: str) -> Path:
     """Write a scene: a box on the floor before a wall, with a sensor of each kind, called as its kind is."""
     sensors = [
-        f"  {kind}: {{type: {kind}, profile: {PROFILES[kind]}, parent: base_link, position: [0, 0, {HEIGHT}]}}"
+        f"  {kind}: {{type: {kind}, profile: {PROFILES[kind]}, {PARENT.get(kind, ON_BASE)}, position: [0, 0, {HEIGHT}]}}"
         for kind in kinds
     ]
     for name, text in {**FILES, "bot.yaml": "\n".join(["robot: bot", "urdf: bot.urdf", "sensors:", *sensors])}.items():
@@ -63,11 +69,13 @@ def test_every_kind_of_sensor_has_samples(watched: ge.Session) -> None:
     assert all(sensor.sample() is None for sensor in sensors.values())
     watched.run(0.5)
     found = {name: sensor.sample() for name, sensor in sensors.items()}
-    assert found["contact"].force == pytest.approx(MASS * 9.81, rel=1e-6)
+    assert found["contact"].force == pytest.approx((MASS + HAND) * 9.81, rel=1e-6)
     assert found["imu"].gravity == pytest.approx((0.0, 0.0, 9.81))
     assert found["range"].range == pytest.approx(WALL, abs=5 * 0.003)  # the deviation of its noise, m
     assert found["raycast"].depths[0] == pytest.approx(WALL, abs=1e-4)
     assert found["light_beam"].hits.all()
+    assert found["navsat"].altitude == pytest.approx(0.1 + HEIGHT, abs=1e-3)
+    assert found["force_torque"].force == pytest.approx((0.0, 0.0, -HAND * 9.81), abs=1e-6)
     assert found["radar"].points[:, 0] == pytest.approx(WALL, abs=0.1 * 5)
     ahead = np.argmin(found["lidar"].ranges)
     assert found["lidar"].points[ahead] == pytest.approx((WALL, 0.0, 0.0), abs=1e-4)

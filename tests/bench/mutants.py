@@ -25,7 +25,6 @@ import signal
 import subprocess
 import sys
 import tempfile
-import time
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -35,7 +34,7 @@ from tests.bench.mutation import KINDS, mutants, places, replaced
 REPOSITORY = Path(__file__).resolve().parents[2]
 TIMEOUT = "timeout"
 SECONDS = 150.0  # of the tests of one mutant
-PYTEST = [sys.executable, "-m", "pytest", "-x", "-q", "-p", "no:cacheprovider", "--tb=no", "-m", "not slow"]
+PYTEST = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "--tb=no", "-m", "not slow"]
 NO_TESTS_OF = re.compile(r"tests/(bench|pictures|docs|third_party)/")
 
 Mutant = dict[str, Any]
@@ -74,9 +73,10 @@ def draw(root: Path, seed: int, count: int) -> list[Mutant]:
 
 def mutated(root: Path, wanted: Mutant) -> tuple[str, str] | None:
     """The module of a mutant in a checkout, and the module's text with the mutant; None if there is no such statement."""
-    name = Path(wanted["file"]).name
+    parts = {*Path(wanted["file"]).with_suffix("").parts}
+    ordered = sorted(modules(root), key=lambda file: -len(parts & {*Path(file).with_suffix("").parts}))
     for function in (wanted["function"], wanted["function"].split(".")[-1]):
-        for file in sorted(modules(root), key=lambda file: (file != wanted["file"], Path(file).name != name)):
+        for file in ordered:
             tree = ast.parse((root / file).read_bytes())
             if replaced(tree, function, wanted["before"], wanted["after"]):
                 return file, ast.unparse(tree)
@@ -98,24 +98,23 @@ def test_files(root: Path, file: str, function: str) -> list[str]:
     return sorted((test for test in scores if not NO_TESTS_OF.match(test)), key=lambda test: (-scores[test], test))
 
 
-def run(root: Path, tests: list[str], *options: str) -> tuple[str, float]:
-    """The first test that fails, or an empty text, or TIMEOUT; and the seconds."""
-    environment, begun = {**os.environ, "PYTHONPATH": str(root)}, time.monotonic()
+def failing(root: Path, tests: list[str], *options: str, seconds: float | None = None) -> list[str]:
+    """The tests that fail, or TIMEOUT."""
+    command, environment = [*PYTEST, *options, *tests], {**os.environ, "PYTHONPATH": str(root)}
     with tempfile.TemporaryFile("w+") as output:
-        command = [*PYTEST, *options, *tests]
         process = subprocess.Popen(command, cwd=root, env=environment, stdout=output, start_new_session=True)
         with contextlib.suppress(subprocess.TimeoutExpired):
-            process.wait(SECONDS)
+            process.wait(seconds)
         timeout = process.poll() is None
         with contextlib.suppress(ProcessLookupError):
             os.killpg(process.pid, signal.SIGKILL)
         output.seek(0)
-        found = re.search(r"^(?:FAILED|ERROR) (.+?)(?: - .*)?$", output.read(), re.MULTILINE)
-    return TIMEOUT if timeout else found[1] if found else "", time.monotonic() - begun
+        found = re.findall(r"^(?:FAILED|ERROR) (.+?)(?: - .*)?$", output.read(), re.MULTILINE)
+    return [TIMEOUT] if timeout else found
 
 
-def tried(root: Path, mutant: Mutant, most: int, broken: set[str]) -> str:
-    """The test that fails with a mutant and passes without, or TIMEOUT, "survived" or "gone"; `broken` fail without too."""
+def tried(root: Path, mutant: Mutant, most: int, *options: str) -> str:
+    """The first test that fails with a mutant, or TIMEOUT, "survived" or "gone"."""
     wanted = {**mutant, **mutant["moved"]}
     place = mutated(root, wanted)
     if place is None:
@@ -125,19 +124,14 @@ def tried(root: Path, mutant: Mutant, most: int, broken: set[str]) -> str:
     tests = test_files(root, file, wanted["function"])
     defined = re.compile("|".join(rf"def {name}\(" for name in names) or "$^")
     earlier = [test for test in tests if defined.search((root / test).read_text(encoding="utf-8"))]
-    for some, *options in ((earlier, "-k", " or ".join(names)), (tests[:most],)):
-        while some:
-            left_out = [f"--deselect={test}" for test in broken]
+    for some, *more in ((earlier, "-k", " or ".join(names)), (tests[:most],)):
+        if some:
             with changed(root / file, text):
-                test, _ = run(root, some, *options, *left_out)
-            if not test:
-                break
-            without, seconds = run(root, some, *options, *left_out) if test == TIMEOUT else run(root, [test])
-            if not without and seconds < SECONDS / 2:
-                return test
-            if test == TIMEOUT:
-                break
-            broken.add(test)
+                failed = failing(root, some, "-x", *more, *options, seconds=SECONDS)
+            if failed and (
+                failed != [TIMEOUT] or TIMEOUT not in failing(root, some, *more, *options, seconds=SECONDS / 2)
+            ):
+                return failed[0]
     return "survived"
 
 
@@ -181,12 +175,21 @@ def main() -> None:
     with checkout(revision) as root:
         trying = arguments.verb == "run"
         drawn = json.loads(file.read_text()) if trying else draw(root, arguments.seed, arguments.count)
-        for mutant in drawn if trying else []:
-            results = mutant["results"]
-            if revision not in results and (arguments.all or "survived" not in results.values()):
-                results[revision] = tried(root, mutant, arguments.files, broken)
-                print(drawn.index(mutant), mutant["file"], results[revision], flush=True)
-                file.write_text(json.dumps(drawn, indent=1), encoding="utf-8")
+        while trying:
+            for mutant in drawn:
+                results = mutant["results"]
+                if revision not in results and (arguments.all or "survived" not in results.values()):
+                    results[revision] = tried(root, mutant, arguments.files, *(f"--deselect={test}" for test in broken))
+                    print(drawn.index(mutant), mutant["file"], results[revision], flush=True)
+                    file.write_text(json.dumps(drawn, indent=1), encoding="utf-8")
+            died = {test for mutant in drawn if "::" in (test := mutant["results"].get(revision, ""))}
+            wrong = {*failing(root, sorted(died))} & died if died else set()
+            print("tests that fail without a mutant:", wrong or "none")
+            for mutant in drawn:
+                if mutant["results"].get(revision) in wrong:
+                    del mutant["results"][revision]
+            broken |= wrong
+            trying = bool(wrong)
     file.write_text(json.dumps(drawn, indent=1), encoding="utf-8")
     for number, m in enumerate(drawn):
         print(f"{number:2}", " | ".join((m["room"], m["kind"], f"{m['file']} {m['function']}", *m["results"].values())))

@@ -76,8 +76,8 @@ def _flaw(draft: Draft, joints: Sequence[str], held: Collection[str]) -> str:
         held: names of joints that take position commands.
     """
     for name in joints:
-        if name not in draft.urdf.joints:
-            return no_joint(draft.urdf, name)
+        if name not in draft.description.joints:
+            return no_joint(draft.description, name)
         if name not in held:
             return f"joint {printable(name)!r} has no drive that takes positions"
     return "" if joints else "it names no joints"
@@ -127,13 +127,13 @@ def _parameters(controller: Controller, joints: Sequence[str]) -> dict[str, Any]
 
 def _of_chains(draft: Draft, held: Collection[str]) -> Iterator[Limb]:
     """Yield an arm for each chain of joints that looks like one."""
-    arms = arm_chains(draft.urdf, held)
+    arms = arm_chains(draft.description, held)
     names = [_common_words(arm) or f"arm_{number}" for number, arm in enumerate(arms, 1)]
     if len(set(names)) < len(names):
         names = [f"arm_{number}" for number, _ in enumerate(arms, 1)]
     for name, joints in zip(names, arms, strict=True):
         controller = CONTROLLER if len(arms) == 1 else f"{name}_controller"
-        span = draft.urdf.joints[joints[0]].element.span
+        span = draft.description.joints[joints[0]].element.span
         yield Limb(controller, joints, "the chain of joints with position drives", span, guessed=True)
 
 

@@ -11,8 +11,8 @@ from dataclasses import dataclass, field, replace
 from typing import Any, Literal
 
 from graphengine.bringup.robots.base_wheels import BaseWheel
+from graphengine.descriptions.robot_description import Joint
 from graphengine.descriptions.robot_files.draft import Draft, no_joint
-from graphengine.descriptions.urdf.urdf import UrdfJoint
 from graphengine.devices.rotation import Vector3
 from graphengine.format.diagnostics import Span
 from graphengine.format.wording import printable
@@ -57,10 +57,10 @@ class Base:
 
 def flaw(draft: Draft, base: Base) -> str:
     """Return the reason why the joints of a base cannot drive it; empty if they can."""
-    joints = draft.urdf.joints
+    joints = draft.description.joints
     for name in (*base.driven, *base.steering):
         if name not in joints:
-            return no_joint(draft.urdf, name)
+            return no_joint(draft.description, name)
         if not joints[name].moves:
             return f"joint {printable(name)!r} is fixed"
     return "" if base.driven else "it names no wheels"
@@ -106,7 +106,7 @@ class Drivetrain:
 
     base: Base
     wheels: tuple[BaseWheel, ...]
-    steering: tuple[UrdfJoint, ...]
+    steering: tuple[Joint, ...]
     parameters: dict[str, Any]
     grip: Mapping[str, Vector3] = field(default_factory=dict)
     skid: Grip | None = None

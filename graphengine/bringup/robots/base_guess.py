@@ -8,8 +8,8 @@ from graphengine.bringup.robots.base import Base
 from graphengine.bringup.robots.base_wheels import ALIGNED, BaseWheel
 from graphengine.bringup.robots.skid_steering import SMALL
 from graphengine.descriptions.files.xml import Element, numbers
+from graphengine.descriptions.robot_description import RobotDescription
 from graphengine.descriptions.robot_files.draft import Draft, Remark
-from graphengine.descriptions.urdf.urdf import Urdf
 from graphengine.devices.rotation import Vector3, rotate
 
 _HOLONOMIC = ("mecanum", "omni_wheel", "omniwheel", "omni-wheel")
@@ -32,7 +32,7 @@ def base_of_wheels(draft: Draft, wheels: Sequence[BaseWheel], commanded: Collect
     driven = [wheel for wheel in rolling if wheel.joint in commanded] or fixed
     if not rolling or not driven:
         return None
-    span = draft.urdf.joints[driven[0].joint].element.span
+    span = draft.description.joints[driven[0].joint].element.span
     names = tuple(wheel.joint for wheel in driven)
     if steered:
         pivots = tuple(dict.fromkeys(wheel.swivel for wheel in steered))
@@ -44,10 +44,10 @@ def base_of_wheels(draft: Draft, wheels: Sequence[BaseWheel], commanded: Collect
         draft.lost.append(Remark(f"a base {which} steered: no graph drives it", span))
         return None
     driven = _without_casters(driven, commanded)
-    names, span = tuple(wheel.joint for wheel in driven), draft.urdf.joints[driven[0].joint].element.span
+    names, span = tuple(wheel.joint for wheel in driven), draft.description.joints[driven[0].joint].element.span
     if all(wheel.sideways for wheel in driven):
         if max(wheel.centre[1] for wheel in driven) - min(wheel.centre[1] for wheel in driven) > driven[0].radius / 2:
-            if len(driven) >= 4 and is_mecanum(draft.urdf, driven):
+            if len(driven) >= 4 and is_mecanum(draft.description, driven):
                 return Base("mecanum", names, (), "the wheels, which are mecanum wheels", span, guessed=True)
             return Base("differential", names, (), "the wheels, which are parallel", span, guessed=True)
         draft.lost.append(Remark("wheels on one side only: no graph drives them", span))
@@ -69,28 +69,28 @@ def _without_casters(wheels: Sequence[BaseWheel], commanded: Collection[str]) ->
     return [each for each in wheels if each.sideways or each.joint in commanded or each.radius >= limit]
 
 
-def is_mecanum(urdf: Urdf, wheels: Sequence[BaseWheel]) -> bool:
+def is_mecanum(description: RobotDescription, wheels: Sequence[BaseWheel]) -> bool:
     """Return whether wheels are mecanum wheels.
 
     They are if the rollers of a wheel or Gazebo's friction have a diagonal direction, or if the name of the robot or of a wheel's
     joint, link or mesh calls it a mecanum or omni wheel.
     """
-    if any(is_diagonal(wheel.rollers.axis) or friction_direction(urdf, wheel) is not None for wheel in wheels):
+    if any(is_diagonal(wheel.rollers.axis) or friction_direction(description, wheel) is not None for wheel in wheels):
         return True
-    return any(word in name.lower() for name in _names(urdf, wheels) for word in _HOLONOMIC)
+    return any(word in name.lower() for name in _names(description, wheels) for word in _HOLONOMIC)
 
 
-def friction_direction(urdf: Urdf, wheel: BaseWheel) -> Vector3 | None:
+def friction_direction(description: RobotDescription, wheel: BaseWheel) -> Vector3 | None:
     """Return Gazebo's friction direction `fdir1` of a wheel in the root link's frame; None unless it is a diagonal direction."""
-    for gazebo in urdf.element.all("gazebo"):
+    for gazebo in description.element.all("gazebo"):
         if gazebo.get("reference") != wheel.link:
             continue
         for element in (each for each in gazebo.walk() if each.tag == "fdir1"):
             frame = next((value for key, value in element.attributes.items() if key.endswith("expressed_in")), "")
             direction = numbers(element.text or element.get("value"), 3)
-            if direction is None or frame not in urdf.links:
+            if direction is None or frame not in description.links:
                 continue
-            turned = rotate(urdf.pose_in_root(frame)[1], (direction[0], direction[1], direction[2]))
+            turned = rotate(description.pose_in_root(frame)[1], (direction[0], direction[1], direction[2]))
             if is_diagonal(turned):
                 return turned
     return None
@@ -102,10 +102,10 @@ def is_diagonal(direction: Vector3 | None) -> bool:
     return min(x, y) > _DIAGONAL * max(x, y)
 
 
-def _names(urdf: Urdf, wheels: Sequence[BaseWheel]) -> Iterator[str]:
-    yield urdf.element.get("name")
+def _names(description: RobotDescription, wheels: Sequence[BaseWheel]) -> Iterator[str]:
+    yield description.element.get("name")
     for wheel in wheels:
-        yield from (wheel.joint, wheel.link, *map(_mesh, urdf.links[wheel.link].element.walk()))
+        yield from (wheel.joint, wheel.link, *map(_mesh, description.links[wheel.link].element.walk()))
 
 
 def _mesh(element: Element) -> str:

@@ -16,7 +16,7 @@ def base_of_plugins(draft: Draft) -> Base | None:
     """Return the base of the first usable drive plugin, with topics of other plugins; None without such a plugin."""
     base: Base | None = None
     topics: dict[str, float | str] = {}
-    for plugin in (element for element in draft.urdf.element.walk() if element.tag == "plugin"):
+    for plugin in (element for element in draft.description.element.walk() if element.tag == "plugin"):
         told = _told(plugin)
         if "planar_move" in told:
             draft.use(plugin)
@@ -45,7 +45,7 @@ def base_of_plugins(draft: Draft) -> Base | None:
 def topics_of_plugins(draft: Draft) -> dict[str, float | str]:
     """Return topics from the remappings of Gazebo's ros2_control plugin, as parameters of the base's graph."""
     found: dict[str, float | str] = {}
-    for plugin in (element for element in draft.urdf.element.walk() if element.tag == "plugin"):
+    for plugin in (element for element in draft.description.element.walk() if element.tag == "plugin"):
         if "ros2_control" in _told(plugin) or "ros2control" in _told(plugin):
             command = [_remapped(plugin, f"~/{name}") for name in ("cmd_vel_unstamped", "cmd_vel", "reference")]
             odometry = [_remapped(plugin, f"~/{name}") for name in ("odom", "odometry")]

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass
 
+from graphengine.descriptions.robot_description import TURNING, Joint, RobotDescription
 from graphengine.descriptions.robot_files.draft import Draft, WheelShape
-from graphengine.descriptions.urdf.rollers import NO_ROLLERS, Rollers
-from graphengine.descriptions.urdf.urdf import TURNING, Urdf, UrdfJoint
+from graphengine.descriptions.rollers import NO_ROLLERS, Rollers
 from graphengine.devices.rotation import Vector3
 
 ALIGNED = 0.99
@@ -60,19 +60,25 @@ def wheels_on_floor(draft: Draft, commanded: Collection[str]) -> list[BaseWheel]
         draft: draft with the wheels found in the description.
         commanded: names of joints that take commands; such a joint cannot be the swivel of a caster.
     """
-    urdf, axes = draft.urdf, draft.urdf.axes_in_root()
+    description, axes = draft.description, draft.description.axes_in_root()
     shapes = [shape for shape in draft.wheels.values() if shape.on_floor]
-    swivels = [_swivel(urdf, urdf.joints[shape.joint], axes) for shape in shapes]
+    swivels = [_swivel(description, description.joints[shape.joint], axes) for shape in shapes]
     swivelling = [shape for shape, swivel in zip(shapes, swivels, strict=True) if swivel is not None]
-    return [_wheel(urdf, shape, swivel, commanded, swivelling) for shape, swivel in zip(shapes, swivels, strict=True)]
+    return [
+        _wheel(description, shape, swivel, commanded, swivelling) for shape, swivel in zip(shapes, swivels, strict=True)
+    ]
 
 
 def _wheel(
-    urdf: Urdf, shape: WheelShape, swivel: UrdfJoint | None, commanded: Collection[str], others: Iterable[WheelShape]
+    description: RobotDescription,
+    shape: WheelShape,
+    swivel: Joint | None,
+    commanded: Collection[str],
+    others: Iterable[WheelShape],
 ) -> BaseWheel:
     caster = False
     if swivel is not None and swivel.name not in commanded:
-        (x, y, _), (pivot_x, pivot_y, _) = shape.centre, urdf.pose_in_root(swivel.child)[0]
+        (x, y, _), (pivot_x, pivot_y, _) = shape.centre, description.pose_in_root(swivel.child)[0]
         trail = abs((x - pivot_x) * shape.axis[1] - (y - pivot_y) * shape.axis[0])  # across the axle
         caster = trail > _TRAIL * shape.radius or (shape.swivels and not any(_mirrors(shape, each) for each in others))
     pivot = swivel.name if swivel is not None else ""
@@ -86,7 +92,7 @@ def _mirrors(one: WheelShape, other: WheelShape) -> bool:
     return abs(x - other_x) < near and abs(y + other_y) < near and abs(y) > near
 
 
-def _swivel(urdf: Urdf, joint: UrdfJoint, axes: Mapping[str, Vector3]) -> UrdfJoint | None:
+def _swivel(description: RobotDescription, joint: Joint, axes: Mapping[str, Vector3]) -> Joint | None:
     """Return the nearest rotating joint with a vertical axis above a wheel's joint; None if there is none."""
-    turning = (carrier for carrier in urdf.carriers(joint.parent) if carrier.type in TURNING)
+    turning = (carrier for carrier in description.carriers(joint.parent) if carrier.type in TURNING)
     return next((carrier for carrier in turning if abs(axes[carrier.name][2]) > ALIGNED), None)

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+from graphengine.descriptions.robot_description import Joint
 from graphengine.descriptions.robot_files.draft import Draft, Remark
-from graphengine.descriptions.urdf.urdf import UrdfJoint
 
 _FAST = 1.0
 """Speed of a base (m/s) that its wheels should reach within their effort limits."""
@@ -11,8 +11,8 @@ _FAST = 1.0
 
 def fill(draft: Draft) -> None:
     """Add a remark on driven wheels whose effort limit is too low for a speed of 1 m/s, considering only their own losses."""
-    slow: dict[str, list[UrdfJoint]] = {}
-    for joint in draft.urdf.moving():
+    slow: dict[str, list[Joint]] = {}
+    for joint in draft.description.moving():
         wheel = draft.wheels.get(joint.name)
         if wheel is None or "drive" not in draft.entry("joints", joint.name).value or joint.effort is None:
             continue

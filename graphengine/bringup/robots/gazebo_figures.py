@@ -18,12 +18,14 @@ class Figures:
         graph: name of the graph in `graphs/publishers` that publishes the sensor.
         profile: profile of the sensor in the robot file.
         told: short summary of the profile, for remarks.
+        turned: whether the orientation of the sensor has an effect; otherwise it becomes that of its link.
     """
 
     type: str
     graph: str
     profile: dict[str, Any]
     told: str
+    turned: bool = True
 
 
 def rate(values: Values, default: float, sensor: Subject) -> float:

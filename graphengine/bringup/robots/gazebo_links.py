@@ -6,8 +6,8 @@ from typing import Any
 
 from graphengine.bringup.robots.gazebo_values import Subject, UnusableError, Values
 from graphengine.descriptions.files.xml import Element, numbers
+from graphengine.descriptions.robot_description import RobotDescription
 from graphengine.descriptions.robot_files.draft import Claim, Draft, Remark, RobotData, says
-from graphengine.descriptions.urdf.urdf import Urdf
 from graphengine.devices.rotation import rotate
 from graphengine.format.prim_paths import prim_name
 from graphengine.format.wording import printable
@@ -50,9 +50,9 @@ def fill(draft: Draft) -> None:
     """Add materials, colours and settings of links, and settings of the whole robot, to the draft."""
     surfaces: dict[str, tuple[Any, ...]] = {}
     _static(draft)
-    for element in draft.urdf.element.all("gazebo"):
+    for element in draft.description.element.all("gazebo"):
         name = element.get("reference")
-        if name in draft.urdf.links:
+        if name in draft.description.links:
             subject = Subject(draft, "link", name, element.span)
             for part in (_friction, _solver, _colour, _gravity):
                 try:
@@ -79,7 +79,7 @@ def _friction(
     across = values.number(*path, "mu2", default=along)
     if min(along, across) < 0.0:
         raise UnusableError("the friction is below zero", element.span)
-    if not draft.urdf.links[link].colliders:
+    if not draft.description.links[link].colliders:
         subject.lost("friction: it has no collider")
         return
     direction = values.find(*path, "fdir1")
@@ -94,7 +94,7 @@ def _friction(
             f"mu2 {across:g}: {reason}; mu1 {along:g} holds in all directions, but mu2 across skid-steered wheels"
         )
     else:
-        vector, frame = _direction(draft.urdf, link, direction, subject)
+        vector, frame = _direction(draft.description, link, direction, subject)
         surfaces.setdefault(link, (along, across, vector, frame))
         subject.carried(f"friction {along:g} along fdir1, {across:g} across it", _bound(link, along, across))
 
@@ -109,7 +109,9 @@ def _bound(link: str, along: float, across: float) -> Claim:
     return holds
 
 
-def _direction(urdf: Urdf, link: str, element: Element, subject: Subject) -> tuple[tuple[float, ...], str]:
+def _direction(
+    description: RobotDescription, link: str, element: Element, subject: Subject
+) -> tuple[tuple[float, ...], str]:
     """Return the direction of the friction `mu1`, and the name of the link in whose frame the direction is given.
 
     If the direction would turn with a moving link, such as a wheel, it is converted to the frame of the parent link.
@@ -124,11 +126,11 @@ def _direction(urdf: Urdf, link: str, element: Element, subject: Subject) -> tup
         )
     vector = (given[0], given[1], given[2])
     frame = next((element.get(key) for key in element.attributes if key.endswith("expressed_in")), "")
-    if frame in urdf.links:
+    if frame in description.links:
         return vector, frame
     if frame:
         raise UnusableError(f"fdir1 is expressed in {printable(frame[:60])!r}, which is not a link", element.span)
-    carrier = urdf.links[link].carrier
+    carrier = description.links[link].carrier
     if carrier is None or not carrier.moves:
         return vector, link
     subject.guessed("fdir1 turns with the link in Gazebo; here it stays as at joint position zero")
@@ -168,7 +170,9 @@ def _colour(draft: Draft, element: Element, link: str, subject: Subject, _: obje
     name = name or values.text("material")
     diffuse = values.text("visual", "material", "diffuse") or values.text("material", "diffuse")
     draft.use_parts(element, "material", "visual")
-    bare = [visual for visual in draft.urdf.links[link].element.all("visual") if visual.first("material") is None]
+    bare = [
+        visual for visual in draft.description.links[link].element.all("visual") if visual.first("material") is None
+    ]
     given = numbers(diffuse, 4) or numbers(diffuse, 3)
     if not (name or diffuse) or not bare:
         return
@@ -191,7 +195,7 @@ def _gravity(draft: Draft, element: Element, link: str, subject: Subject, _: obj
 
 def _static(draft: Draft) -> None:
     """Fix the base of the robot to the world if Gazebo's settings make the robot static."""
-    for gazebo in draft.urdf.element.all("gazebo"):
+    for gazebo in draft.description.element.all("gazebo"):
         static = gazebo.first("static") if not gazebo.get("reference") else None
         if static is not None and static.text.strip().lower() in ("true", "1"):
             draft.fixed_base = True
@@ -203,13 +207,13 @@ def _static(draft: Draft) -> None:
 def _self_collision(draft: Draft) -> None:
     """Enable self-collision if the settings of the robot, or of all links with colliders, request it; else report it as lost."""
     asking: list[Subject] = []
-    for element in draft.urdf.element.all("gazebo"):
+    for element in draft.description.element.all("gazebo"):
         name, values = element.get("reference"), Values(element)
-        if values.flag("selfCollide|self_collide") and (not name or name in draft.urdf.links):
+        if values.flag("selfCollide|self_collide") and (not name or name in draft.description.links):
             asking.append(Subject(draft, "link", name, element.span))
-        if not name or name in draft.urdf.links:
+        if not name or name in draft.description.links:
             draft.use_parts(element, "selfCollide", "self_collide")
-    solid = {name for name, link in draft.urdf.links.items() if link.colliders}
+    solid = {name for name, link in draft.description.links.items() if link.colliders}
     names = {subject.name for subject in asking}
     if "" in names or (names and names >= solid):
         draft.settings["self_collision"] = True
@@ -219,7 +223,7 @@ def _self_collision(draft: Draft) -> None:
 
 
 def _wheel_slip(draft: Draft) -> None:
-    for element in draft.urdf.element.all("gazebo"):
+    for element in draft.description.element.all("gazebo"):
         for plugin in element.all("plugin"):
             if "wheelslip" in (plugin.get("name") + plugin.get("filename")).lower().replace("-", "").replace("_", ""):
                 draft.use(plugin)

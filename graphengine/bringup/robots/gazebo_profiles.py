@@ -9,6 +9,8 @@ from typing import Any, NamedTuple
 
 from graphengine.bringup.robots.gazebo_cameras import camera, depth_camera, rgbd_camera
 from graphengine.bringup.robots.gazebo_figures import Figures, noise, rate
+from graphengine.bringup.robots.gazebo_force_torque import force_torque
+from graphengine.bringup.robots.gazebo_navsat import navsat
 from graphengine.bringup.robots.gazebo_values import Subject, UnusableError, Values
 from graphengine.descriptions.files.xml import numbers
 
@@ -156,16 +158,16 @@ READERS: dict[str, Callable[[Values, Subject], Figures]] = {
     "rgbd_camera": rgbd_camera,
     "rgbd": rgbd_camera,
     "contact": contact,
+    "navsat": navsat,
+    "gps": navsat,
+    "force_torque": force_torque,
 }
 """Function that converts a sensor, by sensor type in SDF."""
 NO_LIKE = {
-    "gps": "satellite navigation",
-    "navsat": "satellite navigation",
     "magnetometer": "a magnetometer",
     "altimeter": "an altimeter",
     "air_pressure": "a barometer",
     "air_speed": "an air speed sensor",
-    "force_torque": "a force-torque sensor",
     "logical_camera": "a logical camera",
     "thermal_camera": "a thermal camera",
     "thermal": "a thermal camera",

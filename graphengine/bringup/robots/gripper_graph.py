@@ -44,7 +44,7 @@ def _press(draft: Draft, name: str) -> str:
 
     Return this as text for a message; empty if the joint has no limits or no drive in the robot file.
     """
-    joint, drive = draft.urdf.joints[name], draft.entry("joints", name).value.get("drive")
+    joint, drive = draft.description.joints[name], draft.entry("joints", name).value.get("drive")
     if joint.limits is None or drive is None:
         return ""
     drive["overtravel"] = DEVIATION
@@ -64,8 +64,8 @@ def _of_controllers(draft: Draft, held: Collection[str], controllers: Iterable[C
 
 
 def _of_fingers(draft: Draft, held: Collection[str]) -> Iterator[Limb]:
-    joints = gripper_joints(draft.urdf, held)
+    joints = gripper_joints(draft.description, held)
     for number, joint in enumerate(joints, 1):
         name = _CONTROLLER if len(joints) == 1 else f"gripper_{number}_controller"
-        span = draft.urdf.joints[joint].element.span
+        span = draft.description.joints[joint].element.span
         yield Limb(name, (joint,), "the fingers that follow it", span, guessed=True)

@@ -5,15 +5,15 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from graphengine.descriptions.files.xml import Element, number
+from graphengine.descriptions.robot_description import Joint
 from graphengine.descriptions.robot_files.draft import Draft, Remark, every, says
-from graphengine.descriptions.urdf.urdf import UrdfJoint
 from graphengine.format.wording import printable
 
 
 def fill(draft: Draft) -> None:
     """Add soft limits, springs, velocity limits of drives, and start positions within the limits to the draft."""
-    joints = {joint.name: joint for joint in draft.urdf.moving()}
-    for gazebo in draft.urdf.element.all("gazebo"):
+    joints = {joint.name: joint for joint in draft.description.moving()}
+    for gazebo in draft.description.element.all("gazebo"):
         if gazebo.get("reference") in joints:
             _spring(draft, joints[gazebo.get("reference")], gazebo)
     for joint in joints.values():
@@ -22,7 +22,7 @@ def fill(draft: Draft) -> None:
     _velocities(draft, list(joints.values()))
 
 
-def _soft_limits(draft: Draft, joint: UrdfJoint) -> None:
+def _soft_limits(draft: Draft, joint: Joint) -> None:
     """Add the soft limits of a `<safety_controller>`, cut to the joint's limits; a range such as 0 to 0 means none."""
     safety, limits = joint.element.first("safety_controller"), _limits(draft, joint)
     if safety is None or limits is None:
@@ -38,13 +38,13 @@ def _soft_limits(draft: Draft, joint: UrdfJoint) -> None:
         draft.carried.append(Remark(f"joint {joint.name}: soft limits {low:g} to {high:g}", safety.span, claim))
 
 
-def _limits(draft: Draft, joint: UrdfJoint) -> tuple[float, float] | None:
+def _limits(draft: Draft, joint: Joint) -> tuple[float, float] | None:
     """Return the limits of a joint in the robot file, else in the description; None without limits."""
     low, high = draft.entry("joints", joint.name).value.get("limits") or joint.limits or (None, None)
     return (low, high) if low is not None and high is not None else None
 
 
-def _spring(draft: Draft, joint: UrdfJoint, gazebo: Element) -> None:
+def _spring(draft: Draft, joint: Joint, gazebo: Element) -> None:
     """Add the spring that a `<gazebo>` element gives a joint, e.g. for a wheel drop sensor."""
     stiffness, rest = gazebo.first("springStiffness"), gazebo.first("springReference")
     force = number(stiffness.text) if stiffness is not None else None
@@ -59,7 +59,7 @@ def _spring(draft: Draft, joint: UrdfJoint, gazebo: Element) -> None:
     draft.use_parts(gazebo, "springStiffness", "springReference", "implicitSpringDamper", "provideFeedback")
 
 
-def _start(draft: Draft, joint: UrdfJoint) -> None:
+def _start(draft: Draft, joint: Joint) -> None:
     """If the start position of a joint (by default zero) is outside of its limits, set it to the nearest limit."""
     limits, entry = _limits(draft, joint), draft.entry("joints", joint.name)
     if joint.mimic is not None or limits is None:
@@ -72,7 +72,7 @@ def _start(draft: Draft, joint: UrdfJoint) -> None:
         draft.guessed.append(Remark(text, joint.element.span))
 
 
-def _velocities(draft: Draft, joints: Sequence[UrdfJoint]) -> None:
+def _velocities(draft: Draft, joints: Sequence[Joint]) -> None:
     """Add the velocity limits of the description to drives; a joint without a drive has no set point to limit."""
     bounded: dict[str, tuple[float, Element]] = {}
     for joint in joints:

@@ -27,17 +27,17 @@ def fill(draft: Draft, controllers: Sequence[Controller], drivetrain: Drivetrain
         return
     draft.commanded = list(driven)
     draft.add_graph("joint_commands", "graphs/joint_commands.yaml", {})
-    bolted = draft.fixed_base or not draft.urdf.moves_freely
+    bolted = draft.fixed_base or not draft.description.moves_freely
     moved = arm_graph.fill(draft, held, controllers, guess=bolted or drivetrain is not None)
     gripper_graph.fill(draft, held, controllers, guess=bool(moved))
 
 
 def _drives(draft: Draft) -> tuple[Collection[str], Collection[str]]:
     """Return the names of the joints that take commands, and the names of those that take position commands."""
-    model = draft.urdf.mjcf
+    model = draft.description.mjcf
     if model is not None:
         actuators = {actuator.joint: actuator.kind for actuator in model.actuators}
-        driven = [joint.name for joint in draft.urdf.moving() if joint.name in actuators]
+        driven = [joint.name for joint in draft.description.moving() if joint.name in actuators]
         return driven, [each.joint for each in model.actuators if each.kind == "position" and each.joint in driven]
     drives = {name: entry.value["drive"] for name, entry in draft.sections["joints"].items() if "drive" in entry.value}
     return drives, [name for name, drive in drives.items() if "stiffness" in drive]

@@ -15,8 +15,8 @@ _DAMPING = 0.05
 
 def fill(draft: Draft) -> None:
     """Add the graph if the robot can move freely, has the keyframe `home`, and has motors but no servos on its joints."""
-    model = draft.urdf.mjcf
-    joints = [joint for joint in draft.urdf.moving() if joint.mimic is None]
+    model = draft.description.mjcf
+    joints = [joint for joint in draft.description.moving() if joint.mimic is None]
     if model is None or KEYFRAME not in model.keyframes or not model.free or draft.fixed_base:
         return
     motors = {actuator.joint for actuator in model.actuators if actuator.kind == "effort"}
@@ -28,7 +28,7 @@ def fill(draft: Draft) -> None:
     torque = min((joint.effort for joint in held if joint.effort), default=10.0)
     stiffness = rounded(torque / _ANGLE, 2)
     parameters = {
-        "base": in_path(draft.urdf.root),
+        "base": in_path(draft.description.root),
         "joints": [joint.name for joint in held],
         "positions": [rounded(coordinates[joint.name][0]) for joint in held],
         "stiffness": stiffness,

@@ -27,7 +27,7 @@ def trial_spec(draft: Draft) -> tuple[mujoco.MjSpec, RobotInstance] | None:
     (placement,) = place(draft.name, RobotUse(use=f"{draft.name}.yaml"))
     reported, draft.library.findings = draft.library.findings, scratch
     try:
-        robot = load_robot(placement, file, draft.library, draft.urdf) if file is not None else None
+        robot = load_robot(placement, file, draft.library, draft.description) if file is not None else None
         spec = robot_spec(robot, draft.library, FLOOR_FRICTION, scratch) if robot is not None else None
     finally:
         draft.library.findings = reported

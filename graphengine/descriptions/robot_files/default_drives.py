@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+from graphengine.descriptions.robot_description import Joint
 from graphengine.descriptions.robot_files.draft import Draft, rounded
-from graphengine.descriptions.urdf.urdf import UrdfJoint
 from graphengine.format.yaml_text import flow
 
 WHEEL_DAMPING = 50.0
@@ -14,8 +14,8 @@ _MOST = 1e9
 
 def add_wheel_drives(draft: Draft) -> None:
     """Add a velocity drive for every wheel; for descriptions that are used without a robot file."""
-    moving = draft.urdf.moving()
-    rolling = {wheel.joint: wheel.radius for wheel in draft.urdf.wheels(moving)}
+    moving = draft.description.moving()
+    rolling = {wheel.joint: wheel.radius for wheel in draft.description.wheels(moving)}
     for joint in moving:
         entry = draft.entry("joints", joint.name)
         if joint.name in rolling:
@@ -28,7 +28,7 @@ def add_wheel_drives(draft: Draft) -> None:
             entry.hint = f"to hold it, e.g. {{drive: {flow(servo(joint))}}}"
 
 
-def servo(joint: UrdfJoint) -> dict[str, float]:
+def servo(joint: Joint) -> dict[str, float]:
     """Return the gains of a position drive that exerts its full effort at a deviation of 0.1 rad or 10 mm.
 
     Without an effort limit, an effort of 10 N m or 10 N is assumed. The damping is a tenth of the stiffness.

@@ -10,8 +10,8 @@ from typing import Any
 
 from graphengine.descriptions.files.references import Library
 from graphengine.descriptions.files.xml import Element
-from graphengine.descriptions.urdf.rollers import NO_ROLLERS, Rollers
-from graphengine.descriptions.urdf.urdf import WORLD, Urdf
+from graphengine.descriptions.robot_description import WORLD, RobotDescription
+from graphengine.descriptions.rollers import NO_ROLLERS, Rollers
 from graphengine.devices.rotation import Vector3
 from graphengine.format.diagnostics import Findings, Span
 from graphengine.format.document import Document, load
@@ -80,9 +80,9 @@ def graph_defaults(use: str) -> dict[str, Any]:
     return {name: declared["default"] for name, declared in graph.data["parameters"].items()}
 
 
-def no_joint(urdf: Urdf, name: str) -> str:
+def no_joint(description: RobotDescription, name: str) -> str:
     """Return a text that a description has no joint with a name, and which names are similar."""
-    near = did_you_mean(name, urdf.joints)
+    near = did_you_mean(name, description.joints)
     return f"the description has no joint {printable(name)!r}" + (f"; {near}" if near else "")
 
 
@@ -142,7 +142,7 @@ class Draft:
     """A robot file that will be written.
 
     Attributes:
-        urdf: the parsed description.
+        description: the parsed description.
         name: name of the robot.
         source: where the description comes from, as text for comments and messages.
         path: path of the description, as written in the robot file.
@@ -168,7 +168,7 @@ class Draft:
         mujoco_warnings: MuJoCo's warnings about models compiled from the draft, as keys; the values are None.
     """
 
-    urdf: Urdf
+    description: RobotDescription
     name: str
     source: str
     path: str
@@ -207,15 +207,15 @@ class Draft:
 
     def data(self) -> dict[str, Any]:
         """Return the values of the robot file, in its order; texts of which a reader substitutes nothing are references."""
-        urdf = self.urdf
-        path = {"mjcf" if urdf.mjcf is not None else "urdf": Reference(self.path)}
+        description = self.description
+        path = {"mjcf" if description.mjcf is not None else "urdf": Reference(self.path)}
         head: dict[str, Any] = {"format": 1, "robot": Reference(self.name)} | path
         if self.package_paths:
             head["package_paths"] = [Reference(folder) for folder in self.package_paths]
-        head["base_link"] = Reference(urdf.root)
-        if self.fixed_base and urdf.moves_freely and urdf.root != WORLD:
+        head["base_link"] = Reference(description.root)
+        if self.fixed_base and description.moves_freely and description.root != WORLD:
             head["fixed_base"] = True
-        joints = {joint.name: self.entry("joints", joint.name) for joint in urdf.moving()}
+        joints = {joint.name: self.entry("joints", joint.name) for joint in description.moving()}
         sections = {name: self.sections[name] for name in SECTIONS} | {"joints": joints}
         entries = {name: {key: each.value for key, each in part.items()} for name, part in sections.items() if part}
         return head | self.settings | entries
@@ -248,8 +248,8 @@ class Draft:
             parameters: parameters of the graph.
             comments: comment lines above the entry.
         """
-        if self.urdf.root != "base_link":  # the default of the graphs
-            parameters = {"base": in_path(self.urdf.root)} | parameters
+        if self.description.root != "base_link":  # the default of the graphs
+            parameters = {"base": in_path(self.description.root)} | parameters
         value: dict[str, Any] = {"use": use} | ({"parameters": parameters} if parameters else {})
         self.sections["graphs"][name] = Entry(value, list(comments))
 

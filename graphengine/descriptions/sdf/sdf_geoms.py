@@ -12,10 +12,10 @@ from graphengine.descriptions.files.packages import Packages
 from graphengine.descriptions.files.references import Library
 from graphengine.descriptions.files.xml import Element
 from graphengine.descriptions.sdf.sdf_frames import SdfFrame, place_of
-from graphengine.descriptions.sdf.sdf_shapes import colour_of, friction_of, mesh_of, shape_of
+from graphengine.descriptions.sdf.sdf_shapes import colour_of, friction_of, mesh_of, shape_of, solid_of
 from graphengine.descriptions.sdf.sdf_shells import MAX_PLATES, hollow_triangles, plates
-from graphengine.descriptions.sdf.sdf_values import SdfError, number_at, numbers_at, placed, reported, written
-from graphengine.descriptions.urdf.shapes import Mesh
+from graphengine.descriptions.sdf.sdf_values import SdfError, numbers_at, placed, reported, written
+from graphengine.descriptions.shapes import Mesh, sizes_of
 from graphengine.devices.rotation import Quaternion, Vector3, multiply, relative
 from graphengine.format.diagnostics import Findings
 from graphengine.format.wording import printable
@@ -155,13 +155,8 @@ def _drawable(part: Element, findings: Findings | None) -> Element | None:
 
 def _size(shape: Element, part: Element) -> dict[str, str]:
     """Return the type and size of a shape as attributes of an MJCF geom."""
-    if shape.tag == "box":
-        return _geom("box", *(side / 2.0 for side in numbers_at(shape, "size", default=(1.0, 1.0, 1.0))))
-    if shape.tag == "sphere":
-        return _geom("sphere", number_at(shape, "radius", default=1.0))
-    if shape.tag in ("cylinder", "capsule"):
-        radius, length = number_at(shape, "radius", default=0.5), number_at(shape, "length", default=1.0)
-        return _geom(shape.tag, radius, length / 2.0)
+    if (solid := solid_of(shape)) is not None:
+        return _geom(shape.tag, *sizes_of(solid))
     if shape.tag == "ellipsoid":
         return _geom("ellipsoid", *numbers_at(shape, "radii", default=(1.0, 1.0, 1.0)))
     if shape.tag == "plane":  # one that collides is endless

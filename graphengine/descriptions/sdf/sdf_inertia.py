@@ -9,8 +9,10 @@ import numpy as np
 
 from graphengine.descriptions.engine import Floats
 from graphengine.descriptions.files.xml import Element
+from graphengine.descriptions.inertia import WATER, matrix_of, moments_of
+from graphengine.descriptions.robot_description import TERMS, Inertial, Moments
 from graphengine.descriptions.sdf.sdf_frames import SdfFrame, place_of
-from graphengine.descriptions.sdf.sdf_shapes import shape_of
+from graphengine.descriptions.sdf.sdf_shapes import shape_of, solid_of
 from graphengine.descriptions.sdf.sdf_values import (
     SdfError,
     find,
@@ -21,8 +23,7 @@ from graphengine.descriptions.sdf.sdf_values import (
     seen_from,
     text_at,
 )
-from graphengine.descriptions.urdf.inertia import WATER, matrix_of, moments_of
-from graphengine.descriptions.urdf.urdf import TERMS, Inertial, Moments
+from graphengine.descriptions.shapes import Box, Capsule, Cylinder, Sphere
 from graphengine.devices.rotation import IDENTITY, Pose, Quaternion, compose, relative, rotate
 from graphengine.format.wording import printable
 
@@ -129,19 +130,19 @@ def _body(shape: Element) -> tuple[float, tuple[float, float, float]]:
     Raises:
         SdfError: the inertia of this shape is not implemented, or a size is not a number.
     """
-    if shape.tag == "box":
-        x, y, z = (side**2 / 12.0 for side in numbers_at(shape, "size", default=(1.0, 1.0, 1.0)))
-        return math.prod(numbers_at(shape, "size", default=(1.0, 1.0, 1.0))), (y + z, x + z, x + y)
-    if shape.tag in ("sphere", "ellipsoid"):
-        radius = number_at(shape, "radius", default=1.0)
-        radii = (radius,) * 3 if shape.tag == "sphere" else numbers_at(shape, "radii", default=(1.0, 1.0, 1.0))
+    solid = solid_of(shape)
+    if isinstance(solid, Box):
+        x, y, z = (side**2 / 12.0 for side in solid.size)
+        return math.prod(solid.size), (y + z, x + z, x + y)
+    if isinstance(solid, Sphere) or shape.tag == "ellipsoid":
+        radii = (solid.radius,) * 3 if solid is not None else numbers_at(shape, "radii", default=(1.0, 1.0, 1.0))
         x, y, z = (part**2 / 5.0 for part in radii)
         return 4.0 / 3.0 * math.pi * math.prod(radii), (y + z, x + z, x + y)
-    if shape.tag in ("cylinder", "capsule"):
-        radius, length = number_at(shape, "radius", default=0.5), number_at(shape, "length", default=1.0)
+    if isinstance(solid, Cylinder | Capsule):
+        radius, length = solid.radius, solid.length
         tube, ball = math.pi * radius**2 * length, 4.0 / 3.0 * math.pi * radius**3
         across, along = tube * (radius**2 / 4.0 + length**2 / 12.0), tube * radius**2 / 2.0
-        if shape.tag == "cylinder" or not tube + ball:
+        if isinstance(solid, Cylinder) or not tube + ball:
             return tube, ((across / tube, across / tube, along / tube) if tube else (0.0, 0.0, 0.0))
         across += ball * (0.4 * radius**2 + length**2 / 4.0 + 0.375 * length * radius)
         along += ball * 0.4 * radius**2

@@ -9,14 +9,15 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 
 from graphengine.descriptions.files.xml import Element
+from graphengine.descriptions.robot_description import Link
 from graphengine.descriptions.sdf.sdf_frames import SdfFrame, place_of
 from graphengine.descriptions.sdf.sdf_inertia import inertial_of, is_mere_frame
-from graphengine.descriptions.sdf.sdf_shapes import colour_of, geometry_of, shape_of, surface_for_gazebo, textured
+from graphengine.descriptions.sdf.sdf_shapes import colour_of, mesh_of, shape_of, solid_of, surface_for_gazebo, textured
 from graphengine.descriptions.sdf.sdf_values import SdfError, find, flag_at, leaf, reported, seen_from, text_at, written
-from graphengine.descriptions.urdf.shapes import Shape
-from graphengine.descriptions.urdf.urdf import UrdfLink
+from graphengine.descriptions.shapes import Geometry, Shape
 from graphengine.devices.rotation import NOWHERE, Pose, to_rpy
 from graphengine.format.diagnostics import Findings
+from graphengine.format.wording import printable
 
 _CONVERTED = ("pose", "inertial", "collision", "visual", "sensor", "gravity", "self_collide")
 _NO_EFFECT = ("must_be_base_link", "enable_wind", "velocity_decay", "kinematic", "frame")
@@ -38,10 +39,10 @@ class LinkReader:
     images: list[Element] = field(default_factory=list)
     mere_frames: list[SdfFrame] = field(default_factory=list)
 
-    def link(self, link: SdfFrame) -> UrdfLink:
+    def link(self, link: SdfFrame) -> Link:
         """Return an SDF link as a link of a robot; errors are added to `findings`."""
         shapes: list[Shape] = []
-        made = UrdfLink(link.full_name, Element("link", {"name": link.full_name}, link.element.span), None, shapes)
+        made = Link(link.full_name, Element("link", {"name": link.full_name}, link.element.span), None, shapes)
         if is_mere_frame(link):
             self.mere_frames.append(link)
             return made
@@ -57,7 +58,7 @@ class LinkReader:
         """Yield the shape of a collision or visual; leave out a visual that cannot be drawn, and add a note."""
         try:
             shape = shape_of(part)
-            geometry = geometry_of(part, shape, link.scope.references, self.findings) if shape is not None else None
+            geometry = self._geometry(part, shape, link) if shape is not None else None
         except SdfError as error:
             if part.tag == "collision":
                 raise
@@ -69,6 +70,14 @@ class LinkReader:
         element = Element(part.tag, {"name": part.get("name")}, part.span)
         self.images += [part] if visual and textured(part) else []
         yield Shape(name, visual, geometry, pose, colour_of(part) if visual else None, element, shape.span)
+
+    def _geometry(self, part: Element, shape: Element, link: SdfFrame) -> Geometry:
+        if shape.tag == "mesh":
+            return mesh_of(shape, link.scope.references, self.findings)
+        if (solid := solid_of(shape)) is not None:
+            return solid
+        text = f"{part.tag} {printable(part.get('name'))!r}: a link of a robot cannot have the shape {shape.tag!r}"
+        raise SdfError(text, shape.span, "write a sphere or a mesh" if shape.tag == "ellipsoid" else "write a box")
 
     def for_gazebo(self, link: SdfFrame) -> Iterator[Element]:
         """Yield a `<gazebo>` element with the properties of a link that URDF lacks, if the link has any."""

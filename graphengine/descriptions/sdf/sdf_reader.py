@@ -2,30 +2,30 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
-from typing import TypeVar
 
 from graphengine.descriptions.files.packages import Packages
 from graphengine.descriptions.files.xml import Element
+from graphengine.descriptions.link_tree import assembled
+from graphengine.descriptions.robot_description import WORLD, Joint, Link, RobotDescription
 from graphengine.descriptions.sdf.sdf_files import SdfFiles
 from graphengine.descriptions.sdf.sdf_frames import Scope, SdfFrame
 from graphengine.descriptions.sdf.sdf_joints import fastened, is_moving, parts_of
 from graphengine.descriptions.sdf.sdf_links import LinkReader
 from graphengine.descriptions.sdf.sdf_values import SdfError, flag_at, leaf, reported
-from graphengine.descriptions.urdf.tree import assembled, named
-from graphengine.descriptions.urdf.urdf import WORLD, Urdf, UrdfJoint, UrdfLink
 from graphengine.descriptions.urdf.urdf_writer import as_urdf
 from graphengine.devices.rotation import Pose
 from graphengine.format.diagnostics import Findings
 from graphengine.format.wording import did_you_mean, listing, printable
 
-Part = TypeVar("Part", UrdfLink, UrdfJoint)
 _CONVERTED = ("link", "joint", "frame", "model", "include", "pose", "static", "self_collide")
 _NO_EFFECT = ("allow_auto_disable", "enable_wind")
 
 
-def read_sdf(path: Path, root: Element, packages: Packages, findings: Findings, name: str = "") -> Urdf | None:
+def read_sdf(
+    path: Path, root: Element, packages: Packages, findings: Findings, name: str = ""
+) -> RobotDescription | None:
     """Return the links and joints of a model of an SDF file; None after an error.
 
     Args:
@@ -80,7 +80,7 @@ def _chosen(models: list[Scope], root: Element, name: str) -> Scope:
     return robots[0]
 
 
-def _robot(model: Scope, packages: Packages, findings: Findings, before: int) -> Urdf | None:
+def _robot(model: Scope, packages: Packages, findings: Findings, before: int) -> RobotDescription | None:
     """Return the links and joints of a model; None if there are more than `before` errors then."""
     joints, links = model.all_joints(), model.all_links()
     carriers: dict[SdfFrame, SdfFrame] = {}
@@ -100,9 +100,9 @@ def _robot(model: Scope, packages: Packages, findings: Findings, before: int) ->
     if len(findings.errors) > before:
         return None
     reader, span = LinkReader(frames, findings), model.element.span
-    parts: list[UrdfLink | UrdfJoint | Element] = []
+    parts: list[Link | Joint | Element] = []
     if bolted:
-        parts.append(UrdfLink(WORLD, Element("link", {"name": WORLD}, span), None, ()))
+        parts.append(Link(WORLD, Element("link", {"name": WORLD}, span), None, ()))
     parts += [reader.link(link) for link in links]
     for joint in joints:
         with reported(findings):
@@ -110,13 +110,10 @@ def _robot(model: Scope, packages: Packages, findings: Findings, before: int) ->
     parts += [element for link in links for element in reader.for_gazebo(link)]
     parts += [element for scope in model.walk() for element in _for_gazebo(scope)]
     _tell(reader, findings)
-    found = _by_name([part for part in parts if isinstance(part, UrdfLink)], "link", findings)
-    made = _by_name([part for part in parts if isinstance(part, UrdfJoint)], "joint", findings)
-    if len(findings.errors) > before:
-        return None
-    others = [part for part in parts if isinstance(part, Element)]
-    document = as_urdf(model.name, found.values(), made.values(), span, others)
-    return assembled(document, packages, found, made, findings)
+    found = [part for part in parts if isinstance(part, Link)]
+    made = [part for part in parts if isinstance(part, Joint)]
+    document = as_urdf(model.name, found, made, span, [part for part in parts if isinstance(part, Element)])
+    return assembled(document, packages, found, made, findings, before)
 
 
 def _tell(reader: LinkReader, findings: Findings) -> None:
@@ -127,12 +124,6 @@ def _tell(reader: LinkReader, findings: Findings) -> None:
         findings.add("N103", text, reader.mere_frames[0].element.span, names)
     if reader.images:
         findings.add("N103", "textures of visuals are not drawn; their diffuse colours are used", reader.images[0].span)
-
-
-def _by_name(parts: Iterable[Part], tag: str, findings: Findings) -> dict[str, Part]:
-    """Return links or joints by name; an error is added for each name that occurs twice."""
-    by_element = {part.element: part for part in parts}
-    return {element.get("name"): by_element[element] for element in named(by_element, tag, findings)}
 
 
 def _for_gazebo(scope: Scope) -> Iterator[Element]:

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping
 from graphengine.descriptions.files.xml import Element, numbers
 from graphengine.descriptions.sdf.sdf_frames import SdfFrame, place_of
 from graphengine.descriptions.sdf.sdf_values import SdfError, find, leaf, number_at, numbers_at, text_at, written
-from graphengine.descriptions.urdf.shapes import Box, Capsule, Colour, Cylinder, Geometry, Mesh, Sphere
+from graphengine.descriptions.shapes import Box, Capsule, Colour, Cylinder, Mesh, Solid, Sphere
 from graphengine.devices.rotation import Pose, rotate, unrotate
 from graphengine.format.diagnostics import Findings
 from graphengine.format.wording import listing, printable
@@ -39,11 +39,11 @@ def shape_of(part: Element) -> Element | None:
     return shape
 
 
-def geometry_of(part: Element, shape: Element, references: str, findings: Findings) -> Geometry:
-    """Return the geometry of the shape element of a collision or visual of a robot.
+def solid_of(shape: Element) -> Solid | None:
+    """Return the geometry of a box, cylinder, capsule or sphere; None for other shapes.
 
     Raises:
-        SdfError: a size is not a number, or robots cannot have such a shape.
+        SdfError: a size is not a number.
     """
     match shape.tag:
         case "box":
@@ -54,10 +54,7 @@ def geometry_of(part: Element, shape: Element, references: str, findings: Findin
             return (Cylinder if tag == "cylinder" else Capsule)(radius, length)
         case "sphere":
             return Sphere(number_at(shape, "radius", default=1.0))
-        case "mesh":
-            return mesh_of(shape, references, findings)
-    text = f"{part.tag} {_name(part)}: a link of a robot cannot have the shape {shape.tag!r}"
-    raise SdfError(text, shape.span, "write a sphere or a mesh" if shape.tag == "ellipsoid" else "write a box")
+    return None
 
 
 def mesh_of(shape: Element, references: str, findings: Findings) -> Mesh:

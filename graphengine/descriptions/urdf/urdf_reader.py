@@ -10,10 +10,10 @@ import math
 
 from graphengine.descriptions.files.packages import Packages
 from graphengine.descriptions.files.xml import Element, number, numbers
+from graphengine.descriptions.link_tree import LEGAL, assembled
+from graphengine.descriptions.robot_description import MOVING, Bounds, Joint, Link, Mimic, RobotDescription
+from graphengine.descriptions.shapes import MAX_COLOUR
 from graphengine.descriptions.urdf.link_parts import MADE, colours_by_name, inertial_of, number_at, origin_of, shapes_of
-from graphengine.descriptions.urdf.shapes import MAX_COLOUR
-from graphengine.descriptions.urdf.tree import LEGAL, assembled, named
-from graphengine.descriptions.urdf.urdf import MOVING, Bounds, Mimic, Urdf, UrdfJoint, UrdfLink
 from graphengine.devices.rotation import Vector3
 from graphengine.format.diagnostics import Findings
 from graphengine.format.wording import did_you_mean, listing
@@ -38,7 +38,7 @@ _SINGLE = {
 _IN_WORDS = {1: "a number", 3: "three numbers", 4: "four numbers"}
 
 
-def read_urdf(root: Element, packages: Packages, findings: Findings) -> Urdf | None:
+def read_urdf(root: Element, packages: Packages, findings: Findings) -> RobotDescription | None:
     """Return the links and joints of a description; None after an error, which is added to `findings`."""
     if root.tag != "robot":
         findings.add("S103", f"a robot description begins with <robot>, not <{root.tag[:40]}>", root.span)
@@ -51,17 +51,13 @@ def read_urdf(root: Element, packages: Packages, findings: Findings) -> Urdf | N
             _leave_one_shape(owner, findings)
         if owner.tag in ("link", "joint", "material"):
             check_numbers(owner, findings)
-    links: dict[str, UrdfLink] = {}
     colours = colours_by_name(root)
-    for element in named(root.all("link"), "link", findings):
-        name, inertial = element.get("name"), inertial_of(element, findings)
-        links[name] = UrdfLink(name, element, inertial, list(shapes_of(element, colours, findings)))
-    joints: dict[str, UrdfJoint] = {}
-    for element in named(root.all("joint"), "joint", findings):
-        joint = _joint(element, links, findings)
-        if joint is not None:
-            joints[joint.name] = joint
-    return assembled(root, packages, links, joints, findings) if len(findings.errors) == before else None
+    links = [
+        Link(each.get("name"), each, inertial_of(each, findings), list(shapes_of(each, colours, findings)))
+        for each in root.all("link")
+    ]
+    joints = [joint for each in root.all("joint") if (joint := _joint(each, findings)) is not None]
+    return assembled(root, packages, links, joints, findings, before)
 
 
 def _leave_first_parts(owner: Element, findings: Findings) -> None:
@@ -90,22 +86,13 @@ def _leave_one_shape(link: Element, findings: Findings) -> None:
             del geometry.children[1:]
 
 
-def _joint(element: Element, links: dict[str, UrdfLink], findings: Findings) -> UrdfJoint | None:
+def _joint(element: Element, findings: Findings) -> Joint | None:
     name, kind = element.get("name"), element.get("type")
     if kind not in (*LEGAL, "floating", "planar"):
         near = did_you_mean(kind, LEGAL) or listing(LEGAL)
         findings.add("S103", f"joint {name!r}: unknown type {kind!r}", element.place("type"), near)
         return None
-    ends: list[str] = []
-    for tag in ("parent", "child"):
-        end = element.first(tag)
-        link = end.get("link") if end is not None else ""
-        if end is None or link not in links:
-            span = end.place("link") if end is not None else element.span
-            near = did_you_mean(link, links) or listing(links, "links")
-            findings.add("S103", f"joint {name!r}: no {tag} link {link!r}", span, near)
-            return None
-        ends.append(link)
+    parent, child = (end.get("link") if (end := element.first(tag)) is not None else "" for tag in ("parent", "child"))
     pose, axis = origin_of(element), _axis(element)
     length = math.hypot(*axis) if axis is not None else 0.0
     if pose is None or (not length and kind in MOVING):
@@ -116,7 +103,7 @@ def _joint(element: Element, links: dict[str, UrdfLink], findings: Findings) -> 
     bounds = Bounds(lower, upper, effort, velocity, limit)
     losses = number_at(dynamics, "damping") or 0.0, number_at(dynamics, "friction") or 0.0
     mimic = _mimic(element) if kind in MOVING else None
-    return UrdfJoint(name, kind, ends[0], ends[1], pose, element, stated, bounds, losses, mimic)
+    return Joint(name, kind, parent, child, pose, element, stated, bounds, losses, mimic)
 
 
 def _mimic(joint: Element) -> Mimic | None:

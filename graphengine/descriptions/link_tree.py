@@ -3,33 +3,41 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Mapping
+from typing import TypeVar
 
 from graphengine.descriptions.files.packages import Packages
 from graphengine.descriptions.files.xml import Element
-from graphengine.descriptions.urdf.joint_units import check_degrees, swapped_limits
-from graphengine.descriptions.urdf.urdf import MOVING, Mimic, Urdf, UrdfJoint, UrdfLink
+from graphengine.descriptions.joint_units import check_degrees, swapped_limits
+from graphengine.descriptions.robot_description import MOVING, Joint, Link, Mimic, RobotDescription
 from graphengine.format.diagnostics import Findings
 from graphengine.format.wording import did_you_mean, listing
 
+Part = TypeVar("Part", Link, Joint)
 LEGAL = (*MOVING, "fixed")
 MAX_LINKS = 2000
 """Maximum number of links of a description, and maximum number of its joints."""
 
 
 def assembled(
-    element: Element, packages: Packages, links: dict[str, UrdfLink], joints: dict[str, UrdfJoint], findings: Findings
-) -> Urdf | None:
+    element: Element,
+    packages: Packages,
+    all_links: Iterable[Link],
+    all_joints: Iterable[Joint],
+    findings: Findings,
+    before: int,
+) -> RobotDescription | None:
     """Return the description that consists of the given links and joints; None after an error.
 
     Args:
         element: root element of the description as URDF.
         packages: find the meshes.
-        links: links by name, in order of the description.
-        joints: joints between these links by name, in order of the description.
+        all_links: links in order of the description.
+        all_joints: joints in order of the description.
         findings: receives errors, warnings and notes.
+        before: number of errors before the description was read.
     """
-    before = len(findings.errors)
+    links, joints = _by_name(all_links, "link", findings), _by_name(all_joints, "joint", findings)
     for joint in joints.values():
         _connect(joint, links, findings)
     top = _tree(element, links, findings) if len(findings.errors) == before else ""
@@ -42,21 +50,27 @@ def assembled(
         if joint.mimic is not None:
             _check_mimic(joint, joint.mimic, joints, findings)
     check_limits(joints.values(), findings)
-    return Urdf(element, packages, links, joints, top) if len(findings.errors) == before else None
+    return RobotDescription(element, packages, links, joints, top) if len(findings.errors) == before else None
 
 
-def _connect(joint: UrdfJoint, links: Mapping[str, UrdfLink], findings: Findings) -> None:
-    """Connect the two links of a joint; it is an error if another joint carries the child already."""
+def _connect(joint: Joint, links: Mapping[str, Link], findings: Findings) -> None:
+    """Connect the two links of a joint; it is an error if one of them does not exist, or if another joint carries the child."""
+    for tag, link in (("parent", joint.parent), ("child", joint.child)):
+        if link not in links:
+            end, near = joint.element.first(tag), did_you_mean(link, links) or listing(links, "links")
+            span = end.place("link") if end is not None else joint.element.span
+            findings.add("S103", f"joint {joint.name!r}: no {tag} link {link!r}", span, near)
+            return
     child = links[joint.child]
     if child.carrier is not None:
         first = (child.carrier.element.span, "first here")
         findings.add("S103", f"link {child.name!r} has two parents", joint.element.span, related=[first])
-    else:
-        child.carrier = joint
-        links[joint.parent].below.append(joint)
+        return
+    child.carrier = joint
+    links[joint.parent].below.append(joint)
 
 
-def check_limits(joints: Iterable[UrdfJoint], findings: Findings) -> None:
+def check_limits(joints: Iterable[Joint], findings: Findings) -> None:
     """Add warnings on limits that are probably swapped or in degrees, and a note on joints without limits."""
     joints = list(joints)
     for joint in joints:
@@ -70,26 +84,25 @@ def check_limits(joints: Iterable[UrdfJoint], findings: Findings) -> None:
         )
 
 
-def named(elements: Iterable[Element], tag: str, findings: Findings) -> Iterator[Element]:
-    """Yield the elements that have a name which none before has; add an error for each other, and beyond `MAX_LINKS`."""
-    seen: dict[str, Element] = {}
-    for element in elements:
-        name = element.get("name")
-        if not name:
+def _by_name(parts: Iterable[Part], tag: str, findings: Findings) -> dict[str, Part]:
+    """Return links or joints by name; errors are missing names, names that occur twice, and too many parts."""
+    found: dict[str, Part] = {}
+    for part in parts:
+        element = part.element
+        if not part.name:
             findings.add("S103", f"a {tag} without a name", element.span)
-        elif name in seen:
-            findings.add(
-                "S105", f"two {tag}s named {name!r}", element.place("name"), related=[(seen[name].span, "first here")]
-            )
-        elif len(seen) == MAX_LINKS:
+        elif part.name in found:
+            first = (found[part.name].element.span, "first here")
+            findings.add("S105", f"two {tag}s named {part.name!r}", element.place("name"), related=[first])
+        elif len(found) == MAX_LINKS:
             findings.add("S103", f"more than {MAX_LINKS} {tag}s", element.span)
-            return
+            break
         else:
-            seen[name] = element
-            yield element
+            found[part.name] = part
+    return found
 
 
-def _tree(root: Element, links: dict[str, UrdfLink], findings: Findings) -> str:
+def _tree(root: Element, links: dict[str, Link], findings: Findings) -> str:
     """Return the name of the root link; empty if the links do not form a single tree, after adding an error."""
     if not links:
         findings.add("S103", "the description has no link", root.span)
@@ -109,7 +122,7 @@ def _tree(root: Element, links: dict[str, UrdfLink], findings: Findings) -> str:
     return tops[0].name
 
 
-def _release(top: str, links: dict[str, UrdfLink], joints: dict[str, UrdfJoint], findings: Findings) -> str:
+def _release(top: str, links: dict[str, Link], joints: dict[str, Joint], findings: Findings) -> str:
     """Remove a floating joint below an empty root link, together with that link, and return the name of the new root link.
 
     Such a joint is superfluous, because the simulator lets every robot move freely. Otherwise nothing changes.
@@ -124,7 +137,7 @@ def _release(top: str, links: dict[str, UrdfLink], joints: dict[str, UrdfJoint],
     return joint.child
 
 
-def _not_simulated(joint: UrdfJoint, findings: Findings) -> None:
+def _not_simulated(joint: Joint, findings: Findings) -> None:
     remedies = {
         "planar": "write two prismatic joints and a continuous one, with an empty link between each",
         "floating": "only the joint between an empty root link and the rest of the robot can be floating",
@@ -133,7 +146,7 @@ def _not_simulated(joint: UrdfJoint, findings: Findings) -> None:
     findings.add("S103", text, joint.element.place("type"), remedies[joint.type])
 
 
-def _check_mimic(joint: UrdfJoint, mimic: Mimic, joints: Mapping[str, UrdfJoint], findings: Findings) -> None:
+def _check_mimic(joint: Joint, mimic: Mimic, joints: Mapping[str, Joint], findings: Findings) -> None:
     """Add an error if the leader of a joint is not a moving joint or follows this joint, or if the law is not numeric."""
     leader, span = mimic.leader, mimic.element.place("joint")
     if leader not in joints or not joints[leader].moves:
@@ -146,7 +159,7 @@ def _check_mimic(joint: UrdfJoint, mimic: Mimic, joints: Mapping[str, UrdfJoint]
         findings.add("S103", f"joint {joint.name!r} mimics itself", span)
 
 
-def _follows(follower: str, leader: str, joints: Mapping[str, UrdfJoint]) -> bool:
+def _follows(follower: str, leader: str, joints: Mapping[str, Joint]) -> bool:
     """Return whether joint `follower` mimics joint `leader`, directly or through further joints."""
     seen: set[str] = set()
     while follower not in seen:
