@@ -219,7 +219,9 @@ class Runner:
             from graphengine.control.simulation_interfaces.server import SimulationInterfaces
 
             transport, namespace = self.network.transport(0), self.options.simulation_interfaces
-            SimulationInterfaces(self.queue, self.scene, transport, self._complain, namespace=namespace)
+            scenery = self.scene.world.scenery if self.scene.world is not None else None
+            scene = (scenery.scene, scenery.library.files) if scenery is not None else None
+            SimulationInterfaces(self.queue, scene, transport, self._complain, namespace=namespace)
 
     def _offer_parameters(self, closing: ExitStack) -> None:
         """Create the ROS parameters of the session and its robots, if requested and if the transport has a ROS node."""

@@ -162,7 +162,7 @@ def _with_message(cls: type[Node], registry: Registry, arguments: argparse.Names
 
 
 def _record(cls: type[Node]) -> dict[str, Any]:
-    from graphengine.node.types import listed
+    from graphengine.compiler.port_texts import listed
 
     ports = [port for port in cls.fields.values() if port.side != "state"]
     return {

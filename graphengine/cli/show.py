@@ -96,7 +96,7 @@ def _at(graph: Graph) -> str:
 
 def _value(value: Any) -> str:
     """Return a value as JSON on one line."""
-    from graphengine.node.types import listed
+    from graphengine.compiler.port_texts import listed
 
     return printable(json.dumps(listed(value), ensure_ascii=False))
 

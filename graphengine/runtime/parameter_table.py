@@ -13,11 +13,12 @@ from functools import partial
 from typing import Any
 
 from graphengine.compiler.graph import Instance, known_type
+from graphengine.compiler.port_texts import listed
 from graphengine.format.errors import UsageError
 from graphengine.format.wording import shown
 from graphengine.messages.parameters import ARRAY_OF, ParameterType, parameter_message
 from graphengine.node.port import Port
-from graphengine.node.types import INTEGERS, POINTER, PortType, coerce, equal, listed
+from graphengine.node.types import INTEGERS, POINTER, PortType, coerce, equal
 from graphengine.runtime.addresses import SIDES, GraphVariable, NodePort
 from graphengine.runtime.command import Command
 from graphengine.runtime.commands import Assign, Rate, Set
