@@ -90,7 +90,7 @@ def test_the_files_have_no_mistakes() -> None:
 
 def skills_of(imported: Imported) -> list[Skill]:
     """Return the skills that an imported robot has through its graphs."""
-    graphs, arms = imported.draft.sections["graphs"], _arms(imported)
+    graphs, arms = imported.draft.graphs, _arms(imported)
     found = [DRIVE] if _BASE in graphs else []
     found += [_reach(imported, name, parameters) for name, parameters in arms.items()]
     if _STAND in graphs:
@@ -137,7 +137,7 @@ def test_file(name: str, skills: Sequence[Skill]) -> str:
 
 def _arms(imported: Imported) -> dict[str, Mapping[str, Any]]:
     """Return the parameters of each graph that drives an arm, by the name of the graph."""
-    graphs = imported.draft.sections["graphs"]
+    graphs = imported.draft.graphs
     return {name: each.value["parameters"] for name, each in graphs.items() if each.value["use"].endswith(_TRAJECTORY)}
 
 

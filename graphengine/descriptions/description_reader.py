@@ -8,9 +8,9 @@ from graphengine.descriptions.files.packages import Packages
 from graphengine.descriptions.files.references import Library
 from graphengine.descriptions.files.xml import Element, parse, read
 from graphengine.descriptions.mjcf.mjcf import read_mjcf
-from graphengine.descriptions.robot_files import mjcf_parts
 from graphengine.descriptions.robot_files.default_drives import add_wheel_drives
 from graphengine.descriptions.robot_files.draft import Draft
+from graphengine.descriptions.robot_files.mjcf_parts import add_model_parts
 from graphengine.descriptions.robot_files.robot_file import RobotFile
 from graphengine.descriptions.sdf.sdf_files import SUFFIXES as SDF_SUFFIXES
 from graphengine.descriptions.sdf.sdf_files import is_sdf
@@ -141,7 +141,7 @@ def with_robot_file(urdf: Urdf | None, path: Path, findings: Findings) -> tuple[
         return None
     draft = Draft(urdf, "bare", path.name, path.name)
     if urdf.mjcf is not None:
-        mjcf_parts.fill(draft)
+        add_model_parts(draft)
     else:
         draft.fixed_base = any(each.first("static") is not None for each in urdf.element.all("gazebo"))
         add_wheel_drives(draft)

@@ -9,7 +9,8 @@ from itertools import accumulate
 from pathlib import Path
 from typing import Any
 
-from graphengine.descriptions.robot_files.draft import SECTIONS, Draft, Entry, Remark
+from graphengine.descriptions.robot_files.draft import SECTIONS, Draft, Remark
+from graphengine.descriptions.robot_files.entries import Entry
 from graphengine.descriptions.urdf.shapes import Box, Capsule, Cylinder, Mesh, Shape, Sphere, kind_of
 from graphengine.descriptions.urdf.urdf import WORLD, Urdf, UrdfJoint
 from graphengine.format.diagnostics import Source, Span
@@ -39,12 +40,12 @@ def render(draft: Draft, path: Path) -> Document:
     if "joints" in data:
         page.open(("joints",))
     for joint in urdf.moving():
-        page.add_entry("joints", joint.name, draft.entry("joints", joint.name), _about(joint))
+        page.add_entry("joints", joint.name, draft.joints[joint.name], _about(joint))
     page.lines += [f"# {printable(_about(joint))}" for joint in urdf.joints.values() if not joint.moves]
     for section in [key for key in SECTIONS[1:] if key in data]:
         page.lines.append("")
         page.open((section,))
-        for key, entry in draft.sections[section].items():
+        for key, entry in getattr(draft, section).items():
             page.add_entry(section, key, entry)
     page.lines += _remarks("Noticed", draft.noticed)
     page.lines += _remarks("Guessed, as the description does not say", draft.guessed)
@@ -59,7 +60,7 @@ class _Page:
     lines: list[str]
     rows: list[tuple[tuple[str, ...], Any, int]] = field(default_factory=list)
 
-    def add_entry(self, section: str, key: str, entry: Entry, *comments: str) -> None:
+    def add_entry(self, section: str, key: str, entry: Entry[Any], *comments: str) -> None:
         """Add a key of a section, below the given comments and those of its entry."""
         self.lines += [f"  # {printable(comment)}" for comment in (*comments, *entry.comments)]
         number = len(self.lines)

@@ -328,7 +328,7 @@ def test_a_sensor_that_cannot_be_is_lost_with_the_reason(
     remark = result.draft.lost[-1]
     assert lost in remark.text
     assert remark.span is not None
-    assert "eye" not in result.draft.sections["sensors"]
+    assert "eye" not in result.draft.sensors
 
 
 def test_what_is_left_of_a_sensor_is_lost(tmp_path: Path) -> None:
