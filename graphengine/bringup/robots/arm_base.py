@@ -20,7 +20,8 @@ STANDING = 0.05
 def fix_arm(draft: Draft) -> None:
     """Fix the root link of a robot that has an arm but neither wheels nor legs, and add a remark."""
     urdf = draft.urdf
-    if draft.fixed_base or urdf.root == WORLD or _rolls(draft):
+    rolls = bool(draft.wheels) or any("wheel" in joint.name.lower() for joint in urdf.moving())
+    if draft.fixed_base or urdf.root == WORLD or rolls:
         return
     depths = _depths(urdf)
     limbs = [joint.child for joint in urdf.moving() if depths[joint.parent] == 0]
@@ -30,10 +31,6 @@ def fix_arm(draft: Draft) -> None:
     text = "the base is fixed to the world: an arm without wheels or legs would fall over; "
     text += f"for a robot whose {urdf.root} moves, write fixed_base: false"
     draft.guess(printable(text), urdf.links[urdf.root].element.span)
-
-
-def _rolls(draft: Draft) -> bool:
-    return bool(draft.wheels) or any("wheel" in joint.name.lower() for joint in draft.urdf.moving())
 
 
 def _depths(urdf: Urdf) -> dict[str, int]:

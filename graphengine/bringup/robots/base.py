@@ -101,3 +101,8 @@ class Drivetrain:
     parameters: dict[str, Any]
     grip: Mapping[str, Vector3] = field(default_factory=dict)
     skid: Grip | None = None
+
+    @property
+    def joints(self) -> set[str]:
+        """Names of all joints of the base that take commands."""
+        return {*(wheel.joint for wheel in self.wheels), *(joint.name for joint in self.steering)}

@@ -160,9 +160,8 @@ def depth_camera(values: Values, sensor: Subject, graph: str, images: str) -> Fi
         profile["clip"] = clip
     if deviation := noise(values, sensor, ("camera", "noise"), ("noise",)):
         profile["depth_noise"] = deviation
-        sensor.guessed(
-            f"noise of {deviation:g} m: taken for that at 1 m, as here it grows with the square of the distance"
-        )
+        reason = "taken for that at 1 m, as here it grows with the square of the distance"
+        sensor.guessed(f"noise of {deviation:g} m: {reason}")
     return Figures("camera", graph, profile, f"{images} {_resolution_told(profile)}")
 
 

@@ -36,8 +36,7 @@ def add_joint_graphs(draft: Draft, controllers: Sequence[Controller], drivetrain
 
     If there is a base, its graph publishes the states of all joints, so no graph for joint states is added.
     """
-    base = {wheel.joint for wheel in drivetrain.wheels} if drivetrain is not None else set()
-    base |= {joint.name for joint in drivetrain.steering} if drivetrain is not None else set()
+    base = drivetrain.joints if drivetrain is not None else ()
     driven, held = ([name for name in names if name not in base] for names in _drives(draft))
     if not driven:
         return
