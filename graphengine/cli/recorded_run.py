@@ -109,7 +109,7 @@ def _start(
         print(plain(f"warning: {text}"), file=sys.stderr)
 
     with start_runner(scene, _how_to_run(recording.manifest, warn, log)) as runner:
-        here = platform_info.describe(runner.scene, runner.session.services.world)
+        here = platform_info.describe(runner.scene, runner.session)
         for line in platform_info.differences(recording.manifest.machine, here):
             warn(f"{line}; results may differ in their last bits")
         return use(RecordedRun(recording, runner, plain, warn))

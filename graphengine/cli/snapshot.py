@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from graphengine.cli.common import add_file_arguments, clean, log_problem, open_scene, table
+from graphengine.cli.options import add_flag
 from graphengine.cli.progress import progress
 from graphengine.format.errors import UsageError
 from graphengine.format.files import near
@@ -61,10 +62,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     what = parser.add_mutually_exclusive_group()
     depth = "write a 16 bit depth image of a camera's prim: depth along its optical axis, mm; 0 if out of range"
-    what.add_argument("--depth", action="store_true", help=depth)
-    what.add_argument(
-        "--segmentation", action="store_true", help="write an image with one colour per prim, and print the colours"
-    )
+    add_flag(what, "--depth", depth)
+    add_flag(what, "--segmentation", "write an image with one colour per prim, and print the colours")
 
 
 def size(text: str) -> tuple[int, int]:

@@ -42,6 +42,10 @@ def make_schema(kind: str, registry: Registry) -> dict[str, Any]:
         schema["properties"]["nodes"]["additionalProperties"] = {
             "anyOf": [{"$ref": "#/$defs/NodeSpec"}, {"type": "string", "examples": names}]
         }
+    if kind == "robot":  # null removes an entry of the file that `extends` names
+        for section in schema["properties"].values():
+            if "additionalProperties" in section:
+                section["additionalProperties"] = {"anyOf": [section["additionalProperties"], {"type": "null"}]}
     return schema
 
 

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from graphengine.descriptions.added_formats import is_added, read_root
 from graphengine.descriptions.files.packages import Packages
 from graphengine.descriptions.files.references import Library
-from graphengine.descriptions.files.xml import Element, parse, read
+from graphengine.descriptions.files.xml import Element, parse
 from graphengine.descriptions.mjcf.mjcf import read_mjcf
 from graphengine.descriptions.robot_files.default_drives import add_wheel_drives
 from graphengine.descriptions.robot_files.draft import Draft
@@ -48,7 +49,7 @@ def read_description(file: RobotFile, library: Library) -> Urdf | None:
     packages = _packages(path, file, files, findings) if path is not None else None
     if path is None or packages is None:
         return None
-    root = read(path, findings, "S103")
+    root = read_root(path, findings)
     if root is None:
         return None
     if xacro.is_xacro(path, root):
@@ -64,9 +65,9 @@ def read_description(file: RobotFile, library: Library) -> Urdf | None:
 
 def _converted(path: Path, root: Element | None, packages: Packages, findings: Findings) -> Urdf | None:
     """Return the links and joints of a parsed URDF or SDF file; None after an error."""
-    if root is not None and is_sdf(root):
-        root = read_sdf(path, root, packages, findings)
-    return read_urdf(root, packages, findings) if root is not None else None
+    if root is None:
+        return None
+    return read_sdf(path, root, packages, findings) if is_sdf(root) else read_urdf(root, packages, findings)
 
 
 def _read_model(file: RobotFile, library: Library) -> Urdf | None:
@@ -99,6 +100,11 @@ def _as_text(value: str | float | bool) -> str:
     return str(value).lower() if isinstance(value, bool) else str(value)
 
 
+def is_description(path: Path) -> bool:
+    """Return whether a file is a robot description, not a robot file, by its suffix."""
+    return path.suffix in SUFFIXES or is_added(path)
+
+
 def is_text(use: str) -> bool:
     """Return whether the `use` of a scene contains the text of a description (XML) instead of a file name."""
     return use.lstrip()[:1] == "<"
@@ -125,7 +131,7 @@ def read_bare(use: str, path: Path, library: Library) -> tuple[RobotFile, Urdf] 
         urdf = read_mjcf(path, library, use if is_text(use) else None)
         return with_robot_file(urdf, path, findings)
     packages = Packages(path.parent, (), files)
-    root = parse(use.encode(), path.name, findings, "S103") if is_text(use) else read(path, findings, "S103")
+    root = parse(use.encode(), path.name, findings, "S103") if is_text(use) else read_root(path, findings)
     if root is not None and not is_text(use) and xacro.is_xacro(path, root):
         root = xacro.expand(path, {}, packages, findings)
     return with_robot_file(_converted(path, root, packages, findings), path, findings)

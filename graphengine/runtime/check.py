@@ -10,10 +10,10 @@ from graphengine.compiler.lint_registry import LINTS, LintContext
 from graphengine.compiler.subgraph_expansion import NodeEntry, WireEntry
 from graphengine.devices.backend import World
 from graphengine.devices.dry_world import DryWorld
-from graphengine.devices.stage import at_or_below
 from graphengine.format.diagnostics import Finding, Findings
 from graphengine.format.errors import ContextError, GraphError, JointError, PrimError
 from graphengine.format.permissions import Permissions
+from graphengine.format.prim_paths import at_or_below
 from graphengine.format.wording import listing
 from graphengine.messages.endpoints import EndpointClaim, Network
 from graphengine.messages.names import action_of

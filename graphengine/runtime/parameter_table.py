@@ -15,9 +15,9 @@ from typing import Any
 from graphengine.compiler.graph import Instance, known_type
 from graphengine.format.errors import UsageError
 from graphengine.format.wording import shown
-from graphengine.messages.parameters import ARRAY_OF, ParameterType
+from graphengine.messages.parameters import ARRAY_OF, ParameterType, parameter_message
 from graphengine.node.port import Port
-from graphengine.node.types import INTEGERS, POINTER, PortType, coerce, equal
+from graphengine.node.types import INTEGERS, POINTER, PortType, coerce, equal, listed
 from graphengine.runtime.addresses import SIDES, GraphVariable, NodePort
 from graphengine.runtime.command import Command
 from graphengine.runtime.commands import Assign, Rate, Set
@@ -69,6 +69,10 @@ class Parameter:
     def has(self, value: Any) -> bool:
         """Return whether the current value equals `value`."""
         return equal(self.read(), value)
+
+    def message(self, value: Any) -> Any:
+        """Return an rcl_interfaces/Parameter with the name and type of this parameter, and the given value."""
+        return parameter_message(self.name, self.type, listed(value))
 
 
 USE_SIM_TIME = Parameter("use_sim_time", PortType("bool"), lambda: True, None, "message stamps are simulation time")

@@ -21,7 +21,7 @@ def lift(sim: ge.Session, height: float) -> None:
     mujoco.mj_forward(model, data)
 
 
-def test_what_is_written_acts_and_a_reset_overwrites_it(sim: ge.Session) -> None:
+def test_values_written_to_mujoco_take_effect_until_a_reset(sim: ge.Session) -> None:
     rest = sim.robots["dd100"].pose
     lift(sim, 5.0)
     assert sim.robots["dd100"].pose.position[2] == 5.0
@@ -40,7 +40,7 @@ def test_a_spawned_robot_is_in_another_model(sim: ge.Session) -> None:
     assert sim.mujoco.data.qpos.size == objects.model.nq == 2 * model.nq
 
 
-def test_what_is_written_is_not_recorded(tmp_path: Path) -> None:
+def test_values_written_to_mujoco_are_not_recorded(tmp_path: Path) -> None:
     with ge.load("dd100_flat", rays="mujoco").session(record=tmp_path / "run.mcap") as sim:
         sim.step(3)
         lift(sim, 5.0)

@@ -61,7 +61,7 @@ def clamped(sim: ge.Session) -> dict[str, int]:
     return dict(parse("state").apply(sim._runner.session).get("clamped_commands", {}))
 
 
-def test_a_slide_arrives_where_it_is_told_to(bench: ge.Session) -> None:
+def test_a_prismatic_joint_reaches_its_commanded_position(bench: ge.Session) -> None:
     robot = bench.robots["bench"]
     robot.command(positions={"slide": 0.5})
     assert robot.joints["slide"].position == 0.0
@@ -158,7 +158,7 @@ WRONG: list[tuple[dict[str, Any], str]] = [
 
 
 @pytest.mark.parametrize(("arguments", "words"), WRONG)
-def test_what_makes_no_sense_is_refused_and_changes_nothing(bench: ge.Session, arguments: Any, words: str) -> None:
+def test_an_invalid_command_is_refused_and_changes_nothing(bench: ge.Session, arguments: Any, words: str) -> None:
     with pytest.raises(ge.UsageError) as caught:
         bench.robots["bench"].command(**arguments)
     assert words in str(caught.value)
@@ -167,7 +167,7 @@ def test_what_makes_no_sense_is_refused_and_changes_nothing(bench: ge.Session, a
     assert not clamped(bench)
 
 
-def test_the_name_of_an_actuator_is_that_of_what_it_moves(tmp_path: Path) -> None:
+def test_an_actuator_has_the_name_of_its_joint(tmp_path: Path) -> None:
     write_model(tmp_path, "sink.xml", KITCHEN_SINK)
     scene = write_model(tmp_path, "scene.yaml", SCENE.replace("bench.yaml", "sink.xml"))
     with ge.load(scene).session() as sim:

@@ -15,7 +15,7 @@ def scene() -> ge.Scene:
     return ge.load("dd100_flat", rays="mujoco")
 
 
-def test_a_scene_says_what_is_in_it(scene: ge.Scene) -> None:
+def test_a_scene_lists_its_robots_graphs_and_topics(scene: ge.Scene) -> None:
     assert list(scene.graphs) == ["clock", "dd100/joint_states", "dd100/scan", "dd100/cmd_vel"]
     assert scene.graphs["dd100/cmd_vel"].nodes["ArtController"] == "isaacsim.core.nodes.IsaacArticulationController"
     assert scene.graphs["clock"].prim_path == "/World/clock"
@@ -46,7 +46,7 @@ def test_values_are_set_as_the_command_line_sets_them() -> None:
         ("substeps", "write NODE.PORT\nother values, such as those of physics and drives, are keys of"),
     ],
 )
-def test_what_cannot_be_set_is_refused(address: str, complaint: str) -> None:
+def test_setting_an_unknown_or_wired_input_is_refused(address: str, complaint: str) -> None:
     with pytest.raises(ge.UsageError, match=f"^--set {re.escape(address)}: .*(?:{complaint})"):
         ge.load("dd100_flat", set={address: 1.0})
 
@@ -60,7 +60,7 @@ def test_sessions_of_a_scene_are_apart(scene: ge.Scene) -> None:
         assert abs(other.robots["dd100"].pose.position[0]) < 0.01
 
 
-def test_errors_come_together_with_what_else_was_found() -> None:
+def test_errors_include_the_warnings_found_before_them() -> None:
     with pytest.raises(ge.CheckError) as caught:
         ge.load("tutorial/flat_grid", set={"D*Controller.maxLinearSpeed": "fast"})
     severities = [finding.severity for finding in caught.value.findings]
@@ -95,9 +95,7 @@ def test_arguments_that_make_no_sense_are_usage_errors(source: str, arguments: d
         ({"bad_values": "keep"}, "bad_values: unknown value 'keep'; legal: drop, stop"),
     ],
 )
-def test_options_of_a_session_that_make_no_sense_are_told(
-    scene: ge.Scene, arguments: dict[str, Any], words: str
-) -> None:
+def test_invalid_session_options_are_reported(scene: ge.Scene, arguments: dict[str, Any], words: str) -> None:
     with pytest.raises(ge.GraphError) as caught:
         scene.session(**arguments)
     assert words in str(caught.value)

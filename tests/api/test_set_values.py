@@ -111,7 +111,7 @@ def test_a_required_input_cannot_be_emptied_while_the_session_runs(sim: ge.Sessi
     sim.step(2)
 
 
-def test_the_warning_names_port_value_and_what_is_legal(start: Start) -> None:
+def test_the_warning_names_the_port_the_value_and_the_legal_values(start: Start) -> None:
     said: list[str] = []
     sim = start(RAMPS, log=lambda severity, node, text: said.append(text))
     sim.set("Controller.linearVelocity", 1.0)
@@ -165,7 +165,7 @@ def test_a_checkpoint_knows_which_values_were_set_while_the_session_ran(start: S
         sim.step()
 
 
-def test_a_value_of_a_spawned_robot_is_one_of_the_run() -> None:
+def test_values_of_a_spawned_robot_can_be_read_and_set() -> None:
     """Its graphs are loaded while the session runs, so no file of it ends the run."""
     with ge.load("dd100_flat").session() as sim:
         sim.spawn("second", "robots/dd100.yaml", position=(0.0, 5.0, 0.03), namespace="second")

@@ -86,7 +86,7 @@ def files(tmp_path: Path) -> Path:
 
 
 @pytest.mark.parametrize("column", COLUMNS)
-def test_it_happens_what_the_manual_says(column: str, files: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_outcome_agrees_with_the_manual(column: str, files: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(files)
     done = kernels.run(RUN, COLUMNS[column], json.dumps(COMMANDS))
     assert done.returncode == 0, done.stderr
@@ -105,7 +105,7 @@ def test_it_happens_what_the_manual_says(column: str, files: Path, monkeypatch: 
 
 
 @pytest.mark.parametrize("column", COLUMNS)
-def test_the_version_tells_which_borders_there_are(column: str) -> None:
+def test_the_abi_version_decides_which_restrictions_apply(column: str) -> None:
     code = "import sys\nfrom graphengine.cli import main\nmain(['--version', '--verbose'])"
     line = kernels.run(code, COLUMNS[column]).stdout.splitlines()[1]
     there = {name: "no" if name in COLUMNS[column] else "yes" for name in ("Landlock", "seccomp")}

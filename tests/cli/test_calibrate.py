@@ -11,7 +11,7 @@ from tests.bringup.calibration import bases
 from tests.cli.harness import Graphrun
 
 
-def test_it_prints_what_the_dingo_reaches(graphrun: Graphrun) -> None:
+def test_it_prints_the_speeds_that_the_dingo_reaches(graphrun: Graphrun) -> None:
     result = graphrun("calibrate", "dd100_flat", "--check")
     assert result.lines[0] == "dd100: /dd100_0000/cmd_vel (geometry_msgs/msg/Twist), differential"
     (forward,) = [line.split() for line in result.lines if line.startswith("forward")]

@@ -109,6 +109,8 @@ def test_a_run_goes_back_to_a_checkpoint(ctl: Graphrun) -> None:
         )
         ctl("step", "30")
         assert state(ctl)["robots"] != here
+        ctl("reset-robot", "dd100", "--at", "1,2,0.025")
+        assert state(ctl)["robots"][0]["position"] == pytest.approx([1.0, 2.0, 0.025])
         ctl("restore", "before")
         assert (state(ctl)["time"], state(ctl)["robots"]) == (0.5, here)
         ctl("restore", "after", refused="no checkpoint 'after'")
@@ -147,7 +149,7 @@ def test_robots_come_and_go_and_are_moved(ctl: Graphrun, tmp_path: Path, monkeyp
         assert [robot["name"] for robot in state(ctl)["robots"]] == ["dd100"]
 
 
-def test_what_can_be_moved_is_told(ctl: Graphrun) -> None:
+def test_the_movable_entities_are_listed(ctl: Graphrun) -> None:
     with paused("dd100_warehouse", *MEMORY):
         objects = ctl("state").lines[-1]
         assert objects.startswith("  objects: ")
@@ -156,7 +158,7 @@ def test_what_can_be_moved_is_told(ctl: Graphrun) -> None:
         ctl("push", "box_1", "--impulse", "1,0,0", refused="did you mean 'box_01'")
 
 
-def test_what_is_put_into_something_is_told_to_who_did_it_and_in_the_run(graphrun: Graphrun) -> None:
+def test_spawning_into_an_object_warns_and_moving_into_one_is_refused(graphrun: Graphrun) -> None:
     with paused("dd100_flat", *MEMORY) as run:
         done = graphrun("ctl", "spawn", "late", "robots/dd100.yaml", "--at", "0,3,-0.07", "--namespace", "late")
         into_ground, _, _ = done.err.partition("\n")
@@ -215,7 +217,7 @@ def test_where_nothing_runs_that_is_said(ctl: Graphrun) -> None:
     ctl("state", refused="error: no run to control")
 
 
-def test_of_several_runs_one_is_named(ctl: Graphrun, graphrun: Graphrun, project: Path) -> None:
+def test_one_of_several_runs_is_chosen_by_name(ctl: Graphrun, graphrun: Graphrun, project: Path) -> None:
     with paused("mine.yaml", *MEMORY, cwd=project) as one, paused("dd100_flat", *MEMORY) as other:
         asked = graphrun("ctl", "state", code=2)
         assert asked.err.splitlines() == [
@@ -260,7 +262,7 @@ def test_a_signal_ends_a_run_that_is_paused(number: signal.Signals, project: Pat
     assert list(runtime.iterdir()) == []
 
 
-def test_the_time_of_a_run_is_that_of_the_simulation(ctl: Graphrun, project: Path) -> None:
+def test_the_time_of_a_run_is_its_simulation_time(ctl: Graphrun, project: Path) -> None:
     with paused("mine.yaml", "--for", "1s", *MEMORY, cwd=project) as run:
         ctl("step", "30")
         ctl("reset")
@@ -271,7 +273,7 @@ def test_the_time_of_a_run_is_that_of_the_simulation(ctl: Graphrun, project: Pat
     assert run.said.splitlines()[-1].startswith("60 ticks, 1.000 s of simulation in ")
 
 
-def test_topics_are_those_of_the_run_without_its_services(ctl: Graphrun, project: Path) -> None:
+def test_the_topics_of_a_run_are_listed_without_its_services(ctl: Graphrun, project: Path) -> None:
     with paused("mine.yaml", *MEMORY, cwd=project):
         assert ctl("topics").out == "/clock\n"
         assert json.loads(ctl("topics", "--json").out) == {"topics": {"/clock": "rosgraph_msgs/msg/Clock"}}
@@ -310,7 +312,7 @@ def test_a_terminal_shows_that_a_run_is_paused(project: Path) -> None:
         ([], "COMMAND is missing"),
     ],
 )
-def test_a_command_line_that_makes_no_sense_is_told(graphrun: Graphrun, words: list[str], legal: str) -> None:
+def test_an_invalid_command_line_is_reported(graphrun: Graphrun, words: list[str], legal: str) -> None:
     result = graphrun("ctl", *words, code=2)
     assert legal in result.err
 
@@ -328,6 +330,17 @@ def test_a_command_line_that_makes_no_sense_is_told(graphrun: Graphrun, words: l
             ["command", "a", "--positions", "b=-1", "c=90deg", "--efforts", "d=.5"],
             {"robot": "a", "positions": {"b": -1.0, "c": math.pi / 2}, "efforts": {"d": 0.5}},
         ),
+        (["reset-robot", "a"], {"robot": "a", "joints": {}, "force": False}),
+        (
+            ["reset-robot", "a", "--at", "-1,2,0.5", "--joints", "b=90deg", "--keyframe", "home", "--force"],
+            {
+                "robot": "a",
+                "position": (-1.0, 2.0, 0.5),
+                "joints": {"b": math.pi / 2},
+                "keyframe": "home",
+                "force": True,
+            },
+        ),
         (["move", "a", "-1", "-2e-1"], {"entity": "a", "position": [-1.0, -0.2]}),
         (["move", "a", "--angular", "-.5,0,0"], {"entity": "a", "angular": (-0.5, 0.0, 0.0)}),
         (["move", "a", "1", "2", "--odometry-jumps"], {"entity": "a", "position": [1.0, 2.0], "odometry": "jumps"}),
@@ -338,7 +351,7 @@ def test_a_command_line_that_makes_no_sense_is_told(graphrun: Graphrun, words: l
         ),
     ],
 )
-def test_what_is_written_is_what_is_asked_for(words: list[str], arguments: dict[str, Any]) -> None:
+def test_the_written_file_has_the_requested_content(words: list[str], arguments: dict[str, Any]) -> None:
     given = make_parser("ctl").parse_args(["ctl", *words])
     asked = given.arguments(given)
     assert {key: value for key, value in asked.items() if value is not None} == arguments

@@ -42,7 +42,7 @@ def embedded(monkeypatch: pytest.MonkeyPatch) -> None:
 # The whole
 
 
-def test_each_check_is_told_to_programs_and_problems_set_the_exit_code(tmp_path: Path) -> None:
+def test_every_check_is_in_the_json_output_and_problems_set_the_exit_code(tmp_path: Path) -> None:
     wrong = {"ROS_DOMAIN_ID": "233", "NUMBA_DISABLE_JIT": "1", "__EGL_VENDOR_LIBRARY_DIRS": str(tmp_path)}
     told = json.loads(process("doctor", "--format", "json", env=wrong, code=1, err="").out)
     assert [list(check) for check in told["checks"]] == [KEYS] * len(CHECKS)
@@ -134,7 +134,7 @@ def test_a_small_receive_buffer_is_a_note_with_the_setting(monkeypatch: pytest.M
     assert (found.state, found.remedy) == ("note", (f"sudo sysctl -w {parameter}={size + 1}",))
 
 
-def test_the_recommended_buffer_is_that_of_the_reference() -> None:
+def test_the_recommended_buffer_is_the_one_in_the_reference() -> None:
     text = (Path(__file__).parents[2] / "docs/reference/large_messages.md").read_text(encoding="utf-8")
     for name in doctor._READERS:
         assert f"sudo sysctl -w {name}={doctor._BUFFER} " in text

@@ -58,7 +58,7 @@ def test_a_project_holds_the_meshes_of_included_models(graphrun: Graphrun, model
     graphrun("run", "made/made.yaml", "--transport", "memory", "--for", "0.1s", code=0)
 
 
-def test_one_model_of_a_world_is_chosen(graphrun: Graphrun, models: Path) -> None:
+def test_one_model_of_a_world_can_be_chosen(graphrun: Graphrun, models: Path) -> None:
     (models / "world.sdf").write_text(TWO, encoding="utf-8")
     refused = graphrun("import-urdf", "world.sdf", "-o", "cart.yaml", code=1)
     assert "the file has more than one model" in refused.err

@@ -135,7 +135,7 @@ def test_the_folder_of_a_robot_file_is_made(graphrun: Graphrun, cart: Path) -> N
     assert made == beside
 
 
-def test_the_report_tells_what_was_found_and_what_was_not_carried_over(graphrun: Graphrun, cart: Path) -> None:
+def test_the_report_lists_what_was_found_and_what_was_not_carried_over(graphrun: Graphrun, cart: Path) -> None:
     assert imported(graphrun).lines == [
         "wrote scenes/robots/cart.yaml",
         "5 links, 4 joints of which 4 move, 9 kg",
@@ -213,7 +213,7 @@ def test_a_robot_on_two_wheels_is_driven_without_further_ado(
         ('<origin xyz="0 0.3 0"/>', '<origin xyz="0.2 -0.3 0"/>', "wheels on one side only: no graph drives them"),
     ],
 )
-def test_a_base_that_no_graph_drives_is_told_with_the_reason(
+def test_a_base_without_a_graph_is_reported_with_the_reason(
     graphrun: Graphrun, cart: Path, old: str, new: str, reason: str
 ) -> None:
     assert old in ROBOT_ON_WHEELS
@@ -222,7 +222,7 @@ def test_a_base_that_no_graph_drives_is_told_with_the_reason(
     assert "graphs" not in robot(cart)
 
 
-def test_what_is_alike_is_told_once_and_a_long_line_is_cut_in_the_report_only(graphrun: Graphrun, cart: Path) -> None:
+def test_equal_remarks_are_merged_and_only_the_report_cuts_long_lines(graphrun: Graphrun, cart: Path) -> None:
     names = [f"a_long_name_of_a_link_{number}" for number in range(40)]
     tags = "".join(f'<gazebo reference="{name}"><material>Gazebo/Black</material></gazebo>' for name in names)
     (cart / "ws/cart/urdf/cart.urdf").write_text(URDF.replace("</robot>", f"{tags}</robot>"), encoding="utf-8")
@@ -248,14 +248,14 @@ def test_what_is_alike_is_told_once_and_a_long_line_is_cut_in_the_report_only(gr
         ('<origin rpy="3.141592653589793 0 0"/><geometry><mesh filename="../meshes/body.obj"/></geometry>', -1.0),
     ],
 )
-def test_the_report_tells_how_high_a_robot_stands(graphrun: Graphrun, cart: Path, collider: str, lowest: float) -> None:
+def test_the_report_gives_the_height_of_a_robot(graphrun: Graphrun, cart: Path, collider: str, lowest: float) -> None:
     """The mesh reaches from 0 to 1 along its z axis, which is upside down here; corners of the box point down."""
     text = URDF.replace("<visual>", f"<collision>{collider}</collision><visual>", 1)
     (cart / "ws/cart/urdf/cart.urdf").write_text(text, encoding="utf-8")
     assert f"lowest collider at z = {lowest:.4f} m, all joints at zero" in imported(graphrun).lines
 
 
-def test_a_robot_without_wheels_is_told_that_it_can_be_bolted_down(graphrun: Graphrun, cart: Path) -> None:
+def test_a_robot_without_wheels_gets_the_advice_to_bolt_it_down(graphrun: Graphrun, cart: Path) -> None:
     lines = imported(graphrun, text=URDF.replace(WHEELS, "")).lines
     assert "base link base_link, free; --fixed-base fixes it to the world" in lines
     assert lines[-1] == "in a scene: robots: {cart: {use: robots/cart.yaml}}"
@@ -272,7 +272,7 @@ def test_a_robot_of_xacro_gets_its_urdf_beside_its_file(graphrun: Graphrun, cart
     assert graphrun("check", "scenes/cart.yaml", "--allow", "ws").code == 0
 
 
-def test_what_mujoco_warns_of_is_told(graphrun: Graphrun, cart: Path) -> None:
+def test_warnings_of_mujoco_are_reported(graphrun: Graphrun, cart: Path) -> None:
     textured = TETRAHEDRON.replace("f 1 3 2", "vt 0 0\nf 1/9 3/1 2/1").replace("f 1 2 4", "f 1/1 2/1 4/1")
     textured = textured.replace("f 1 4 3", "f 1/1 4/1 3/1").replace("f 2 3 4", "f 2/1 3/1 4/1")
     (cart / "ws/cart/meshes/body.obj").write_text(textured, encoding="utf-8")
@@ -280,7 +280,7 @@ def test_what_mujoco_warns_of_is_told(graphrun: Graphrun, cart: Path) -> None:
     assert "ws/cart/urdf/cart.urdf:1:1: warning W205: MuJoCo: obj_decoder: invalid" in result.err
 
 
-def test_arguments_of_xacro_stand_wherever_one_puts_them(graphrun: Graphrun, cart: Path) -> None:
+def test_arguments_of_xacro_may_stand_anywhere_on_the_command_line(graphrun: Graphrun, cart: Path) -> None:
     target = ("-o", "scenes/robots/cart.yaml")
     assert graphrun("import-robot", *target, "prefix:=a_", "ws/cart/urdf/cart.urdf.xacro").code == 0
     assert "a_left_joint" in robot(cart)["joints"]  # type: ignore[operator]
@@ -288,7 +288,7 @@ def test_arguments_of_xacro_stand_wherever_one_puts_them(graphrun: Graphrun, car
     assert "b_left_joint" in robot(cart)["joints"]  # type: ignore[operator]
 
 
-def test_a_description_is_not_written_over_by_what_it_expands_to(graphrun: Graphrun, cart: Path) -> None:
+def test_the_expanded_file_does_not_replace_the_description(graphrun: Graphrun, cart: Path) -> None:
     source = cart / "ws/cart/urdf/robot.urdf"
     source.write_text(XACRO, encoding="utf-8")
     result = graphrun("import-robot", "ws/cart/urdf/robot.urdf", "-o", "ws/cart/urdf/robot.yaml", "--force", code=2)
@@ -315,7 +315,7 @@ def test_a_name_that_is_a_word_of_yaml_stays_a_name(graphrun: Graphrun, cart: Pa
     assert graphrun("check", "scenes/cart.yaml", "--allow", "ws").code == 0
 
 
-def test_a_target_that_cannot_be_written_is_told(graphrun: Graphrun, cart: Path) -> None:
+def test_a_target_that_cannot_be_written_is_reported(graphrun: Graphrun, cart: Path) -> None:
     (cart / "scenes/robots/cart.yaml").mkdir()
     result = imported(graphrun, "ws/cart/urdf/cart.urdf.xacro", "--force", code=1, out="")
     assert "error: scenes/robots/cart.yaml: Is a directory" in result.err
@@ -389,7 +389,7 @@ def test_a_description_with_mistakes_is_explained_and_nothing_is_written(
     assert list((cart / "scenes/robots").iterdir()) == []
 
 
-def test_of_a_repeated_element_the_first_counts_and_that_is_told(graphrun: Graphrun, cart: Path) -> None:
+def test_the_first_of_repeated_elements_counts_and_the_repetition_is_reported(graphrun: Graphrun, cart: Path) -> None:
     result = imported(graphrun, text=URDF.replace("<axis", '<axis xyz="1 0 0"/><axis', 1), code=0, err="")
     assert "only the first of 2 <axis> counts: delete the other <axis>" in result.out
 
@@ -438,7 +438,7 @@ def test_a_target_that_is_no_robot_file(graphrun: Graphrun, cart: Path, target: 
     assert f"-o {target}: " in result.err
 
 
-def test_an_argument_that_xacro_does_not_take_is_told(graphrun: Graphrun, cart: Path) -> None:
+def test_an_unknown_xacro_argument_is_reported(graphrun: Graphrun, cart: Path) -> None:
     result = imported(graphrun, "ws/cart/urdf/cart.urdf.xacro", "prefx:=a", code=1)
     assert "has no argument 'prefx'" in result.err
     assert "did you mean 'prefix'?" in result.err
@@ -466,7 +466,7 @@ def test_a_description_on_the_network_is_written_beside_the_robot_file(
     assert graphrun("check", "scenes/cart.yaml", "--allow", "ws").code == 0
 
 
-def test_a_topic_on_which_nothing_arrives_is_told(graphrun: Graphrun, cart: Path, domain: Domain) -> None:
+def test_a_topic_without_messages_is_reported(graphrun: Graphrun, cart: Path, domain: Domain) -> None:
     result = imported(graphrun, "--topic", "/quiet", "--transport", "dds", "--timeout", "200ms", code=1)
     assert "error: no message arrived on /quiet within 0.2 s" in result.err
     assert list((cart / "scenes/robots").iterdir()) == []
@@ -524,7 +524,7 @@ def test_a_robot_of_a_macro_gets_a_file_that_calls_it(graphrun: Graphrun, macro:
     assert "your_left_joint" in robot(macro)["joints"]  # type: ignore[operator]
 
 
-def test_the_only_macro_of_a_file_is_taken_and_told(graphrun: Graphrun, macro: Path) -> None:
+def test_the_only_macro_of_a_file_is_used_and_reported(graphrun: Graphrun, macro: Path) -> None:
     result = imported(graphrun, "ws/cart/urdf/macro.urdf.xacro", "side:=left")
     assert "note: the file defines macros but no robot; cart.urdf.xacro calls its macro 'cart'" in result.out
 
@@ -545,7 +545,7 @@ def test_a_macro_that_cannot_be_called_writes_nothing(
     assert not list((macro / "scenes/robots").iterdir())
 
 
-def test_a_file_with_a_macro_is_not_written_over_by_the_one_that_calls_it(graphrun: Graphrun, macro: Path) -> None:
+def test_the_file_that_calls_a_macro_does_not_replace_the_file_of_the_macro(graphrun: Graphrun, macro: Path) -> None:
     path = macro / "scenes/robots/cart.urdf.xacro"
     path.write_text(MACRO, encoding="utf-8")
     result = imported(graphrun, str(path), "side:=left", "--force", "--package-path", "ws", code=1)

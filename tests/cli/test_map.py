@@ -82,7 +82,7 @@ def grown(cells: NDArray[np.bool_]) -> NDArray[np.bool_]:
 # What the map is for
 
 
-def test_a_scan_anywhere_in_the_warehouse_ends_at_what_the_map_has_occupied(
+def test_a_scan_anywhere_in_the_warehouse_ends_at_an_occupied_cell_of_the_map(
     graphrun: Graphrun, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
@@ -108,7 +108,7 @@ def test_a_scan_anywhere_in_the_warehouse_ends_at_what_the_map_has_occupied(
 # What is written
 
 
-def test_the_image_and_the_yaml_are_those_of_the_room(graphrun: Graphrun, room: Path) -> None:
+def test_the_image_and_the_yaml_describe_the_room(graphrun: Graphrun, room: Path) -> None:
     result = graphrun("map", "room.yaml", "--cell", "0.1", "--bounds", "-1.2", "-1", "1", "2.2", code=0, err="")
     assert result.lines[0].startswith("room_map.png and room_map.yaml, in ")
     assert result.lines[1:] == [
@@ -221,7 +221,7 @@ def extent(
     return [*x, *y]
 
 
-def test_the_small_warehouse_is_that_of_nvidias_map_within_a_cell(graphrun: Graphrun, tmp_path: Path) -> None:
+def test_the_map_of_the_small_warehouse_agrees_with_nvidias_within_a_cell(graphrun: Graphrun, tmp_path: Path) -> None:
     assert graphrun("map", "tutorial/simple_warehouse", "-o", str(tmp_path / "map")).code == 0
     chart = read_map(tmp_path / "map.yaml")
     cell, occupied = chart.resolution, chart.data == 100
@@ -267,7 +267,7 @@ def test_the_small_warehouse_is_that_of_nvidias_map_within_a_cell(graphrun: Grap
         (["-o", ".png"], "-o .png: this is a folder; write a file name such as room"),
     ],
 )
-def test_what_makes_no_sense_is_told_and_nothing_is_written(
+def test_invalid_options_are_reported_and_nothing_is_written(
     graphrun: Graphrun, room: Path, arguments: list[str], message: str
 ) -> None:
     before = sorted(path.name for path in room.iterdir())
@@ -320,7 +320,7 @@ def test_neither_the_scene_nor_another_file_of_ours_is_overwritten(graphrun: Gra
     assert [graphrun("map", "room.yaml", "-o", "again").code for _ in range(2)] == [0, 0]
 
 
-def test_a_folder_that_cannot_be_made_is_told(graphrun: Graphrun, room: Path) -> None:
+def test_a_folder_that_cannot_be_created_is_reported(graphrun: Graphrun, room: Path) -> None:
     result = graphrun("map", "room.yaml", "-o", "world.xml/maps/map", code=1)
     assert result.err.startswith("error: ")
     assert "world.xml/maps" in result.err

@@ -107,7 +107,7 @@ def shown(arguments: list[str]) -> str:
 
 
 @pytest.mark.parametrize("arguments", USAGE, ids=shown)
-def test_a_command_line_that_makes_no_sense_is_told_so(graphrun: Graphrun, folder: Path, arguments: list[str]) -> None:
+def test_an_invalid_command_line_is_reported(graphrun: Graphrun, folder: Path, arguments: list[str]) -> None:
     result = graphrun(*arguments, code=2, out="")
     assert result.err.startswith(("graphrun: ", "graphrun "))
     assert "usage: " not in result.err
@@ -115,9 +115,7 @@ def test_a_command_line_that_makes_no_sense_is_told_so(graphrun: Graphrun, folde
 
 
 @pytest.mark.parametrize("arguments", ERRORS, ids=shown)
-def test_a_file_or_a_value_that_makes_no_sense_is_told_so(
-    graphrun: Graphrun, folder: Path, arguments: list[str]
-) -> None:
+def test_an_invalid_file_or_value_is_reported(graphrun: Graphrun, folder: Path, arguments: list[str]) -> None:
     result = graphrun(*arguments, code=1)
     assert "error" in result.out + result.err
     assert "Traceback" not in result.out + result.err
@@ -143,7 +141,7 @@ def test_neither_is_there_a_traceback_in_a_process_of_its_own(folder: Path, argu
         ("nowhere", "No module named 'nowhere'"),
     ],
 )
-def test_a_module_that_cannot_be_imported_is_told_with_its_line(
+def test_a_module_that_cannot_be_imported_is_reported_with_its_line(
     graphrun: Graphrun, folder: Path, module: str, complaint: str
 ) -> None:
     graphrun("nodes", "--import", module, code=2, out="", err=f"graphrun nodes: --import {module}: {complaint}\n")
@@ -158,7 +156,7 @@ def test_a_module_that_cannot_be_imported_is_told_with_its_line(
         ("ROS_LOCALHOST_ONLY", "yes"),
     ],
 )
-def test_an_environment_that_makes_no_sense_is_told_so(
+def test_an_invalid_environment_is_reported(
     graphrun: Graphrun, folder: Path, monkeypatch: pytest.MonkeyPatch, variable: str, value: str
 ) -> None:
     monkeypatch.setenv(variable, value)
@@ -241,7 +239,7 @@ def test_a_file_of_another_kind_is_answered_with_the_verb_for_it(
         ("world: flat.xml\ngraphs: {g: {use: hall.usda, at: /World/g}}", "s.yaml:3:19"),
     ],
 )
-def test_a_usd_stage_as_a_world_or_robot_is_told_with_what_is_read_of_it(
+def test_a_usd_stage_as_a_world_or_robot_is_refused_with_the_supported_uses(
     graphrun: Graphrun, folder: Path, scene: str, at: str
 ) -> None:
     for name, text in (
@@ -269,7 +267,7 @@ def test_a_usd_stage_as_a_world_or_robot_is_told_with_what_is_read_of_it(
         (["snapshot", "dd100_flat", "-o", "a.png", "--page", "x"], "unrecognized arguments: --page x\n  see"),
     ],
 )
-def test_what_is_missing_is_named(graphrun: Graphrun, folder: Path, arguments: list[str], said: str) -> None:
+def test_missing_things_are_named(graphrun: Graphrun, folder: Path, arguments: list[str], said: str) -> None:
     assert said in graphrun(*arguments, code=2, out="").err
 
 
@@ -281,7 +279,7 @@ def test_long_messages_are_wrapped_between_words_on_a_terminal(folder: Path) -> 
     assert " ".join(running.said.split()) == " ".join(process("check", "xyzzy", cwd=folder).err.split())
 
 
-def test_a_command_in_a_message_stays_in_one_line_on_a_terminal(folder: Path) -> None:
+def test_a_command_in_a_message_is_not_wrapped_on_a_terminal(folder: Path) -> None:
     name = f"{'long' * 20} name.urdf"
     (folder / name).touch()
     with live("run", name, cwd=folder, columns=80) as running:
@@ -289,7 +287,7 @@ def test_a_command_in_a_message_stays_in_one_line_on_a_terminal(folder: Path) ->
     assert f"  graphrun import-robot '{name}' -o robots/NAME.yaml" in running.said.replace("\r", "").splitlines()
 
 
-def test_a_quoted_path_with_spaces_stays_in_one_line_on_a_terminal(folder: Path) -> None:
+def test_a_quoted_path_with_spaces_is_not_wrapped_on_a_terminal(folder: Path) -> None:
     name = "./my folder/the hall of my robots/and its neighbours/first.yaml"
     with live("run", name, cwd=folder, columns=70) as running:
         running.hear(lambda said: False)
@@ -398,7 +396,7 @@ def test_a_reader_that_has_seen_enough_is_no_mistake(arguments: list[str]) -> No
 
 
 @pytest.mark.parametrize("arguments", [["schema", "graph"], ["nodes", "OnTick"], ["check", "clock"]])
-def test_a_disk_that_is_full_is_told_so(arguments: list[str]) -> None:
+def test_a_full_disk_is_reported(arguments: list[str]) -> None:
     with open("/dev/full", "w", encoding="utf-8") as full:
         done = subprocess.run(
             command(*arguments),

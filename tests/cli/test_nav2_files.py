@@ -164,7 +164,7 @@ def test_a_robot_without_a_lidar_gets_the_lines_to_add(graphrun: Graphrun, base:
     graphrun("nav2", "files", str(base.write().scene), "-o", str(base.folder / "out"), "--no-calibrate", code=0)
 
 
-def test_a_robot_with_points_only_is_told_how_to_get_a_scan(graphrun: Graphrun, base: Any) -> None:
+def test_a_robot_with_points_only_gets_advice_on_how_to_get_a_scan(graphrun: Graphrun, base: Any) -> None:
     base.keys = base.keys.replace("lidar_360", "lidar_3d_16")
     base.graphs["scan"] = base.graphs["scan"].replace("scan.yaml", "points.yaml")
     told = refusal(graphrun, base)
@@ -172,7 +172,7 @@ def test_a_robot_with_points_only_is_told_how_to_get_a_scan(graphrun: Graphrun, 
     assert "pointcloud_to_laserscan" in told
 
 
-def test_a_robot_without_drive_and_odometry_is_told_of_both(graphrun: Graphrun, base: Any) -> None:
+def test_a_robot_without_drive_and_odometry_is_refused_for_both(graphrun: Graphrun, base: Any) -> None:
     del base.graphs["base"]
     told = refusal(graphrun, base)
     assert "no topic takes velocities: subscribe to cmd_vel with ROS2SubscribeTwist" in told

@@ -136,7 +136,7 @@ def test_words_that_are_no_goal_are_refused(goals: Graphrun, given: str) -> None
     assert "write a goal as 'X Y YAW'" in goals(given, code=2, out="").err
 
 
-def test_a_file_that_is_not_there_is_told(goals: Graphrun) -> None:
+def test_a_missing_file_is_reported(goals: Graphrun) -> None:
     assert "nowhere.yaml: no such file" in goals("nowhere.yaml", code=2, out="").err
 
 
@@ -263,7 +263,7 @@ def test_without_nav2_the_error_says_where_it_was_looked_for(goals: Graphrun, do
     assert done.err.startswith("error: no action navigate_to_pose\nis Nav2 running in this domain?\nsearched domain ")
 
 
-def test_of_several_robots_one_is_chosen_by_its_namespace(goals: Graphrun, nav2: Nav2) -> None:
+def test_one_of_several_robots_is_chosen_by_its_namespace(goals: Graphrun, nav2: Nav2) -> None:
     first, second = nav2(nav2_peer.reach, namespace="/a"), nav2(nav2_peer.reach, namespace="/b")
     done = goals("1 2", code=1, out="")
     assert "there are 2 robots with Nav2\nchoose one with --namespace: /a, /b" in done.err
@@ -360,7 +360,7 @@ def test_a_goal_during_which_the_run_is_reset_says_so_and_the_next_goal_begins_w
     assert len(localization.taken) >= 2
 
 
-def test_what_stands_within_the_reach_of_the_footprint_at_a_goal_is_told(
+def test_objects_within_the_footprints_reach_at_a_goal_are_reported(
     goals: Graphrun, nav2: Nav2, domain_id: int
 ) -> None:
     with running(domain_id), Client(find(""), PATIENCE) as control:

@@ -56,7 +56,7 @@ def test_a_first_project_drives_the_dingo_with_a_graph_of_its_own(graphrun: Grap
         assert sim.robots["first"].velocity.linear[0] == pytest.approx(0.25, rel=0.02)
 
 
-def test_the_next_command_runs_in_a_shell_whatever_the_folder_is_called(graphrun: Graphrun, workspace: Path) -> None:
+def test_the_next_command_runs_in_a_shell_for_any_name_of_the_folder(graphrun: Graphrun, workspace: Path) -> None:
     line = graphrun("new", "mein röbot 1", code=0, err="").lines[-1]
     assert line == "next: cd 'mein röbot 1' && graphrun run mein_r_bot_1.yaml"
     command = line.removeprefix("next: ").replace("graphrun run", "ls")
@@ -121,7 +121,7 @@ def test_a_name_that_no_robot_can_have_is_mended_or_refused(graphrun: Graphrun, 
     assert "must begin with a letter" in graphrun("new", "2nd", code=2).err
 
 
-def test_what_is_there_stays(graphrun: Graphrun, workspace: Path) -> None:
+def test_existing_files_are_kept(graphrun: Graphrun, workspace: Path) -> None:
     Path("full").mkdir()
     Path("full/mine.txt").write_text("mine")
     assert "full: this is not an empty folder" in graphrun("new", "full", *FROM, code=2, out="").err

@@ -39,7 +39,7 @@ def running(tmp_path: Path, domain_id: int, param: Graphrun) -> Iterator[Live]:
         yield run
 
 
-def test_every_verb_prints_what_ros2_param_prints(
+def test_every_verb_prints_the_same_as_ros2_param(
     param: Graphrun, running: Live, tmp_path: Path, graphrun: Graphrun
 ) -> None:
     assert f"  {LIMIT}" in param("list", code=0, err="").lines
@@ -106,7 +106,7 @@ def test_a_file_without_parameters_is_refused_before_the_network_is_joined(param
 
 
 @pytest.mark.parametrize("value", ["[1, a]", "[[1], [2]]", "[1, null]"])
-def test_a_list_that_is_not_of_one_type_is_refused_before_the_network_is_joined(
+def test_a_list_of_mixed_types_is_refused_before_the_network_is_joined(
     param: Graphrun, tmp_path: Path, value: str
 ) -> None:
     path = tmp_path / "mixed.yaml"
@@ -152,7 +152,7 @@ def test_parameters_without_a_value_are_left_out_of_a_dump() -> None:
     assert current(Peer({})) == {}
 
 
-def test_another_number_of_results_is_an_error_with_what_was_answered() -> None:
+def test_a_wrong_number_of_results_is_an_error_that_shows_the_response() -> None:
     with pytest.raises(TransportError, match="/peer returned 1 results for 2 parameters: too many"):
         Peer({}, ["too many"]).set([parameter_message(name, ParameterType.INTEGER, 1) for name in "ab"])
 

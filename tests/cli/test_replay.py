@@ -84,7 +84,7 @@ def test_a_run_that_publishes_nothing_is_not_silently_identical(graphrun: Graphr
     assert "warning: no message was compared, as the run publishes nothing" in result.err
 
 
-def test_what_run_records_is_the_same(graphrun: Graphrun, tmp_path: Path) -> None:
+def test_the_replay_of_a_recorded_run_is_the_same(graphrun: Graphrun, tmp_path: Path) -> None:
     path = tmp_path / "out.mcap"
     ran = graphrun("run", "dd100_flat", "--for", "1s", "--record", str(path), *MEMORY, code=0, out="")
     assert f"recording to {path}\n" in ran.err
@@ -101,9 +101,7 @@ def test_what_run_records_is_the_same(graphrun: Graphrun, tmp_path: Path) -> Non
     ],
     ids=["paced", "options", "graph"],
 )
-def test_options_of_the_run_are_those_of_the_replay(
-    graphrun: Graphrun, tmp_path: Path, options: tuple[str, ...]
-) -> None:
+def test_a_replay_uses_the_options_of_the_run(graphrun: Graphrun, tmp_path: Path, options: tuple[str, ...]) -> None:
     path = tmp_path / "out.mcap"
     assert graphrun("run", *options, "--for", "300ms", "--record", str(path), *MEMORY).code == 0
     result = graphrun("replay", str(path), code=0, err="")
@@ -130,7 +128,7 @@ def test_the_wall_clock_is_brought_again(graphrun: Graphrun, clock: Path, tmp_pa
     assert graphrun("replay", str(tmp_path / "out.mcap")).out.startswith("identical: 5 messages in 5 ticks")
 
 
-def test_what_nodes_told_each_other_is_brought_once(graphrun: Graphrun, tmp_path: Path) -> None:
+def test_messages_between_nodes_of_the_run_are_delivered_once(graphrun: Graphrun, tmp_path: Path) -> None:
 
     path = put(
         tmp_path / "hall" / "echo.yaml",
@@ -172,7 +170,7 @@ def test_commands_between_ticks_are_given_again(graphrun: Graphrun, tmp_path: Pa
     assert result.out.endswith(" in 30 ticks, 0.500 s\n")
 
 
-def test_what_graphs_say_at_a_stop_and_at_the_end_is_the_same(graphrun: Graphrun, tmp_path: Path) -> None:
+def test_messages_sent_at_a_stop_and_at_the_end_are_the_same(graphrun: Graphrun, tmp_path: Path) -> None:
     path = put(tmp_path / "hall" / "graph.yaml", GOODBYE)
     run = record(tmp_path / "out.mcap", 10, path, before=at(6, lambda run: run.session.stop()))
     assert [topic for topic, _, _ in run.heard if topic != "/clock"] == ["/stopped", "/stopped", "/closed"]
@@ -182,7 +180,7 @@ def test_what_graphs_say_at_a_stop_and_at_the_end_is_the_same(graphrun: Graphrun
     graphrun("replay", str(tmp_path / "out.mcap"), code=0, out="identical: 14 messages in 10 ticks, 0.167 s\n")
 
 
-def test_what_is_asked_for_in_the_queue_is_done_again_to_the_last_bit(graphrun: Graphrun, tmp_path: Path) -> None:
+def test_queued_commands_are_repeated_to_the_last_bit(graphrun: Graphrun, tmp_path: Path) -> None:
     hall, yard = tmp_path / "here" / "hall", tmp_path / "here" / "yard"
     scene = put(hall / "scene.yaml", NOISY_SCENE)
     put(hall / "noisy_robot.yaml", NOISY_ROBOT)

@@ -111,7 +111,7 @@ def test_a_robot_that_was_spawned_changes_in_a_replay_too(tmp_path: Path, edits:
     assert graphrun("replay", str(path), code=0).out.startswith("identical: ")
 
 
-def test_reloading_what_has_not_changed_leaves_no_trace(tmp_path: Path, edits: Edits) -> None:
+def test_reloading_unchanged_files_leaves_no_trace(tmp_path: Path, edits: Edits) -> None:
     plain = recorded(tmp_path, edits).read_bytes()
 
     def before(tick: int, run: Run) -> None:

@@ -47,7 +47,7 @@ def test_a_scene_that_ships_runs_by_its_name(graphrun: Graphrun) -> None:
     assert "dd100_flat.yaml: 4 graphs\nmemory: nothing leaves this process\n" in explained
 
 
-def test_the_rays_that_are_cast_are_told_where_there_is_a_lidar(graphrun: Graphrun, project: Path) -> None:
+def test_the_kind_of_rays_is_printed_if_there_is_a_lidar(graphrun: Graphrun, project: Path) -> None:
     result = graphrun("run", "dd100_flat", "--for", "100ms", "--rays", "mujoco", "--verbose", *MEMORY)
     assert "\nrays mujoco\n" in result.err
     (project / "bare.yaml").write_text("scene: bare\nworld: worlds/flat_grid.xml\n", encoding="utf-8")
@@ -72,7 +72,7 @@ def test_a_graph_runs_in_the_scene_that_it_names(graphrun: Graphrun, project: Pa
     assert graphrun("run", "drive.yaml", "--for", "1s", *MEMORY).code == 0
 
 
-def test_a_graph_that_asks_for_prims_is_told_to_want_a_scene(graphrun: Graphrun) -> None:
+def test_a_graph_with_prim_paths_gets_the_advice_to_name_a_scene(graphrun: Graphrun) -> None:
     result = graphrun("run", "dd100/cmd_vel", *MEMORY, code=2, out="")
     assert result.err.endswith("cmd_vel.yaml uses prims of a scene; give the scene with --scene\n")
 
@@ -85,7 +85,7 @@ def test_a_file_with_errors_does_not_run(graphrun: Graphrun, project: Path) -> N
     assert "did you mean 'Clock'?" in result.err
 
 
-def test_warnings_are_told_and_do_not_keep_from_running(graphrun: Graphrun) -> None:
+def test_warnings_are_printed_and_do_not_prevent_a_run(graphrun: Graphrun) -> None:
     result = graphrun("run", "tutorial/flat_grid", "--for", "100ms", *MEMORY)
     assert (result.code, ticks(result.err)) == (0, 6)
     assert "warning W201" in result.err
@@ -141,7 +141,7 @@ def test_a_paced_run_takes_no_less_than_its_time(graphrun: Graphrun, project: Pa
         ("--scene", "robots/dd100", "this is a robot file, not a scene"),
     ],
 )
-def test_a_bad_value_of_an_option_is_told_with_what_is_legal(
+def test_an_invalid_value_of_an_option_is_refused_with_the_legal_values(
     graphrun: Graphrun, project: Path, option: str, value: str, remedy: str
 ) -> None:
     result = graphrun("run", "mine.yaml", option, value, code=2, out="")
@@ -198,7 +198,7 @@ def test_set_takes_values_as_yaml_has_them(graphrun: Graphrun) -> None:
         ("*.timeout=[1", "YAML syntax", ""),
     ],
 )
-def test_set_that_matches_nothing_tells_what_is_near(
+def test_set_without_a_match_lists_the_nearest_names(
     graphrun: Graphrun, text: str, complaint: str, remedy: str
 ) -> None:
     result = graphrun("run", "dd100/cmd_vel", "--scene", "dd100_flat", "--set", text, *MEMORY, code=2, out="")
@@ -208,7 +208,7 @@ def test_set_that_matches_nothing_tells_what_is_near(
 
 
 @pytest.mark.parametrize("text", ["Clock.queueSize=-1", "Clock.queueSize=many", "*.queueSize=[1]"])
-def test_a_value_that_set_gives_is_told_to_be_of_the_command_line(graphrun: Graphrun, project: Path, text: str) -> None:
+def test_an_invalid_value_of_set_is_reported_at_the_command_line(graphrun: Graphrun, project: Path, text: str) -> None:
     result = graphrun("run", "mine.yaml", "--set", text, *MEMORY, code=1)
     assert result.err.splitlines()[-1] == f"  given by --set {text.partition('=')[0]}"
 
@@ -309,7 +309,7 @@ def test_messages_that_were_dropped_are_counted_in_the_end(
     ]
 
 
-def test_pictures_that_come_too_late_are_told_at_once_and_counted_in_the_end(
+def test_late_images_are_reported_at_once_and_counted_at_the_end(
     graphrun: Graphrun, project: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def step(world: DryWorld) -> None:

@@ -134,11 +134,11 @@ def test_where_nobody_is_list_says_where_it_looked(topic: Graphrun, domain_id: i
 # info
 
 
-def test_info_tells_type_and_counts(topic: Graphrun, crowd: DdsTransport) -> None:
+def test_info_prints_the_type_and_the_counts(topic: Graphrun, crowd: DdsTransport) -> None:
     assert topic("info", "/scan").out == f"Type: {SCAN}\nPublisher count: 2\nSubscription count: 0\n"
 
 
-def test_info_tells_everything_of_each_end(topic: Graphrun, peer: DdsTransport) -> None:
+def test_verbose_info_describes_every_endpoint(topic: Graphrun, peer: DdsTransport) -> None:
     peer.reader("/chatter", STRING, replace(SENSOR, depth=2000, deadline=0.5), lambda data: None)
     result = topic("info", "-v", "chatter")
     assert re.sub(r"(GID: )[0-9a-f.]+", r"\1…", result.out) == (
@@ -155,7 +155,7 @@ def test_info_tells_everything_of_each_end(topic: Graphrun, peer: DdsTransport) 
 @pytest.mark.parametrize(
     ("name", "hint"), [("/scna", "did you mean '/scan'?"), ("/robot/scan", "did you mean '/scan'?")]
 )
-def test_a_topic_that_is_not_there_is_told_with_what_is_near(
+def test_an_unknown_topic_is_reported_with_the_nearest_names(
     topic: Graphrun, crowd: DdsTransport, name: str, hint: str
 ) -> None:
     result = topic("info", name, code=1, out="")
@@ -181,7 +181,7 @@ def test_echo_prints_yaml_and_a_line_of_dashes(topic: Graphrun, peer: DdsTranspo
         (["--no-str"], "frame_id: '<string length: <5>>'\n"),
     ],
 )
-def test_echo_leaves_out_what_it_is_told_to(
+def test_echo_leaves_out_the_fields_that_its_options_exclude(
     topic: Graphrun, peer: DdsTransport, options: list[str], expected: str
 ) -> None:
     scan = DEFINITIONS.initial(SCAN)
@@ -206,7 +206,7 @@ def test_echo_shows_only_messages_that_the_filter_wants(topic: Graphrun, peer: D
     assert topic("echo", "--once", "/count", "--filter", "m.data == 7", *options).out == "data: 7\n---\n"
 
 
-def test_echo_asks_for_what_all_publishers_offer(topic: Graphrun, peer: DdsTransport) -> None:
+def test_echo_requests_a_qos_that_all_publishers_offer(topic: Graphrun, peer: DdsTransport) -> None:
     latch(peer, "/chatter", messages.String("latched"))
     volatile = peer.writer("/chatter", STRING, SENSOR)
     with repeating(lambda: volatile.write(messages.encode(messages.String("passing")))):
@@ -259,7 +259,7 @@ def test_on_a_terminal_echo_of_a_scan_is_a_summary_that_fits(domain_id: int, col
             assert "ranges:" in echo.said
 
 
-def test_echo_drops_what_a_peer_with_another_definition_sends_and_warns(
+def test_echo_drops_messages_of_peers_with_another_definition_and_warns(
     topic: Graphrun, peer: DdsTransport, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     other = "RIHS01_" + 64 * "0"
@@ -338,7 +338,7 @@ def test_pub_reads_values_from_the_standard_input(
     assert inbox.wait(1)[0].data == "two lines\n"
 
 
-def test_echo_tells_why_nothing_arrives(topic: Graphrun, peer: DdsTransport) -> None:
+def test_echo_says_why_nothing_arrives(topic: Graphrun, peer: DdsTransport) -> None:
     peer.writer("/chatter", STRING, QoS())
     result = topic("echo", "/chatter", "--qos-durability", "transient_local", "--timeout", "0.1")
     assert result.err.splitlines()[0] == (
@@ -359,7 +359,7 @@ def test_echo_tells_why_nothing_arrives(topic: Graphrun, peer: DdsTransport) -> 
         ("/cmd_vle", TWIST, [], "did you mean '/cmd_vel'?"),
     ],
 )
-def test_pub_tells_why_nobody_matches(
+def test_pub_says_why_no_subscriber_matches(
     topic: Graphrun, peer: DdsTransport, name: str, message_type: str, options: list[str], reason: str
 ) -> None:
     peer.reader("/cmd_vel", TWIST, QoS(), lambda data: None)
@@ -433,7 +433,7 @@ def test_messages_of_ones_own_are_found_where_the_command_line_says(
         (["list", "--transport", "zenoh"], 2, "invalid choice: 'zenoh'"),
     ],
 )
-def test_mistakes_are_told_in_words(
+def test_mistakes_are_reported_without_a_traceback(
     graphrun: Graphrun, peer: DdsTransport, arguments: list[str], code: int, complaint: str
 ) -> None:
     latch(peer, "/chatter", messages.String("hello"))
@@ -483,7 +483,7 @@ STATISTICS = r"\tmin: -?\d+\.\d{3}s max: -?\d+\.\d{3}s std dev: \d+\.\d{5}s wind
     ],
     ids=["hz", "delay", "echo", "pub"],
 )
-def test_what_goes_on_is_ended_by_a_signal_without_complaint(
+def test_a_signal_ends_a_running_command_without_complaint(
     ticking: dict[str, str], arguments: list[str], form: str, number: signal.Signals
 ) -> None:
     with live("topic", *arguments, "--transport", "dds", "--spin-time", "20", env=ticking, out=True) as running:
@@ -492,7 +492,7 @@ def test_what_goes_on_is_ended_by_a_signal_without_complaint(
     assert re.fullmatch(form, running.said), running.said
 
 
-def test_a_signal_ends_what_a_script_has_put_in_the_background(domain_id: int) -> None:
+def test_a_signal_ends_a_command_that_a_script_runs_in_the_background(domain_id: int) -> None:
     before = signal.signal(signal.SIGINT, signal.SIG_IGN)  # as a shell without job control leaves it to the program
     try:
         with live(

@@ -47,7 +47,7 @@ HOSTILE = {
 
 
 @pytest.mark.parametrize("files", HOSTILE.values(), ids=HOSTILE)
-def test_what_subgraphs_amount_to_is_refused_once_with_the_limit_the_count_and_the_place(
+def test_too_many_nodes_of_subgraphs_are_refused_once_with_the_limit_the_count_and_the_place(
     files: dict[str, str], tmp_path: Path
 ) -> None:
     (found,) = findings(tmp_path, **files)
@@ -104,7 +104,7 @@ def test_a_file_is_read_once_however_often_it_is_used(tmp_path: Path, monkeypatc
     assert len([path for path in parsed if path.endswith("b.yaml")]) == 1
 
 
-def test_a_wire_written_often_is_one_finding_and_one_wire(tmp_path: Path) -> None:
+def test_a_repeated_wire_is_one_finding_and_one_wire(tmp_path: Path) -> None:
     body = "nodes: {T: OnPlaybackTick, C: Counter}\nconnections:\n" + "  - T.tick -> C.execIn\n" * 10_000
     (found,) = findings(tmp_path, a=body)
     assert (found.code, found.message) == ("W108", "T.tick -> C.execIn is written 10000 times")
@@ -113,7 +113,7 @@ def test_a_wire_written_often_is_one_finding_and_one_wire(tmp_path: Path) -> Non
     assert len(build.load(tmp_path / "a.yaml").graphs[0].exec_wires) == 1
 
 
-def test_only_the_first_findings_guess_what_was_meant(tmp_path: Path) -> None:
+def test_only_the_first_findings_suggest_names(tmp_path: Path) -> None:
     body = "nodes:\n" + "".join(f"  N{i}: Countr{i}\n" for i in range(200))
     found = findings(tmp_path, a=body)
     assert {one.code for one in found} == {"G201"}

@@ -60,19 +60,19 @@ for _ in range(100):
         ("push", {"entity": "", "force": [1.0, 0.0, 0.0], "duration": 1.0}, "push: entity"),
     ],
 )
-def test_what_makes_no_sense_is_told(name: str, arguments: Any, words: str) -> None:
+def test_invalid_arguments_are_refused(name: str, arguments: Any, words: str) -> None:
     with pytest.raises(UsageError) as caught:
         parse(name, arguments)
     assert words in str(caught.value)
 
 
-def test_arguments_are_what_json_can_say() -> None:
+def test_arguments_are_json_values() -> None:
     use = RobotUse(use="robots/dd100.yaml", position=(0.1, 0.2, 0.3))
     told = json.loads(json.dumps({"name": "late", "use": use.model_dump(mode="json")}))
     assert parse("spawn", told) == parse("spawn", {"name": "late", "use": use.model_dump()})
 
 
-def test_recordings_hold_what_changes_the_course_of_the_simulation() -> None:
+def test_recordings_contain_the_commands_that_change_the_simulation() -> None:
     recorded = {name for name, command in COMMANDS.items() if command.recorded}
     assert set(COMMANDS) - recorded == {"play", "pause", "step", "rate", "state", "clearance", "topics", "view", "quit"}
 
@@ -102,7 +102,7 @@ def test_a_rate_is_a_factor_of_real_time(ticking: MakeTicking, factor: Any, pace
         (["spawned", "all"], ["zero commands", "reset state", "reset time"]),
     ],
 )
-def test_a_reset_is_of_what_it_says(ticking: MakeTicking, scope: Any, lines: list[str]) -> None:
+def test_a_reset_affects_only_the_named_parts(ticking: MakeTicking, scope: Any, lines: list[str]) -> None:
     run = ticking()
     run.session.step(3)
     run.lines()

@@ -18,7 +18,7 @@ def test_every_kind_has_an_implementation_and_a_stub_that_checkpoints_do_not_cop
     assert all(issubclass(device.stub, Shared) for device in DEVICES.all.values())
 
 
-def test_a_protocol_its_stub_and_its_implementation_belong_to_one_kind() -> None:
+def test_a_protocol_its_stub_and_its_implementation_have_the_same_kind() -> None:
     classes = (ContactSensor, ContactSensorStub, IMPLEMENTATIONS.all["contact"].handle)
     assert {device_of(cls).kind for cls in classes} == {"contact"}
 
@@ -37,7 +37,7 @@ def test_two_modules_cannot_define_one_kind() -> None:
         kinds.add("contact", 2)
 
 
-def test_whoever_asks_for_a_device_gets_the_stub_that_a_test_writes_to() -> None:
+def test_nodes_get_the_same_stub_that_a_test_writes_to() -> None:
     world = DryWorld(Stage())
     prim = world.stage.add("/bumper", "contact")
     sensor = world.device(ContactSensor, prim)

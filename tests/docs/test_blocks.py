@@ -53,7 +53,7 @@ def refusals(script: str, added: set[str], *, whole: bool) -> list[str]:
 
 
 @pytest.mark.parametrize("path", PAGES, ids=name_of)
-def test_every_command_of_graphrun_is_one_that_it_takes(path: Path) -> None:
+def test_every_graphrun_command_is_valid(path: Path) -> None:
     text, refused = read(path), []
     added = added_verbs(text)
     for block in blocks(text):
@@ -98,7 +98,7 @@ def test_every_python_block_compiles_and_runs_unless_it_is_a_file(
 
 
 @pytest.mark.parametrize("path", RUN, ids=name_of)
-def test_the_commands_of_a_page_that_is_run_work_one_after_the_other(
+def test_the_commands_of_an_executed_page_work_one_after_the_other(
     path: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(sys, "path", list(sys.path))

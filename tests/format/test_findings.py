@@ -81,7 +81,7 @@ def test_a_record_in_full() -> None:
     assert (nowhere["path"], nowhere["line"], nowhere["severity"]) == (None, None, "note")
 
 
-def test_titles_and_codes_are_in_order_and_told_once() -> None:
+def test_titles_and_codes_are_in_order_and_unique() -> None:
     assert len(set(CODES.values())) == len(CODES)
     assert all(code[0] in "GSWN" and code[1:].isdigit() and len(code) == 4 for code in CODES)
     assert list(CODES) == sorted(CODES, key=lambda code: ("GSWN".index(code[0]), code))
@@ -134,7 +134,7 @@ def test_empty_help_is_dropped() -> None:
     assert findings.items[0].render() == "error G106: x\n  did you mean 'y'?"
 
 
-def test_carets_stand_below_what_is_meant() -> None:
+def test_carets_mark_the_reported_text() -> None:
     for text, column, length, under in [
         ("key: value", 6, 5, "value"),
         ("\tkey: value", 7, 5, "value"),

@@ -66,7 +66,7 @@ TEXTS += ["190:20:30.15", "2001-12-14", "=", "inf", "nan", "\u0661\u0662"]
         ("|\n  1e3\n", "1e3\n"),
     ],
 )
-def test_plain_scalars_are_what_the_core_schema_says(scalar: str, value: object) -> None:
+def test_plain_scalars_have_the_types_of_the_core_schema(scalar: str, value: object) -> None:
     found = data(f"a: {scalar}\n")["a"]
     assert (found, type(found)) == (value, type(value))
 
@@ -145,11 +145,11 @@ def test_numbers_that_python_cannot_hold_faithfully_are_refused() -> None:
         ("%YAML 3.0\n---\na: 1\n", "G102 1:1 YAML syntax: found incompatible YAML document"),
     ],
 )
-def test_what_is_refused_has_one_finding_at_its_place(text: str, told: str) -> None:
+def test_each_refused_construct_has_one_finding_at_its_place(text: str, told: str) -> None:
     assert refusal(text) == told
 
 
-def test_every_tab_that_indents_is_told_what_to_do() -> None:
+def test_every_tab_in_indentation_is_reported_with_a_remedy() -> None:
     for text in ("a:\n\tb: 1\n", "a:\tx\n\tb: 1\n", "a:\n  b: 1\n\tc: 2\n"):
         _, findings = parse(text)
         assert findings.items[0].help == ("indent with spaces, not tabs",)
@@ -182,7 +182,7 @@ def test_aliases_repeat_the_value_and_its_place() -> None:
     assert found.key_span("b").line == 2
 
 
-def test_a_refused_entry_is_left_out_so_that_it_is_told_once() -> None:
+def test_a_refused_entry_is_left_out_and_reported_once() -> None:
     found, findings = parse("a: &a {x: 1}\nb: {<<: *a, y: 2}\n3: c\n")
     assert [finding.code for finding in findings.items] == ["G104", "G104"]
     assert found is not None

@@ -77,7 +77,7 @@ def test_a_differential_base_of_sdf_moves_as_that_of_urdf(
 
 
 @pytest.mark.parametrize("command", [(1.0, 0.0, 0.0), (1.0, 0.0, 1.0), (0.2, 0.0, -5.0)])
-def test_a_base_with_slow_wheels_drives_the_arc_that_it_is_told_as_fast_as_its_wheels_allow(
+def test_a_base_with_slow_wheels_drives_the_commanded_arc_as_fast_as_its_wheels_allow(
     tmp_path: Path, command: Twist
 ) -> None:
     rim, lever = 8.0 * DIFFERENTIAL.radius, 0.15
@@ -106,14 +106,14 @@ def test_a_differential_base_has_the_same_drives_in_every_form(tmp_path: Path) -
         ("car", (-0.4, 0.0, 0.3)),
     ],
 )
-def test_a_base_without_a_word_on_its_drives_moves_as_told(tmp_path: Path, name: str, command: Twist) -> None:
+def test_a_base_whose_description_has_no_drives_moves_as_commanded(tmp_path: Path, name: str, command: Twist) -> None:
     """A car turns about a point beside its rear axle, which is 0.2 m behind the base link."""
     x, y, turn = command
     reached = driven(tmp_path, BASES[name], command)
     assert reached == pytest.approx((x, y + 0.2 * turn if name == "car" else y, turn), rel=0.01, abs=0.01)
 
 
-def test_a_skid_steered_base_turns_as_told_with_the_multiplier_of_its_controller(tmp_path: Path) -> None:
+def test_a_skid_steered_base_turns_as_commanded_with_the_multiplier_of_its_controller(tmp_path: Path) -> None:
     left, right = (f"[front_{side}_joint, rear_{side}_joint]" for side in ("left", "right"))
     controllers = CONTROLLERS.replace("[left_joint]", left).replace("[right_joint]", right).replace("0.3", "0.5708")
     controllers = controllers.replace(
@@ -144,7 +144,7 @@ def test_the_graph_is_named_with_its_source(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("command", [(0.3, 0.0, 0.0), (0.0, 0.3, 0.0), (0.1, -0.2, 0.5)])
-def test_a_base_on_three_omnidirectional_wheels_moves_as_told(tmp_path: Path, command: Twist) -> None:
+def test_a_base_on_three_omnidirectional_wheels_moves_as_commanded(tmp_path: Path, command: Twist) -> None:
     angles = [math.radians(degrees) for degrees in (60, 180, 300)]
     wheels = [Wheel(f"w{n}", 0.2 * math.cos(a), 0.2 * math.sin(a), a - math.pi / 2) for n, a in enumerate(angles)]
     base = Base("omni", tuple(wheels), 0.05, 0.02, 5.0)
@@ -188,7 +188,7 @@ STEERED = {
 
 @pytest.mark.parametrize("driving", STEERED)
 @pytest.mark.parametrize("turn", [0.4, -0.4])
-def test_a_base_moves_as_told_and_knows_it_whichever_wheels_drive_and_steer(
+def test_a_base_with_any_driven_and_steered_wheels_moves_as_commanded_and_its_odometry_agrees(
     tmp_path: Path, driving: str, turn: float
 ) -> None:
     base, hardware = STEERED[driving]
@@ -206,7 +206,7 @@ FOLLOWING = [
 
 
 @pytest.mark.parametrize("form", ["two driven", "two followed"])
-def test_four_parallel_wheels_of_which_two_are_commanded_turn_as_told(tmp_path: Path, form: str) -> None:
+def test_four_parallel_wheels_of_which_two_are_commanded_turn_as_commanded(tmp_path: Path, form: str) -> None:
     text = description(SKID, *([FRONT_WHEELS] if form == "two driven" else []))
     for joint, mimic in FOLLOWING if form == "two followed" else ():
         text = text.replace(joint, joint + mimic)

@@ -94,7 +94,7 @@ def test_any_prim_may_have_a_namespace(tmp_path: Path, at: str, namespaces: str,
         (", topicName: u/t", ["/a/b/u/t", "/a/u/t", "/a/b/u/t"]),
     ],
 )
-def test_an_input_overrides_what_is_collected_and_a_topic_never_escapes_it(
+def test_an_input_overrides_the_collected_namespace_and_a_topic_stays_within_it(
     tmp_path: Path, inputs: str, expected: list[str]
 ) -> None:
     path = files(tmp_path, CHASSIS, "/bot: a, /bot/base_link: b", inputs)
@@ -108,7 +108,7 @@ def test_slashes_around_a_namespace_do_not_count(tmp_path: Path, written: str) -
     assert topics(build.load(path))[0] == "/a/b/joint_states"
 
 
-def test_what_a_scene_says_of_a_prim_replaces_what_the_robot_file_says(tmp_path: Path) -> None:
+def test_the_namespace_of_a_prim_in_a_scene_replaces_the_robot_files(tmp_path: Path) -> None:
     path = files(tmp_path, CHASSIS, "/bot/base_link: scene")
     (tmp_path / "bot.yaml").write_text(ROBOT.replace('base_link: ""', "base_link: robot"), encoding="utf-8")
     assert topics(build.load(path))[0] == "/scene/joint_states"
@@ -138,15 +138,13 @@ def test_a_robot_that_comes_back_has_the_namespaces_that_the_scene_gives_it(tmp_
         ("/bot: robotä", "scene.yaml:8:20: error G109", "'robotä' cannot be part"),
     ],
 )
-def test_a_namespace_that_cannot_be_is_told_where_it_is_written(
-    tmp_path: Path, namespaces: str, place: str, words: str
-) -> None:
+def test_an_invalid_namespace_is_reported_at_its_place(tmp_path: Path, namespaces: str, place: str, words: str) -> None:
     (only,) = build.load(files(tmp_path, CHASSIS, namespaces)).findings.errors
     assert only.render().startswith(f"{tmp_path}/{place}")
     assert words in only.render()
 
 
-def test_one_in_a_robot_file_is_told_there(tmp_path: Path) -> None:
+def test_an_invalid_namespace_in_a_robot_file_is_reported_at_its_place(tmp_path: Path) -> None:
     path = files(tmp_path, CHASSIS)
     (tmp_path / "bot.yaml").write_text(ROBOT.replace('base_link: ""', "base_link: 0"), encoding="utf-8")
     assert "bot.yaml:3:25: error G108" in build.load(path).findings.errors[0].render()
@@ -155,7 +153,7 @@ def test_one_in_a_robot_file_is_told_there(tmp_path: Path) -> None:
     assert "bot.yaml:3:25: error G109: base_link: '0' cannot be part of a ROS 2 namespace" in only.render()
 
 
-def test_a_robot_that_comes_may_not_have_such_a_one_either(tmp_path: Path) -> None:
+def test_a_spawned_robot_with_an_invalid_namespace_is_refused(tmp_path: Path) -> None:
     with (
         Job(files(tmp_path, CHASSIS)) as job,
         pytest.raises(CheckError, match=r"namespace '/a b' \(from 'a b'\) has ' '"),

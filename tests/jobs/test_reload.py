@@ -221,7 +221,7 @@ def test_a_file_with_errors_changes_nothing_until_it_is_mended(library: Path, fi
         assert before + middle + run(job, 30, 3) == wanted
 
 
-def test_a_graph_comes_and_another_one_says_goodbye(library: Path, job: Job) -> None:
+def test_added_graphs_start_and_removed_graphs_say_goodbye(library: Path, job: Job) -> None:
     scene = library / "scenes" / "dd100_flat.yaml"
     run(job, 5)
     edit(scene, "graphs/clock.yaml", "new.yaml")
@@ -238,7 +238,7 @@ def test_a_graph_comes_and_another_one_says_goodbye(library: Path, job: Job) -> 
 
 @pytest.mark.parametrize("scene", ["dd100_flat", "demo"])
 @pytest.mark.parametrize("change", ["graphs", "world", "world and spawned"])
-def test_a_checkpoint_brings_back_what_the_files_said_then(library: Path, scene: str, change: str) -> None:
+def test_a_checkpoint_restores_the_graphs_of_its_time(library: Path, scene: str, change: str) -> None:
     with begin(library, scene) as job:
         run(job, 30, 1)
         if change == "world and spawned":

@@ -25,7 +25,7 @@ def sent(path: Path, overrides: dict[str, float] | None = None) -> tuple[dict[st
         return {topic: job.transport.raw(topic) for topic in job.types()}, job.scene.planned
 
 
-def test_a_robot_below_world_sends_what_it_sends_elsewhere(tmp_path: Path) -> None:
+def test_a_robot_below_world_sends_the_same_messages_as_elsewhere(tmp_path: Path) -> None:
     (plain, _), (placed, graphs) = sent(scene(tmp_path, FIRST)), sent(scene(tmp_path, PLACED))
     assert list(plain) == list(placed)
     assert {topic: placed[topic] for topic in SAME} == {topic: plain[topic] for topic in SAME}
@@ -51,7 +51,7 @@ def test_robots_below_one_prim_move_by_themselves(tmp_path: Path) -> None:
         ]
 
 
-def test_one_that_comes_and_goes_leaves_its_path_free(tmp_path: Path) -> None:
+def test_a_removed_robot_leaves_its_path_free(tmp_path: Path) -> None:
     late = LATE.model_copy(update={"at": "/World/robots/late"})
     with Job(scene(tmp_path, PLACED)) as job:
         for name in ("late", "later"):
@@ -91,7 +91,7 @@ def test_a_path_that_is_taken_is_refused(tmp_path: Path, name: str, at: str, wor
         ((SECOND.replace("/World/robots/second", "/one"), FIRST), "/one is a robot"),
     ],
 )
-def test_the_mistake_is_told_where_the_scene_makes_it(tmp_path: Path, robots: tuple[str, ...], words: str) -> None:
+def test_the_mistake_is_reported_at_the_line_of_the_scene(tmp_path: Path, robots: tuple[str, ...], words: str) -> None:
     assembly = build.load(scene(tmp_path, *robots))
     (finding,) = assembly.findings.errors
     assert words in finding.message

@@ -81,7 +81,7 @@ def test_others_move_and_sense_as_if_nobody_had_come_or_gone(tmp_path: Path, rob
     assert heard[0] == heard[1]
 
 
-def test_what_a_robot_pushes_goes_on_as_if_nobody_had_come_or_gone(tmp_path: Path) -> None:
+def test_objects_that_a_robot_pushes_are_not_affected_by_spawning_and_removing(tmp_path: Path) -> None:
     path, seen = scene(tmp_path, FIRST.replace("[0, 0,", "[-7.0, 2.4,")), []
     path.write_text(path.read_text(encoding="utf-8").replace("flat_grid", "full_warehouse"), encoding="utf-8")
     for visited in (False, True):
@@ -152,7 +152,7 @@ def test_a_robot_that_goes_takes_its_topics_along(job: Job) -> None:
     assert len(job.heard("/late/odom")) == 2 * sent
 
 
-def test_a_robot_that_goes_says_goodbye_and_one_that_cannot_go_does_not(tmp_path: Path) -> None:
+def test_a_removed_robot_says_goodbye_and_a_refused_removal_changes_nothing(tmp_path: Path) -> None:
     path = scene(tmp_path, FIRST)
     (tmp_path / "goodbye.yaml").write_text(
         "graph: goodbye\nnodes: {Closing: OnClosing, Bye: {type: ROS2Publisher, inputs: {messagePackage: std_msgs, "
@@ -246,7 +246,7 @@ def test_a_robot_that_others_read_cannot_go(tmp_path: Path) -> None:
 # What is refused
 
 
-def test_what_is_missing_is_told_to_who_asks_and_nothing_comes(tmp_path: Path, job: Job) -> None:
+def test_a_missing_file_is_reported_to_the_client_and_nothing_is_spawned(tmp_path: Path, job: Job) -> None:
     mesh = CART.replace('<sphere radius=".05"/>', '<mesh filename="nowhere.stl"/>')
     (tmp_path / "cart.urdf").write_text(mesh, encoding="utf-8")
     (tmp_path / "cart.yaml").write_text("robot: cart\nurdf: cart.urdf\n", encoding="utf-8")
@@ -256,7 +256,7 @@ def test_what_is_missing_is_told_to_who_asks_and_nothing_comes(tmp_path: Path, j
     assert job.scene.findings.errors == []
 
 
-def test_a_file_with_a_mistake_is_told_each_time_until_it_is_right(tmp_path: Path, job: Job) -> None:
+def test_a_file_with_a_mistake_is_reported_each_time_until_it_is_right(tmp_path: Path, job: Job) -> None:
     late = tmp_path / "late.yaml"
     late.write_text("robot: late\nextends: noisy.yaml\njoints: {wheel: {}}\n", encoding="utf-8")
     use = LATE.model_copy(update={"use": "late.yaml"})
@@ -269,7 +269,7 @@ def test_a_file_with_a_mistake_is_told_each_time_until_it_is_right(tmp_path: Pat
     assert len(job.heard("/late/odom")) == 6
 
 
-def test_a_robot_that_would_say_what_another_says_is_refused(job: Job) -> None:
+def test_a_robot_that_would_publish_on_the_topics_of_another_is_refused(job: Job) -> None:
     with pytest.raises(CheckError, match=r"frame 'base_link' below 'odom' is published by both /one/.* and /late/"):
         job.spawn("late", LATE.model_copy(update={"namespace": "one"}))
     assert "/late" not in physics(job).stage
@@ -419,7 +419,7 @@ def test_within_a_tick_nothing_comes_or_goes_or_stops(job: Job) -> None:
 
 
 @needs_opengl
-def test_a_robot_that_has_the_name_of_one_that_went_sees_with_its_own_camera(tmp_path: Path) -> None:
+def test_a_robot_with_the_name_of_a_removed_one_sees_with_its_own_camera(tmp_path: Path) -> None:
     path = scene(tmp_path, FIRST)
     (tmp_path / "noisy.yaml").write_text(SEEING, encoding="utf-8")
     pictures = []

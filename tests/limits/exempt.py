@@ -15,6 +15,7 @@ TESTED = {
     ),
     "ros.foxglove.publish_gate.MAX_CLIENTS": "tests/ros/test_foxglove.py::test_no_more_clients_than_allowed_are_connected",
     "view.page_server.MAX_REQUEST": "tests/view/test_page_server.py::test_a_request_that_is_too_long_is_refused_with_an_answer",
+    "api.gym.scene_env.PATIENCE": "tests/api/test_gym.py::test_a_mistake_is_told_when_the_environment_is_made",
     "bringup.navigation.true_poses.PATIENCE": (
         "tests/bringup/navigation/test_true_poses.py::test_a_run_that_never_answers_is_refused"
     ),
@@ -30,8 +31,8 @@ TESTED = {
         "tests/control/test_simulation_interfaces.py::test_an_expression_that_would_take_for_ever_is_given_up"
     ),
     "format.process_limits.SMALLEST": "tests/cli/test_limits.py::test_too_little_memory_has_its_own_exit_code",
-    "isaac.script.script_reader.SECONDS": "tests/isaac/script/test_hostile.py::test_it_is_contained_and_told",
-    "isaac.script.script_process.ENDING_SECONDS": "tests/isaac/script/test_hostile.py::test_it_is_contained_and_told",
+    "isaac.script.script_reader.SECONDS": "tests/isaac/script/test_hostile.py::test_a_hostile_script_is_contained",
+    "isaac.script.script_process.ENDING_SECONDS": "tests/isaac/script/test_hostile.py::test_a_hostile_script_is_contained",
     "isaac.script.script_reader.STARTING_SECONDS": (
         "tests/sandbox/test_confinement.py::test_a_process_that_takes_too_long_is_ended"
     ),
@@ -51,8 +52,7 @@ TESTED = {
         "tests/descriptions/xacro/test_xacro.py::test_xacro_that_takes_too_long_is_ended"
     ),
     "physics.dynamics.settling.SETTLE_LIMIT": (
-        "tests/physics/dynamics/test_settling.py::"
-        "test_what_swings_faster_than_the_bound_is_not_at_rest_though_it_often_turns_around"
+        "tests/physics/dynamics/test_settling.py::test_a_body_that_swings_faster_than_the_bound_is_not_at_rest"
     ),
     "descriptions.files.conversion.MAX_SECONDS": (
         "tests/descriptions/files/test_conversion.py::test_a_file_that_takes_too_long_is_ended"
@@ -68,9 +68,9 @@ TESTED = {
     ),
     "ros.network_graph.PATIENCE": "tests/ros/test_watch.py::test_a_peer_without_a_name_is_given_time_to_tell_it",
     "ros.service_endpoints.MAX_OPEN": (
-        "tests/nodes/test_services.py::test_more_requests_than_can_wait_are_refused_and_that_is_told"
+        "tests/nodes/test_services.py::test_requests_beyond_the_queue_are_refused_and_reported"
     ),
-    "ros.service_endpoints.PATIENCE": "tests/nodes/test_services.py::test_a_server_that_never_comes_is_told_once",
+    "ros.service_endpoints.PATIENCE": "tests/nodes/test_services.py::test_a_missing_server_is_reported_once",
     "ros.transports.dds.cyclone_log.MAX_KINDS": (
         "tests/ros/test_malformed.py::test_forged_packets_are_logged_by_kind_and_then_counted_once_a_minute"
     ),

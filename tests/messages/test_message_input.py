@@ -37,7 +37,7 @@ def test_the_tutorials_own_command_is_understood() -> None:
     assert (twist.linear.x, twist.linear.y, twist.angular.z) == (1.0, 0.0, 1.0)
 
 
-def test_what_is_not_given_is_as_the_definition_says() -> None:
+def test_omitted_fields_have_the_defaults_of_the_definition() -> None:
     pose = made("{position: {x: 1.0}}", "geometry_msgs/msg/Pose")
     assert (pose.position.x, pose.position.y, pose.orientation.w) == (1.0, 0.0, 1.0)
     assert made("{}", "std_msgs/msg/String").data == ""
@@ -74,7 +74,7 @@ def test_arrays_of_numbers_texts_and_messages_are_lists() -> None:
         ("std_msgs/msg/Char", "200", 200),
     ],
 )
-def test_the_type_of_the_field_decides_what_a_value_means(message_type: str, text: str, expected: object) -> None:
+def test_the_type_of_the_field_decides_how_a_value_is_read(message_type: str, text: str, expected: object) -> None:
     data = made(f"{{data: {text}}}", message_type).data
     assert (data, type(data)) == (expected, type(expected))
 
@@ -115,11 +115,11 @@ def test_times_that_are_given_stay() -> None:
         ("nav_msgs/msg/Odometry", "{pose: {covariance: [1, 2]}}", "covariance has 2 elements, not 36"),
     ],
 )
-def test_what_does_not_fit_is_told_with_its_place(message_type: str, text: str, expected: str) -> None:
+def test_a_value_that_does_not_fit_is_reported_with_its_place(message_type: str, text: str, expected: str) -> None:
     assert expected in complaint(text, message_type)
 
 
-def test_a_type_that_is_not_there_is_told_with_what_is_near() -> None:
+def test_an_unknown_type_is_reported_with_the_nearest_names() -> None:
     with pytest.raises(MessageTypeError, match=r"'std_msgs/msg/Strin'\ndid you mean '(std_msgs/msg/)?String'\?"):
         parse("{}", "std_msgs/msg/Strin")
 
@@ -130,7 +130,9 @@ def test_the_short_name_of_a_type_means_a_message() -> None:
 
 
 @given(st.lists(st.floats(), max_size=4), st.text(max_size=8), st.booleans(), st.integers(-(2**63), 2**63 - 1))
-def test_what_is_shown_of_a_message_makes_the_same_one(floats: list[float], text: str, flag: bool, number: int) -> None:
+def test_the_printed_form_of_a_message_reads_back_as_the_same_message(
+    floats: list[float], text: str, flag: bool, number: int
+) -> None:
     message_type = "rcl_interfaces/msg/ParameterValue"
     value = DEFINITIONS.initial(message_type)
     value.bool_value, value.integer_value, value.string_array_value = flag, number, [text]

@@ -84,7 +84,7 @@ def test_a_small_steering_angle_is_steered_where_the_reference_drives_straight()
     assert close(steering, [0.01, 0.01])
 
 
-def test_a_missing_radius_is_that_of_the_other_axle() -> None:
+def test_a_missing_radius_is_taken_from_the_other_axle() -> None:
     for given_radius in ({"back_wheel_radius": 0.0}, {"front_wheel_radius": 0.0, "back_wheel_radius": 0.3}):
         assert close(driven(controller(speed=1.2, **given_radius))[1], [4.0] * 4)
 

@@ -52,7 +52,7 @@ def test_stop_sets_the_outputs_back_and_play_counts_anew(context: RecordingConte
     assert outputs(node) == (1.0, 1 / 60, 1 / 60)
 
 
-def test_in_a_graph_it_fires_once_a_tick_whatever_the_substeps(play: Player) -> None:
+def test_in_a_graph_it_fires_once_a_tick_for_any_number_of_substeps(play: Player) -> None:
     playing = play.graph(
         """
         nodes: {Tick: OnPlaybackTick, Clock: PublishClock}

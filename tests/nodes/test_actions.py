@@ -52,7 +52,7 @@ def test_each_node_has_ports_for_its_part_of_the_action() -> None:
     }
 
 
-def test_what_is_no_action_makes_no_ports() -> None:
+def test_a_type_that_is_no_action_makes_no_ports() -> None:
     given = {"messagePackage": "std_srvs", "messageSubfolder": "srv", "messageName": "SetBool"}
     with pytest.raises(ContextError, match="std_srvs/srv/SetBool is not an action type"):
         grown(ROS2ActionClient, given, DEFINITIONS)
@@ -82,7 +82,7 @@ def test_a_goal_is_put_out_followed_by_feedback_and_a_result(play: Player) -> No
     assert playing.node("Server").is_active is False
 
 
-def test_a_new_goal_aborts_the_one_before(play: Player) -> None:
+def test_a_new_goal_aborts_the_previous_one(play: Player) -> None:
     playing, peer = offered(play)
     peer.send(ONE)
     playing.tick()
@@ -126,7 +126,7 @@ def test_a_graph_can_reject_goals(play: Player, order: int) -> None:
     assert playing.node("Server").is_active == (order < 5)
 
 
-def test_a_goal_is_canceled_by_itself_where_no_node_is_told_of_it(play: Player) -> None:
+def test_a_goal_is_canceled_without_a_node_that_handles_cancelling(play: Player) -> None:
     playing, peer = offered(play)
     peer.send(ONE)
     playing.tick()
@@ -137,7 +137,7 @@ def test_a_goal_is_canceled_by_itself_where_no_node_is_told_of_it(play: Player) 
 
 
 @pytest.mark.parametrize(("status", "expected"), [("canceled", CANCELED), ("aborted", ABORTED)])
-def test_a_graph_that_is_told_of_cancelling_ends_the_goal_itself(play: Player, status: str, expected: int) -> None:
+def test_a_graph_that_handles_cancelling_ends_the_goal_itself(play: Player, status: str, expected: int) -> None:
     cancelled = f"""  Stop:
     type: ROS2ActionServerResult
     inputs: {{messagePackage: example_interfaces, messageName: Fibonacci, status: {status}, "Result:sequence": [4]}}
@@ -193,14 +193,14 @@ def test_all_nodes_of_a_server_name_the_same_action(play: Player) -> None:
         play.graph(text)
 
 
-def test_a_handle_that_no_server_has_is_an_error_that_says_where_to_get_one(context: RecordingContext) -> None:
+def test_a_handle_without_a_server_is_an_error_that_says_where_to_get_a_handle(context: RecordingContext) -> None:
     made = grown(ROS2ActionServerResult, {**names(FIBONACCI), "messageSubfolder": "action"}, DEFINITIONS)
     with pytest.raises(ContextError, match="no action server has the handle 7") as caught:
         ready(made, context, message_package="example_interfaces", message_name="Fibonacci", server_handle=7)
     assert caught.value.help == ("wire serverHandle from a ROS2ActionServerGoal",)
 
 
-def test_two_servers_of_one_action_are_an_error_once(play: Player) -> None:
+def test_two_servers_of_one_action_are_one_error(play: Player) -> None:
     inputs = "{actionName: fibonacci, messagePackage: example_interfaces, messageName: Fibonacci}"
     second = f"  Second: {{type: ROS2ActionServerGoal, inputs: {inputs}}}\n"
     with pytest.raises(CheckError) as caught:
@@ -209,7 +209,7 @@ def test_two_servers_of_one_action_are_an_error_once(play: Player) -> None:
     assert "the action /fibonacci has a server here and another in" in finding.message
 
 
-def test_a_name_that_ros_refuses_is_told_where_it_stands(play: Player) -> None:
+def test_a_name_that_ros_refuses_is_reported_at_its_place(play: Player) -> None:
     with pytest.raises(CheckError, match=r"graph.yaml:7:26: error G304: Server: action name '/1fib'"):
         play.graph(SERVER.replace("actionName: fibonacci", "actionName: 1fib"))
 

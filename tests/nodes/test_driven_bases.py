@@ -112,7 +112,7 @@ every_command = pytest.mark.parametrize(
 
 
 @every_command
-def test_a_mecanum_base_drives_as_told_with_the_geometry_that_is_read_from_it(
+def test_a_mecanum_base_drives_as_commanded_with_the_geometry_read_from_the_robot(
     play: Player, command: Sequence[float]
 ) -> None:
     playing = start(play, MECANUM, MECANUM_WHEELS, READ_FROM_THE_ROBOT.replace("COMMAND", str(list(command))))
@@ -144,7 +144,7 @@ ROLLING = "materials:\n" + "".join(
 
 
 @pytest.mark.parametrize("command", [(0.2, 0.0, 0.0), (0.0, 0.2, 0.0), (0.0, 0.0, 0.8), (0.1, -0.1, 0.4)])
-def test_an_omnidirectional_base_drives_as_told_with_the_geometry_that_is_read_from_it(
+def test_an_omnidirectional_base_drives_as_commanded_with_the_geometry_read_from_the_robot(
     play: Player, command: Sequence[float]
 ) -> None:
     playing = start(play, THREE, ROLLING, READ_FROM_THE_ROBOT.replace("COMMAND", str(list(command))))
@@ -152,14 +152,14 @@ def test_an_omnidirectional_base_drives_as_told_with_the_geometry_that_is_read_f
     assert np.abs(playing.node("Setup").mecanum_angles).tolist() == pytest.approx([90.0] * 3)
 
 
-def test_a_base_whose_wheels_have_no_rollers_is_refused_with_what_to_write(play: Player) -> None:
+def test_a_base_whose_wheels_have_no_rollers_is_refused_with_a_remedy(play: Player) -> None:
     with pytest.raises(CheckError, match=r"no wheel of /bot has rollers") as caught:
         start(play, MECANUM, "", READ_FROM_THE_ROBOT.replace("COMMAND", "[0, 0, 0]"))
     assert "give the materials of mecanum wheels `direction` and `across`" in str(caught.value)
 
 
 @every_command
-def test_the_holonomic_controller_drives_a_mecanum_base_as_told(play: Player, command: Sequence[float]) -> None:
+def test_the_holonomic_controller_drives_a_mecanum_base_as_commanded(play: Player, command: Sequence[float]) -> None:
     found = mean_twist(start(play, MECANUM, MECANUM_WHEELS, HOLONOMIC.replace("COMMAND", str(list(command)))))
     np.testing.assert_allclose(found, command, atol=0.01 * max(map(abs, command)))
 
@@ -195,9 +195,7 @@ FORMS = {
 @pytest.mark.parametrize("form", FORMS)
 @pytest.mark.parametrize("sign", [1, -1], ids=["axis up", "axis down"])
 @pytest.mark.parametrize("angle", [0.4, -0.25])
-def test_the_ackermann_controller_drives_the_radius_that_it_is_told(
-    play: Player, form: str, sign: int, angle: float
-) -> None:
+def test_the_ackermann_controller_drives_the_commanded_radius(play: Player, form: str, sign: int, angle: float) -> None:
     base, track, first, end, steered, driven, steering = FORMS[form]
     graph = ACKERMANN
     for name, text in (

@@ -17,7 +17,7 @@ def stepping(context: RecordingContext) -> OnPhysicsStep:
     return ready(OnPhysicsStep, context)
 
 
-def test_it_is_an_event_that_tells_how_long_a_step_takes_in_simulation(context: RecordingContext) -> None:
+def test_the_simulation_event_gives_the_duration_of_a_step(context: RecordingContext) -> None:
     node = stepping(context)
     node.compute()
     assert (node.kind(), node.delta_simulation_time) == ("event", 1 / 60)

@@ -178,7 +178,7 @@ def test_a_cancelled_goal_holds_the_measured_positions() -> None:
     assert arm.commands[-1] is None
 
 
-def test_a_new_goal_aborts_the_old_one_and_the_set_points_stay_smooth() -> None:
+def test_a_new_goal_aborts_the_previous_one_and_the_set_points_stay_smooth() -> None:
     arm = Arm()
     arm.send(way(1.0, (0.8, 0.0)))
     arm.run(0.5)
@@ -191,7 +191,7 @@ def test_a_new_goal_aborts_the_old_one_and_the_set_points_stay_smooth() -> None:
     assert path[-1] == pytest.approx([0.0, 0.8])
 
 
-def test_a_goal_that_cannot_be_followed_gets_its_code_and_the_present_one_continues() -> None:
+def test_an_impossible_goal_is_refused_with_its_code_and_the_present_one_continues() -> None:
     arm = Arm()
     arm.send(way())
     arm.send(trajectory(["lift", "elbw"], point(1.0, TO)))
@@ -301,7 +301,7 @@ def test_messages_have_the_published_names_of_joints_and_commands_their_own() ->
     assert (node.joints.names, node.commanded) == (("shoulder", "elbow"), ("lift", "elbow"))
 
 
-def test_the_namespace_of_a_robot_is_that_of_its_controller() -> None:
+def test_the_namespace_of_a_robot_is_also_the_namespace_of_its_controller() -> None:
     context = RecordingContext("/arm/base_link/graph/node")
     context.world.add_robot("/arm", NAMES)
     context.world.stage.add("/arm/base_link", "link", namespace="left")
@@ -322,7 +322,7 @@ def test_the_namespace_of_a_robot_is_that_of_its_controller() -> None:
         ({"goal_tolerances": np.array([-0.1])}, "goalTolerances must be one number"),
     ],
 )
-def test_a_mistake_in_the_inputs_is_told_before_the_run(inputs: dict[str, Any], reason: str) -> None:
+def test_a_mistake_in_the_inputs_is_reported_before_the_run(inputs: dict[str, Any], reason: str) -> None:
     context = RecordingContext()
     context.world.add_robot("/arm", [*NAMES, "finger"], leaders=("", "", "elbow"))
     with pytest.raises(ContextError, match=reason):

@@ -75,7 +75,7 @@ def test_a_sample_without_detections_is_an_empty_cloud() -> None:
     assert (message.width, bytes(message.data)) == (0, b"")
 
 
-def test_its_topic_is_that_of_isaac_sim_at_the_rate_of_the_radar() -> None:
+def test_its_topic_is_the_one_of_isaac_sim_at_the_rate_of_the_radar() -> None:
     (claim,) = Bench().context.services.claims
     assert (claim.topic, claim.message_type, claim.rate) == ("/radar_point_cloud", "sensor_msgs/msg/PointCloud2", 20.0)
 

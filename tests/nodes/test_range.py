@@ -32,7 +32,7 @@ def made() -> RecordingContext:
     return context
 
 
-def test_it_keeps_what_nodes_promise() -> None:
+def test_the_range_publisher_fulfils_the_contract_of_nodes() -> None:
     check_node(RangePublisher, made, range_prim=["/Sonar"])
 
 
@@ -63,7 +63,7 @@ def test_nothing_is_sent_without_a_sample(play: Player) -> None:
     assert playing.published("/dd100_0000/sonar") == []
 
 
-def test_the_rate_of_its_topic_is_that_of_the_sensor_and_not_above_that_of_ticks() -> None:
+def test_its_topic_has_the_rate_of_the_sensor_at_most_the_tick_rate() -> None:
     for rate, expected in ((20.0, 20.0), (100.0, 60.0)):
         context = RecordingContext()
         context.world.add_device(RangeSensorStub, "/Sonar", rate=rate)

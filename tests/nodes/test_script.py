@@ -179,7 +179,7 @@ def test_an_error_names_the_line_of_the_script(text: str, told: str) -> None:
         ),
     ],
 )
-def test_an_output_that_does_not_fit_is_told(line: str, told: str) -> None:
+def test_an_output_of_the_wrong_type_is_reported(line: str, told: str) -> None:
     node = scripted(f"def compute(db):\n    {line}\n", "outputs:command double[]", "outputs:count int")
     with pytest.raises((TypeError, ValueError), match=told):
         node.compute()
@@ -194,7 +194,7 @@ def test_a_script_sees_nothing_of_its_node() -> None:
     assert set(node.outputs_names) == {"inputs", "outputs", "internal_state", "per_instance_state"} | methods
 
 
-def test_what_is_no_python_is_told_before_the_run_with_its_line() -> None:
+def test_a_syntax_error_is_reported_before_the_run_with_its_line() -> None:
     with pytest.raises(ContextError, match=r"<script of /World/graph/node>: line 2: "):
         scripted("def compute(db):\n    return (\n")
     with pytest.raises(ContextError, match="null bytes"):
@@ -215,7 +215,7 @@ def test_what_is_no_python_is_told_before_the_run_with_its_line() -> None:
         ("outputs:execOut double", "outputs:execOut already exists"),
     ],
 )
-def test_a_declaration_that_makes_no_sense_is_told(text: str, told: str) -> None:
+def test_an_invalid_declaration_is_reported(text: str, told: str) -> None:
     with pytest.raises(ValueError, match=told):
         scripted("", text)
 
@@ -346,7 +346,7 @@ connections: [Tick.tick -> Print.execIn, Name.value -> Print.text]
 """
 
 
-def test_a_check_tells_which_variable_a_graph_wants(play: Player) -> None:
+def test_check_names_the_variable_that_a_graph_needs(play: Player) -> None:
     with pytest.raises(CheckError, match="the environment variable 'ROBOT' may not be read"):
         play.graph(VARIABLE)
     playing = play.graph(VARIABLE, options=Options(environment={"ROBOT": "dd100"})).tick()
@@ -363,7 +363,7 @@ def test_a_file_beside_the_graph_is_read(tmp_path: Path) -> None:
     assert node.file_contents == "grüß\n"
 
 
-def test_the_text_of_a_file_goes_to_what_takes_everything_too(play: Player) -> None:
+def test_the_text_of_a_file_fits_an_input_of_any_type(play: Player) -> None:
     nodes = (
         "{Tick: OnPlaybackTick, File: {type: ReadFilePath, inputs: {path: graph.yaml}}, Text: ToString, Say: PrintText}"
     )

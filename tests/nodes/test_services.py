@@ -78,7 +78,7 @@ def test_a_client_has_requests_for_inputs_and_responses_for_outputs() -> None:
     }
 
 
-def test_a_server_is_one_node_that_puts_requests_out_and_one_that_takes_responses() -> None:
+def test_a_server_is_a_pair_of_nodes_for_requests_and_responses() -> None:
     assert ports(Request, SET_BOOL) == {"outputs:Request:data": "bool"}
     assert ports(Response, SET_BOOL) == {"inputs:Response:success": "bool", "inputs:Response:message": "token"}
 
@@ -112,7 +112,7 @@ def test_a_service_without_fields_makes_no_ports() -> None:
         ),
     ],
 )
-def test_what_is_no_service_makes_no_ports(given: dict[str, str], fault: str) -> None:
+def test_a_type_that_is_no_service_makes_no_ports(given: dict[str, str], fault: str) -> None:
     with pytest.raises(ContextError, match=fault):
         grown(Client, {**names(SET_BOOL), **given}, DEFINITIONS)
 
@@ -186,7 +186,7 @@ def test_requests_wait_while_the_node_is_not_executed() -> None:
     assert list(server.request.compute()) == []
 
 
-def test_a_request_that_nobody_answered_is_given_up_when_the_next_one_comes_and_that_is_told() -> None:
+def test_an_unanswered_request_is_dropped_at_the_next_one_and_reported() -> None:
     server = Offered()
     server.asked(True, False)
     assert server.response.compute() == server.response.exec_out
@@ -220,14 +220,14 @@ def test_a_server_answers_again_after_stop_and_play(play: Player) -> None:
     assert [success for _, (success, _) in peer.answers] == [True, False]
 
 
-def test_more_requests_than_can_wait_are_refused_and_that_is_told() -> None:
+def test_requests_beyond_the_queue_are_refused_and_reported() -> None:
     server = Offered()
     assert len(server.asked(*[True] * (MAX_OPEN + 5))) == MAX_OPEN
     text = f"/light: more than {MAX_OPEN} requests are waiting for the graph; further requests are not answered"
     assert [said for said in server.context.logged if said[0] == "network"] == [("network", text)]
 
 
-def test_a_handle_that_no_server_has_is_an_error_that_says_where_to_get_one(context: RecordingContext) -> None:
+def test_a_handle_without_a_server_is_an_error_that_says_where_to_get_a_handle(context: RecordingContext) -> None:
     with pytest.raises(ContextError, match="no service server has the handle 7") as caught:
         of(Response, context, server_handle=7)
     assert caught.value.help == ("wire serverHandle from a ROS2ServiceServerRequest",)
@@ -250,7 +250,7 @@ def test_a_response_needs_a_handle(play: Player) -> None:
         play.graph(SERVER.replace("  - Server.serverHandle -> Answer.serverHandle\n", ""))
 
 
-def test_a_service_that_is_renamed_while_it_runs_leaves_the_old_name_and_answers_by_the_new_one(play: Player) -> None:
+def test_a_service_renamed_during_the_run_answers_only_by_its_new_name(play: Player) -> None:
     playing = play.graph(SERVER)
     old, new = Peer(playing.transport), Peer(playing.transport, "/lamp")
     playing.tick()
@@ -281,7 +281,7 @@ def test_a_service_is_below_the_nodes_own_namespace_and_not_that_of_prims(inputs
     assert of(Client, context, **inputs).client.service == name
 
 
-def test_a_name_that_ros_refuses_is_told_where_it_stands(play: Player) -> None:
+def test_a_name_that_ros_refuses_is_reported_at_its_place(play: Player) -> None:
     with pytest.raises(CheckError, match=r"graph.yaml:7:27: error G304: Server: service name '/1light'"):
         play.graph(SERVER.replace("serviceName: light", "serviceName: 1light"))
 
@@ -364,7 +364,7 @@ def test_calls_wait_for_a_server_up_to_the_depth_of_the_qos(context: RecordingCo
     assert [data for _, data in peer.requests] == [False, True]
 
 
-def test_a_server_that_never_comes_is_told_once(context: RecordingContext) -> None:
+def test_a_missing_server_is_reported_once(context: RecordingContext) -> None:
     client = of(Client, context)
     client.compute()
     for _ in range(700):
@@ -410,7 +410,7 @@ def test_a_client_is_answered_by_a_server_of_its_own_graph(play: Player) -> None
     assert seen == [(False, ""), (False, ""), (True, "done"), (True, "done")]
 
 
-def test_what_hangs_on_a_client_runs_once_for_each_answer(play: Player) -> None:
+def test_nodes_after_a_client_run_once_for_each_response(play: Player) -> None:
     playing = play.graph(extended(BOTH, "  Count: omni.graph.action.Counter\n", "Client.execOut -> Count.execIn"))
     assert playing.each_tick(6, lambda: playing.node("Count").count) == [0, 0, 0, 1, 2, 3]
 

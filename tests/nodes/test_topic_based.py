@@ -147,7 +147,7 @@ def test_before_a_controller_runs_commands_are_nan_and_the_arm_holds(connected: 
 
 
 @pytest.mark.parametrize("rate", [25, 100, 400])
-def test_the_arm_follows_a_controller_whatever_its_rate(connected: Connected, rate: int) -> None:
+def test_the_arm_follows_a_controller_of_any_rate(connected: Connected, rate: int) -> None:
     worst = 0.0
     for tick in range(round(DURATION * 100)):
         for update in range(max(rate // 100, 1)):

@@ -19,7 +19,7 @@ def context() -> RecordingContext:
     return made
 
 
-def test_what_one_node_writes_another_reads(context: RecordingContext) -> None:
+def test_a_variable_written_by_one_node_is_read_by_another(context: RecordingContext) -> None:
     reader = computed(ReadVariable, context, variable_name="speed")
     assert reader.value == 1.5
     writer = computed(WriteVariable, context, variable_name="speed", value_in=2.5)
@@ -104,7 +104,7 @@ def test_a_wire_from_a_variable_has_its_type(play: Player) -> None:
         play.graph(text.replace("Odometry.position", "Odometry.timeStamp"))
 
 
-def test_an_unknown_variable_is_told_with_those_there_are(play: Player) -> None:
+def test_an_unknown_variable_is_reported_with_the_known_ones(play: Player) -> None:
     text = COUNTING.format(type="int", default="1", value="2").replace("variableName: total", "variableName: totl", 1)
     with pytest.raises(CheckError, match="the graph has no variable 'totl'"):
         play.graph(text)

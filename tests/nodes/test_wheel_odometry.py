@@ -205,7 +205,7 @@ def test_four_wheels_turn_about_the_point_that_their_steering_angles_give(sign: 
     assert car.pose == on_arc(1.5, 1.5 / radius)
 
 
-def test_one_steered_wheel_in_the_middle_bends_the_path_by_its_tangent() -> None:
+def test_a_steered_wheel_in_the_middle_bends_the_path_by_its_tangent() -> None:
     car = ackermann(["steer"], steering_multiplier=-1.0)
     car.angles["steer"] = -0.4
     turn = math.tan(0.4) / BASE
@@ -213,7 +213,7 @@ def test_one_steered_wheel_in_the_middle_bends_the_path_by_its_tangent() -> None
     assert car.pose == on_arc(1.0, turn)
 
 
-def test_one_driven_wheel_in_the_middle_stands_for_both_sides() -> None:
+def test_a_driven_wheel_in_the_middle_stands_for_both_sides() -> None:
     joints: dict[str, Any] = {"left_joints": ["back"], "right_joints": ["back"], "steering_joints": ["front"]}
     car = Car(["back", "front"], kinematics="ackermann", wheel_base=BASE, wheel_distance=0.0, **joints)
     car.angles["front"] = 0.4
@@ -263,7 +263,7 @@ def test_slip_spreads_the_travel_of_a_metre_by_its_value_in_any_number_of_ticks(
     assert abs(np.mean(yaw)) < 5 * np.std(yaw) / math.sqrt(runs)
 
 
-def test_slip_is_that_of_the_seed_and_repeats_after_a_stop() -> None:
+def test_slip_depends_on_the_seed_and_repeats_after_a_stop() -> None:
     assert in_another_process(final_yaw_and_x, 1, 9) == final_yaw_and_x(1, 9) != final_yaw_and_x(2, 9)
     car = two_wheels(slip=0.02)
     poses = []
@@ -285,7 +285,7 @@ VARIANCES: dict[str, Any] = {
 }
 
 
-def test_variances_grow_in_proportion_to_the_distance_whatever_the_tick_rate() -> None:
+def test_variances_grow_in_proportion_to_the_distance_at_any_tick_rate() -> None:
     for ticks in (1, 10, 1000):
         car = two_wheels(**VARIANCES)
         car.roll(sides(4.0, 0.0), ticks)
@@ -303,7 +303,7 @@ def test_a_turn_on_the_spot_makes_the_heading_uncertain_alone() -> None:
     np.testing.assert_allclose(car.covariance(), np.diag([0.0, 0.0, 2.0 * 3e-4]), atol=1e-15)
 
 
-def test_the_covariance_is_that_of_many_runs_with_slip() -> None:
+def test_the_covariance_agrees_with_many_runs_with_slip() -> None:
     """On an arc, with the variances that `slip` of two wheels amounts to."""
     slip, runs = 0.02, 400
     model: dict[str, Any] = {"distance_variance": slip**2 / 2, "heading_variance_by_distance": 2 * slip**2 / TRACK**2}
@@ -325,7 +325,7 @@ def test_a_turn_whose_half_is_no_number_but_0_is_a_straight_line() -> None:
 
 @settings(max_examples=1000)
 @given(st.lists(st.floats(-3.0, 3.0), min_size=9, max_size=9), PARTS, PARTS, PARTS)
-def test_the_propagated_covariance_is_that_of_matrix_products_to_the_last_bit(
+def test_the_propagated_covariance_equals_matrix_products_to_the_last_bit(
     numbers: list[float], pose: Planar, motion: Planar, noise: Planar
 ) -> None:
     root = np.array(numbers).reshape(3, 3)
@@ -351,7 +351,7 @@ def test_an_input_that_changes_during_a_run_takes_effect_at_once() -> None:
     assert car.pose[0] == pytest.approx(3.0 + 0.1 * math.sin(2.0), abs=1e-9)
 
 
-def test_what_wheels_do_not_measure_has_a_large_variance() -> None:
+def test_directions_that_wheels_do_not_measure_have_a_large_variance() -> None:
     car = two_wheels(**VARIANCES)
     car.roll(sides(1.0, 0.5))
     for of in ("pose", "twist"):

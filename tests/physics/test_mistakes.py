@@ -8,7 +8,7 @@ import pytest
 from tests.physics.harness import CART, SCENE, Project, steps
 
 
-def test_files_that_are_not_there_are_told_with_the_nearest(project: Project) -> None:
+def test_missing_files_are_reported_with_the_nearest_names(project: Project) -> None:
     project.write("scene.yaml", SCENE.replace("world.xml", "word.xml"))
     assert "scene.yaml:2:8: error S101: no file 'word.xml'" in project.error()
     assert "did you mean 'world.xml'?" in project.error()
@@ -21,7 +21,7 @@ def test_files_that_are_not_there_are_told_with_the_nearest(project: Project) ->
     assert "bot.yaml:2:10: error S101: no file 'cart.yaml'" in project.error()
 
 
-def test_every_mistake_of_a_scene_is_told_in_one_run(project: Project) -> None:
+def test_all_mistakes_of_a_scene_are_reported_at_once(project: Project) -> None:
     project.write("world.xml", "<mujoco>").cart('"plate_joint"', '"arm_joint"')
     codes = [line.split("error ")[1][:4] for line in project.errors()]
     assert codes == ["S102", "S105"]
@@ -51,7 +51,7 @@ def test_a_world_that_cannot_be_loaded(project: Project, world: str, told: str) 
     assert told in project.write("world.xml", world).error()
 
 
-def test_what_mujoco_warns_of_is_told_and_does_not_end_a_run_as_if_it_had_diverged(project: Project) -> None:
+def test_warnings_of_mujoco_are_reported_and_do_not_count_as_divergence(project: Project) -> None:
     hinges = '<joint axis="0 0 1"/><joint axis="0 0 1"/>'
     body = f'<body name="door">{hinges}<geom type="box" size="1 1 1"/></body>'
     world, findings = project.write("world.xml", f"<mujoco><worldbody>{body}</worldbody></mujoco>").load_with_findings()
@@ -104,7 +104,7 @@ def test_a_description_names_no_file_outside_its_folder(project: Project, mesh: 
     assert "lies outside" in error or "no file" in error
 
 
-def test_a_file_included_twice_or_by_itself_is_told(project: Project) -> None:
+def test_a_file_included_twice_or_by_itself_is_reported(project: Project) -> None:
     project.world(before='<include file="a.xml"/>').write("a.xml", '<mujoco><include file="world.xml"/></mujoco>')
     assert "a.xml:1:24: error S102: 'world.xml' is included twice" in project.error()
 

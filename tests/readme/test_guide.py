@@ -53,7 +53,7 @@ def test_the_four_commands_work_one_after_the_other(tmp_path: Path) -> None:
     assert process(*shlex.split(check)[1:], cwd=folder).code == 0
 
 
-def test_the_words_of_the_guide_are_those_of_the_report() -> None:
+def test_the_guide_quotes_the_report() -> None:
     printed = (ROOT / "graphengine/cli/import_report.py").read_text(encoding="utf-8")
     assert [what for what in re.findall(r"^- \*([^*]+)\*:", GUIDE, re.MULTILINE) if f'"{what}"' not in printed] == []
 

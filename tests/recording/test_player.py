@@ -129,7 +129,7 @@ def test_after_a_seek_the_same_bytes_are_sent(straight: Straight, played: Record
 
 @settings(max_examples=3, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(moves=st.lists(st.tuples(st.integers(1, 40), st.integers(0, TICKS)), min_size=3, max_size=8))
-def test_what_is_shown_stays_while_the_replay_goes_on(straight: Straight, moves: list[tuple[int, int]]) -> None:
+def test_the_displayed_state_stays_while_the_replay_goes_on(straight: Straight, moves: list[tuple[int, int]]) -> None:
     with playing(straight.path) as player:
         for built, (ticks, tick) in zip(itertools.accumulate(ticks for ticks, _ in moves), moves, strict=True):
             for _ in range(ticks):

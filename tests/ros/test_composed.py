@@ -241,7 +241,7 @@ def test_endpoints_of_the_other_transport_are_no_faults(robot: ComposedTransport
     assert (dict(robot.foreign_services), list(robot.rival_services), dict(robot.malformed)) == ({}, [], {})
 
 
-def test_rivals_on_either_transport_are_noticed(robot: ComposedTransport, domain: Domain) -> None:
+def test_conflicting_endpoints_on_either_transport_are_noticed(robot: ComposedTransport, domain: Domain) -> None:
     other = composed(JoinOptions(domain, "other"), *LACKING)
     try:
         for transport in (robot, other):
@@ -431,7 +431,7 @@ def test_a_state_saved_before_the_second_transport_was_opened_can_be_restored(do
         transport.close()
 
 
-def test_what_is_closed_opens_no_second_transport(domain: Domain) -> None:
+def test_a_closed_network_opens_no_second_transport(domain: Domain) -> None:
     opened: list[str] = []
 
     def open_second() -> DdsTransport:

@@ -121,7 +121,7 @@ def test_a_node_of_another_type_begins_anew(begin: Any) -> None:
     assert run.node("Counter").tick_value == 1
 
 
-def test_an_input_keeps_what_was_set_until_its_value_in_the_file_changes(begin: Any) -> None:
+def test_an_input_keeps_its_set_value_until_its_value_in_the_file_changes(begin: Any) -> None:
     run = begin()
     run.ask("set", address="Countdown.duration", value=50)
     run.ask("set", address="Limit.value", value=7.0)
@@ -211,7 +211,7 @@ def test_an_endpoint_stays_open_while_its_claim_is_the_same(begin: Any) -> None:
     assert run.network.publishers == []
 
 
-def test_claims_and_endpoints_are_those_of_a_new_session(begin: Any) -> None:
+def test_claims_and_endpoints_equal_those_of_a_new_session(begin: Any) -> None:
     run = begin()
     for change in (OTHER, (OTHER[1], OTHER[0])):
         run.reload(change)
@@ -378,7 +378,7 @@ def test_a_request_is_answered_although_its_graph_changes_meanwhile(begin: Any) 
     run.session.close()
 
 
-def test_only_what_nothing_reads_any_more_is_closed(begin: Any) -> None:
+def test_only_unused_resources_are_closed(begin: Any) -> None:
     run = begin()
     run.reload(
         ("  - Tick.tick -> Clock.execIn\n  - Tick.time -> Clock.timeStamp\n", ""), ("  Clock: PublishClock\n", "")

@@ -118,7 +118,7 @@ def test_with_a_queue_a_run_sleeps_through_a_pause_and_goes_on(play: MakePlay, t
     assert run.lines() == ["Show 0.25", "Show 0.5"]
 
 
-def test_the_time_of_a_run_is_that_of_the_simulation_stops_and_all(play: MakePlay, time: Time) -> None:
+def test_the_time_of_a_run_is_simulation_time_including_stops(play: MakePlay, time: Time) -> None:
     run = play(SHOWS_TIME, tick_period=(1, 4))
     run.session.queue = queue = ScriptedQueue(time, SessionCore.play)
 
@@ -145,7 +145,7 @@ def test_the_count_of_the_pace_begins_anew_after_a_pause(play: MakePlay, time: T
     assert queue.waits == pytest.approx([0.25, IDLE, 0.25, 0.25])
 
 
-def test_what_is_asked_for_between_two_ticks_does_not_bring_the_next_one_forward(play: MakePlay, time: Time) -> None:
+def test_requests_between_two_ticks_do_not_bring_the_next_one_forward(play: MakePlay, time: Time) -> None:
     run = play(SHOWS_TIME, tick_period=(1, 4))
     run.session.queue = queue = ScriptedQueue(time, lambda _: None, lambda _: None)
     run.session.run(0.5, pace=1.0)

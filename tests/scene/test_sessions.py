@@ -50,7 +50,7 @@ def sent(transport: MemoryTransport) -> dict[str, list[bytes]]:
     return {topic: transport.raw(topic) for topic in ("/dd100_0000/odom", "/dd100_0000/scan", "/clock")}
 
 
-def test_one_session_drives_while_the_other_stands(flat: LoadedScene, begin: Sessions) -> None:
+def test_one_session_drives_while_the_other_is_stopped(flat: LoadedScene, begin: Sessions) -> None:
     (driven, road), (other, _) = begin(flat), begin(flat)
     for _ in range(120):
         road.inject("/dd100_0000/cmd_vel", twist(0.5, 0.0))
@@ -63,7 +63,7 @@ def test_one_session_drives_while_the_other_stands(flat: LoadedScene, begin: Ses
     assert near == pytest.approx(start, abs=1e-3)
 
 
-def test_a_session_sends_the_same_bytes_whatever_others_did_before(flat: LoadedScene, begin: Sessions) -> None:
+def test_a_session_sends_the_same_bytes_after_any_other_session(flat: LoadedScene, begin: Sessions) -> None:
     first, early = begin(flat)
     first.step(60)
     wild, road = begin(flat)
@@ -76,7 +76,7 @@ def test_a_session_sends_the_same_bytes_whatever_others_did_before(flat: LoadedS
     assert sent(early) != sent(road)
 
 
-def test_a_robot_that_one_session_removes_stays_in_the_others(flat: LoadedScene, begin: Sessions) -> None:
+def test_a_robot_removed_from_one_session_stays_in_the_others(flat: LoadedScene, begin: Sessions) -> None:
     (one, _), (other, _) = begin(flat), begin(flat)
     Delete(name="dd100").apply(one)
     one.step(2)
@@ -96,7 +96,7 @@ def test_robots_of_one_file_share_a_plan_and_its_code() -> None:
     assert str(rows[0]) != str(rows[1])
 
 
-def test_graphs_of_one_file_whose_wires_differ_have_plans_of_their_own(tmp_path: Path) -> None:
+def test_graphs_of_one_file_with_different_wires_have_separate_plans(tmp_path: Path) -> None:
     # A parameter decides a literal, and with it which variable is written: order, and so the plan, depends on it.
     (tmp_path / "part.yaml").write_text(
         "format: 1\ngraph: part\nparameters: {name: {type: string}}\n"

@@ -67,7 +67,7 @@ def test_its_help_names_its_package_and_keeps_percent_signs(site: Path) -> None:
     assert "--radius RADIUS" in done.stdout
 
 
-def test_help_lists_it_only_with_all_and_says_so_in_one_line(site: Path) -> None:
+def test_help_lists_plugin_verbs_only_with_all_and_mentions_that_in_one_line(site: Path) -> None:
     brief, full = graphrun(site, "--help"), graphrun(site, "--help", "--all")
     assert "turns" not in brief.stdout
     assert len(re.findall("installed packages", brief.stdout)) == 1
@@ -76,11 +76,11 @@ def test_help_lists_it_only_with_all_and_says_so_in_one_line(site: Path) -> None
     assert "graphrun uses the built-in verb.\n" in full.stdout
 
 
-def test_without_such_packages_help_says_that_there_are_none(tmp_path: Path) -> None:
+def test_without_such_packages_help_says_that_there_are_no_further_verbs(tmp_path: Path) -> None:
     assert "No installed package has a verb." in graphrun(tmp_path, "--help", "--all").stdout
 
 
-def test_a_built_in_verb_and_a_former_name_take_precedence_and_help_tells_which_are_not_used(site: Path) -> None:
+def test_built_in_and_former_verbs_take_precedence_and_help_lists_the_unused_ones(site: Path) -> None:
     register(site, "acme_schema", "schema", "acme_nowhere")
     register(site, "acme_import", "import-urdf", "acme_nowhere")
     assert graphrun(site, "schema", "scene").returncode == 0
@@ -95,7 +95,7 @@ def test_a_misspelt_verb_is_compared_with_those_of_packages(site: Path) -> None:
     assert done.stderr.splitlines()[:2] == ["graphrun: no verb 'turn'", "  did you mean 'turns'?"]
 
 
-def test_it_is_completed_and_one_that_is_broken_does_not_prevent_that(site: Path) -> None:
+def test_plugin_verbs_are_completed_even_if_one_of_them_is_broken(site: Path) -> None:
     register(site, "acme_broken", "broken", "acme_nowhere")
     done = graphrun(site, "completion", "bash")
     assert (done.returncode, done.stderr) == (0, "")
@@ -139,7 +139,7 @@ def test_it_is_completed_and_one_that_is_broken_does_not_prevent_that(site: Path
     ],
     ids=["import", "exit", "lacking", "arguments"],
 )
-def test_one_that_cannot_be_used_says_why_and_what_to_do(site: Path, module: str, lines: list[str]) -> None:
+def test_an_unusable_verb_is_refused_with_the_reason_and_a_remedy(site: Path, module: str, lines: list[str]) -> None:
     write(site, module)
     done = graphrun(site, "turns", "1")
     assert (done.returncode, done.stdout, done.stderr.splitlines()) == (1, "", lines)

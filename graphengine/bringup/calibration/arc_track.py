@@ -10,7 +10,8 @@ from pathlib import Path
 
 from graphengine.api.scene import Scene, loaded_of, world_of
 from graphengine.api.scene_loading import load
-from graphengine.api.session import Checkpoint, Session
+from graphengine.api.session import Session
+from graphengine.api.session_control import Checkpoint
 from graphengine.bringup.calibration.drive_recorder import DriveRecorder, FallenError
 from graphengine.bringup.calibration.figures import Calibration, Twist
 from graphengine.bringup.calibration.flat_scene import flat_scene

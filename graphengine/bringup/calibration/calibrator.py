@@ -8,7 +8,8 @@ from dataclasses import replace
 
 from graphengine.api.run_options import Log, log_to_logging
 from graphengine.api.scene import Scene, world_of
-from graphengine.api.session import Checkpoint, Session
+from graphengine.api.session import Session
+from graphengine.api.session_control import Checkpoint
 from graphengine.bringup.calibration import diagnosis, full_speed, imu_noise
 from graphengine.bringup.calibration.drive_recorder import STILL, DriveRecorder, FallenError
 from graphengine.bringup.calibration.figures import Calibration, Kind, Kinematics, Motion, Slope, Square, Twist

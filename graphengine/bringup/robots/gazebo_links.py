@@ -10,7 +10,7 @@ from graphengine.descriptions.robot_files.draft import Draft
 from graphengine.descriptions.robot_files.entries import Entry, MaterialKeys, material
 from graphengine.descriptions.urdf.urdf import Urdf
 from graphengine.devices.rotation import rotate
-from graphengine.devices.stage import prim_name
+from graphengine.format.prim_paths import prim_name
 from graphengine.format.wording import printable
 
 COLOURS = {

@@ -8,6 +8,8 @@ from dataclasses import dataclass
 from functools import partial
 from typing import Any, NamedTuple
 
+from graphengine.bringup.robots.gazebo_force_torque import force_torque
+from graphengine.bringup.robots.gazebo_navsat import navsat
 from graphengine.bringup.robots.gazebo_values import Figures, Subject, UnusableError, Values, noise, rate
 from graphengine.descriptions.files.xml import numbers
 from graphengine.format.wording import printable
@@ -179,16 +181,16 @@ READERS: dict[str, Callable[[Values, Subject], Figures]] = {
     "rgbd_camera": _RGBD,
     "rgbd": _RGBD,
     "contact": contact,
+    "navsat": navsat,
+    "gps": navsat,
+    "force_torque": force_torque,
 }
 """Function that converts a sensor, by sensor type in SDF."""
 NO_LIKE = {
-    "gps": "satellite navigation",
-    "navsat": "satellite navigation",
     "magnetometer": "a magnetometer",
     "altimeter": "an altimeter",
     "air_pressure": "a barometer",
     "air_speed": "an air speed sensor",
-    "force_torque": "a force-torque sensor",
     "logical_camera": "a logical camera",
     "thermal_camera": "a thermal camera",
     "thermal": "a thermal camera",

@@ -18,8 +18,8 @@ from graphengine.descriptions.urdf.urdf import Urdf
 from graphengine.devices.camera import LOOKING_FORWARD
 from graphengine.devices.device import Device
 from graphengine.devices.rotation import IDENTITY, NOWHERE, Pose, compose, from_rpy, multiply, relative
-from graphengine.devices.stage import prim_name
 from graphengine.format.kinds import DEVICES
+from graphengine.format.prim_paths import prim_name
 from graphengine.format.wording import printable
 from graphengine.physics.implementations import IMPLEMENTATIONS
 
@@ -99,6 +99,9 @@ def _elements(gazebo: Element) -> Iterator[tuple[str, Element]]:
 def _read(draft: Draft, element: Element, link: str, taken: set[str]) -> _Found | None:
     kind, given, values = element.get("type"), element.get("name") or element.get("type"), Values(element)
     subject = Subject(draft, "sensor", given, element.span)
+    joint = draft.urdf.joints.get(link)
+    if joint is not None and (kind == "force_torque" or link not in draft.urdf.links):
+        link = joint.child
     if kind not in gazebo_profiles.READERS:
         like = gazebo_profiles.NO_LIKE.get(kind, f"a sensor of type {printable(kind[:40])!r}")
         subject.lost(f"there is nothing like {like}", element.place("type"))
@@ -106,11 +109,14 @@ def _read(draft: Draft, element: Element, link: str, taken: set[str]) -> _Found 
         subject.lost(f"the robot has no link {printable(link[:60])!r}" if link else "its <gazebo> names no link")
     elif kind == "contact" and not draft.urdf.links[link].colliders:
         subject.lost(f"link {printable(link)!r} has no collider to feel contacts")
+    elif kind == "force_torque" and draft.urdf.links[link].carrier is None:
+        subject.lost(f"link {printable(link)!r} has no joint at which to measure")
     else:
         try:
             figures = gazebo_profiles.READERS[kind](values, subject)
             IMPLEMENTATIONS.all[figures.type].profile.model_validate(figures.profile)
-            pose = _pose(values, subject)
+            position, orientation = _pose(values, subject)
+            pose = position, orientation if figures.turned else IDENTITY
         except UnusableError as error:
             subject.lost(error.reason, error.span)
         except ValidationError as errors:
@@ -210,6 +216,8 @@ def _use(draft: Draft, name: str, graph: str, parameters: dict[str, Any]) -> str
 def _frame(draft: Draft, sensor: _Found) -> str:
     """Return the name of the frame of a sensor's messages; if it is not a link, add a graph that publishes it on tf_static."""
     links, link = draft.urdf.links, sensor.link
+    if sensor.figures.profile.get("axes") == "parent" and (joint := links[link].carrier) is not None:
+        return joint.parent
     written = gazebo_topics.frame(sensor.values)
     camera = sensor.figures.type == "camera"
     if written in links and not (camera and written == link):

@@ -80,9 +80,13 @@ class Values:
             self._read.update(id(part) for part in found.walk())
 
     def unread(self) -> list[Element]:
-        """Return the elements without children that were not read, in order of the file; elements with value 0 are left out."""
+        """Return the elements without children that were not read, in order of the file.
+
+        Elements with value 0, and those without text and attributes, are left out.
+        """
         leaves = (part for part in self.element.walk() if part is not self.element and not part.children)
-        return [leaf for leaf in leaves if id(leaf) not in self._read and number(leaf.text) != 0.0]
+        telling = (leaf for leaf in leaves if leaf.text or leaf.attributes)
+        return [leaf for leaf in telling if id(leaf) not in self._read and number(leaf.text) != 0.0]
 
 
 @dataclass(frozen=True, slots=True)
@@ -122,12 +126,14 @@ class Figures:
         graph: name of the graph in `graphs/publishers` that publishes the sensor.
         profile: profile of the sensor in the robot file.
         told: short summary of the profile, for remarks.
+        turned: whether the orientation of the sensor has an effect; otherwise it becomes that of its link.
     """
 
     type: str
     graph: str
     profile: dict[str, Any]
     told: str
+    turned: bool = True
 
 
 def rate(values: Values, default: float, sensor: Subject) -> float:

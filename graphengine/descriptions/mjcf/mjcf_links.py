@@ -108,7 +108,7 @@ class MjcfLinks:
             for tag in tags:
                 geometry, pose = self._shape(geom, span)
                 name = f"{link}.{len(found)}"
-                found.append(Shape(name, tag == "visual", geometry, pose, None, Element(tag, {}, span)))
+                found.append(Shape(name, tag == "visual", geometry, pose, None, Element(tag, {}, span), span))
         return found
 
     def _shape(self, geom: int, span: Span) -> tuple[Geometry, Pose]:
@@ -185,14 +185,12 @@ class MjcfLinks:
     def _join(self, name: str, kind: str, parent: str, child: str, pose: Pose, joint: int = -1) -> None:
         """Add a joint; `joint` is the joint's index in the model, -1 for a joint that exists only in the description."""
         model, element = self.model, Element("joint", {"name": name, "type": kind}, self.places.get(name, self.span))
-        made = UrdfJoint(name, kind, parent, child, pose, (1.0, 0.0, 0.0), element)
+        made = UrdfJoint(name, kind, parent, child, pose, element)
         if joint >= 0:
             lower, upper = model.jnt_range[joint].tolist() if model.jnt_limited[joint] else (0.0, 0.0)
             dof = model.jnt_dofadr[joint]
-            x, y, z = made.stated_axis = vector(model.jnt_axis[joint])
-            length = math.hypot(x, y, z) or 1.0
-            made.axis = (x / length, y / length, z / length)
-            made.bounds = Bounds(lower, upper, self._strongest.get(name, 0.0), 0.0)
+            made.stated_axis = vector(model.jnt_axis[joint])
+            made.bounds = Bounds(lower, upper, self._strongest.get(name, 0.0), 0.0, element)
             made.losses = float(model.dof_damping[dof]), float(model.dof_frictionloss[dof])
         self.joints[name] = made
         self.links[parent].below.append(made)

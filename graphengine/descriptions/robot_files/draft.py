@@ -15,10 +15,10 @@ from graphengine.descriptions.robot_files.entries import Entry
 from graphengine.descriptions.urdf.rollers import NO_ROLLERS, Rollers
 from graphengine.descriptions.urdf.urdf import WORLD, Urdf
 from graphengine.devices.rotation import Vector3
-from graphengine.devices.stage import prim_name
 from graphengine.format.diagnostics import Findings, Span
 from graphengine.format.document import Document, load
 from graphengine.format.files import shipped
+from graphengine.format.prim_paths import prim_name
 from graphengine.format.wording import did_you_mean, printable
 from graphengine.format.yaml_text import Reference
 

@@ -13,7 +13,7 @@ from graphengine.descriptions.actuators.mjcf_model import MjcfModel
 from graphengine.descriptions.engine import mujoco
 from graphengine.descriptions.robot_files.draft import Claim, Draft, rounded
 from graphengine.descriptions.robot_files.entries import Entry, SensorKeys
-from graphengine.devices.stage import prim_name
+from graphengine.format.prim_paths import prim_name
 from graphengine.format.wording import printable
 
 KEYFRAME = "home"

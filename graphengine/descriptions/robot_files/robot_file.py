@@ -2,20 +2,25 @@
 
 from __future__ import annotations
 
+import typing
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from graphengine.format.diagnostics import Findings, Span
-from graphengine.format.document import Document
+from graphengine.format.document import Document, load
 from graphengine.format.files import Files
 from graphengine.format.robot_spec import RobotSpec
-from graphengine.format.spec_reader import Loaded, read, validate
+from graphengine.format.spec_reader import Loaded, validate
+from graphengine.format.wording import did_you_mean, listing
 
 MAX_CHAIN = 10
 """Maximum number of robot files in a chain of files that extend each other."""
 _ALTERNATIVES = (("drive", "usd_drive"), ("rpy_deg", "quaternion_xyzw"))
 """Pairs of keys with the same meaning: a key of one file replaces the other key of the file that it extends."""
+
+_SECTIONS = [name for name, field in RobotSpec.model_fields.items() if typing.get_origin(field.annotation) is dict]
+"""Keys whose values are mappings of named entries, such as `graphs`."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -53,10 +58,13 @@ def read_robot(path: Path, files: Files, findings: Findings) -> RobotFile | None
     chain: list[Loaded[RobotSpec]] = []
     paths = [path]
     while True:
-        loaded = read(RobotSpec, paths[-1], findings)
-        if loaded is None:
+        document = load(paths[-1], findings)
+        spec = (
+            validate(RobotSpec, document, _without_removals(document.data), findings) if document is not None else None
+        )
+        if document is None or spec is None:
             return None
-        chain.append(loaded)
+        chain.append(loaded := Loaded(spec, document))
         if not loaded.spec.extends:
             break
         span = loaded.document.span("extends")
@@ -78,9 +86,37 @@ def read_robot(path: Path, files: Files, findings: Findings) -> RobotFile | None
         return RobotFile(chain[0].spec, tuple(chain))
     data: dict[str, Any] = {}
     for loaded in reversed(chain):
-        data = _merge(data, loaded.document.data)
+        _remove(data, loaded.document, findings)
+        data = _merge(data, _without_removals(loaded.document.data))
     spec = validate(RobotSpec, chain[0].document, data, findings)
     return RobotFile(spec, tuple(chain)) if spec is not None else None
+
+
+def _removals(data: Any) -> list[tuple[str, str]]:
+    """Return the section and the name of each entry that a file removes from the file that it extends: those with a null."""
+    if not isinstance(data, dict) or not data.get("extends"):
+        return []
+    sections = {name: data[name] for name in _SECTIONS if isinstance(data.get(name), dict)}
+    return [(name, entry) for name, entries in sections.items() for entry, value in entries.items() if value is None]
+
+
+def _without_removals(data: Any) -> Any:
+    """Return the data of a file without the entries that it removes."""
+    removals = _removals(data)
+    sections = {section for section, _ in removals}
+    kept = {name: {key: v for key, v in data[name].items() if (name, key) not in removals} for name in sections}
+    return {**data, **kept} if removals else data
+
+
+def _remove(data: dict[str, Any], document: Document, findings: Findings) -> None:
+    """Remove the entries that a file removes from the merged data of the files that it extends."""
+    for section, name in _removals(document.data):
+        entries = data.get(section, {})
+        if name not in entries:
+            text = f"{section}: null removes an entry of the file that this file extends, which has no {name!r}"
+            near = did_you_mean(name, entries) or listing(entries, "entries")
+            findings.add("G106", text, document.key_span(section, name), near)
+        entries.pop(name, None)
 
 
 def _merge(base: dict[str, Any], changes: dict[str, Any]) -> dict[str, Any]:

@@ -15,7 +15,7 @@ _MOST_DEGREES = 720.0
 
 def swapped_limits(joint: UrdfJoint, findings: Findings) -> bool:
     """Warn about a lower limit above the upper one, and return whether the joint has such limits."""
-    limit, lower, upper = joint.element.first("limit"), joint.bounds.lower or 0.0, joint.bounds.upper or 0.0
+    limit, lower, upper = joint.bounds.element, joint.bounds.lower or 0.0, joint.bounds.upper or 0.0
     if limit is None or joint.type == "continuous" or lower <= upper:
         return False
     text = f"joint {joint.name!r}: the lower limit {lower:g} is above the upper limit {upper:g}: it moves freely"
@@ -26,7 +26,7 @@ def swapped_limits(joint: UrdfJoint, findings: Findings) -> bool:
 
 def check_degrees(joint: UrdfJoint, findings: Findings) -> None:
     """Warn about the limits of a revolute joint that are more than two turns from zero and whole multiples of 5."""
-    limit, limits = joint.element.first("limit"), joint.limits
+    limit, limits = joint.bounds.element, joint.limits
     if limit is None or limits is None or joint.type not in TURNING:
         return
     farthest = max(map(abs, limits))

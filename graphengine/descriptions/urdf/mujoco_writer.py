@@ -14,7 +14,7 @@ from graphengine.descriptions.files.mesh_file import MeshFile
 from graphengine.descriptions.files.references import Library
 from graphengine.descriptions.files.xml import Element, number
 from graphengine.descriptions.urdf.inertia import inertials
-from graphengine.descriptions.urdf.shapes import Box, Capsule, Colour, Cylinder, Geometry, Mesh, Shape, Sphere
+from graphengine.descriptions.urdf.shapes import Box, Capsule, Colour, Cylinder, Mesh, Shape, Sphere, sizes_of
 from graphengine.descriptions.urdf.urdf import WORLD, Inertial, Urdf, UrdfJoint
 from graphengine.devices.rotation import NOWHERE, Pose, Quaternion, Vector3, relative
 from graphengine.format.diagnostics import Findings
@@ -116,23 +116,10 @@ def _parts(shapes: Sequence[Shape], files: Mapping[Element, Sequence[MeshFile]],
         geometry = shape.geometry
         if isinstance(geometry, Mesh):
             yield from ((shape, file, index) for index, file in enumerate(files.get(geometry.element, ())))
-        elif 0.0 in _sizes(geometry):  # some descriptions use such shapes as placeholders
-            place = shape.element.first("geometry") or shape.element
-            findings.add("N103", "a shape with a size of 0 is left out", place.children[0].span)
+        elif 0.0 in sizes_of(geometry):  # some descriptions use such shapes as placeholders
+            findings.add("N103", "a shape with a size of 0 is left out", shape.place)
         else:
             yield shape, None, 0
-
-
-def _sizes(geometry: Geometry) -> Sequence[float]:
-    """Return the sizes of the geom of a geometry: radius and half lengths, m; none for a mesh."""
-    match geometry:
-        case Box(size):
-            return [length / 2 for length in size]
-        case Sphere(radius):
-            return [radius]
-        case Cylinder(radius, length) | Capsule(radius, length):
-            return [radius, length / 2]
-    return []
 
 
 def _memory(
@@ -227,7 +214,7 @@ def _add_geoms(
         if isinstance(shape.geometry, Mesh) and file is not None:
             geom.type, geom.meshname = _GEOM.mjGEOM_MESH, _mesh(spec, shape.geometry, file.key, made)
         else:
-            geom.type, sizes = _TYPES[type(shape.geometry)], _sizes(shape.geometry)
+            geom.type, sizes = _TYPES[type(shape.geometry)], sizes_of(shape.geometry)
             geom.size[: len(sizes)] = sizes
         if colour is not None and colour[0] >= 0:
             geom.rgba = colour

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from graphengine.descriptions.files.xml import Element
@@ -59,7 +60,8 @@ class Mesh:
     element: Element
 
 
-Geometry = Box | Sphere | Cylinder | Capsule | Mesh
+Solid = Box | Sphere | Cylinder | Capsule
+Geometry = Solid | Mesh
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -73,6 +75,7 @@ class Shape:
         pose: pose in the frame of the link.
         colour: colour of its material; None if the description gives none.
         element: `visual` or `collision` element.
+        place: source location of the geometry.
     """
 
     name: str
@@ -81,6 +84,7 @@ class Shape:
     pose: Pose
     colour: Colour | None
     element: Element
+    place: Span
 
     @property
     def span(self) -> Span:
@@ -91,3 +95,15 @@ class Shape:
 def kind_of(geometry: Geometry) -> str:
     """Return the name of a geometry in URDF, e.g. `box`."""
     return type(geometry).__name__.lower()
+
+
+def sizes_of(geometry: Geometry) -> Sequence[float]:
+    """Return the sizes of a geometry in MuJoCo: radius and half lengths, m; none for a mesh."""
+    match geometry:
+        case Box(size):
+            return [length / 2 for length in size]
+        case Sphere(radius):
+            return [radius]
+        case Cylinder(radius, length) | Capsule(radius, length):
+            return [radius, length / 2]
+    return []

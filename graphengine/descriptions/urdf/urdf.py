@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import TYPE_CHECKING
 
@@ -70,12 +71,16 @@ class UrdfLink:
 
 @dataclass(frozen=True, slots=True)
 class Bounds:
-    """The numbers of a `limit` element: position (rad or m), effort (N m or N) and velocity (rad/s or m/s); None if absent."""
+    """Limits of a joint: position (rad or m), effort (N m or N) and velocity (rad/s or m/s); None if absent.
+
+    `element` is the element of the user's file that states them; None if there is none.
+    """
 
     lower: float | None = None
     upper: float | None = None
     effort: float | None = None
     velocity: float | None = None
+    element: Element | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -97,15 +102,20 @@ class UrdfJoint:
     parent: str
     child: str
     pose: Pose
-    axis: Vector3
-    """Axis in the frame of the child link, a unit vector."""
     element: Element
     stated_axis: Vector3 = (1.0, 0.0, 0.0)
-    """The axis as the description states it, of any length; the physics engine normalises it itself."""
+    """Axis in the frame of the child link as the description states it, of any length; the physics engine normalises it."""
     bounds: Bounds = Bounds()
     losses: tuple[float, float] = (0.0, 0.0)
     """Damping (N m s/rad or N s/m) and friction (N m or N) of the joint."""
     mimic: Mimic | None = None
+
+    @property
+    def axis(self) -> Vector3:
+        """Axis in the frame of the child link, a unit vector."""
+        x, y, z = self.stated_axis
+        length = math.hypot(x, y, z) or 1.0
+        return x / length, y / length, z / length
 
     @property
     def moves(self) -> bool:
@@ -128,24 +138,6 @@ class UrdfJoint:
         """Velocity limit, rad/s or m/s; None if the description has no limit above zero."""
         return _positive(self.bounds.velocity)
 
-    def limit(self, lowest: float, highest: float) -> None:
-        """Set lower and upper position limit, rad or m, also in the joint's XML element."""
-        self.bounds = replace(self.bounds, lower=lowest, upper=highest)
-        self._part("limit", len(self.element.children)).attributes |= {"lower": repr(lowest), "upper": repr(highest)}
-
-    def put(self, position: Vector3) -> None:
-        """Set the position of the joint in the parent link's frame, m, in `pose` and in the XML element."""
-        self.pose = (position, self.pose[1])
-        self._part("origin", 0).attributes["xyz"] = " ".join(map(repr, position))
-
-    def _part(self, tag: str, place: int) -> Element:
-        """Return the first child of the joint's XML element with a tag; without one, insert an empty one at index `place`."""
-        found = self.element.first(tag)
-        if found is None:
-            found = Element(tag, {}, self.element.span)
-            self.element.children.insert(place, found)
-        return found
-
 
 def _positive(limit: float | None) -> float | None:
     return limit if limit is not None and limit > 0 else None
@@ -165,12 +157,13 @@ class Urdf:
     """A robot description whose links form one tree.
 
     Attributes:
-        element: root element, with xacro expanded.
+        element: root element of the description as URDF, with xacro expanded. Later changes of links and joints are not in it;
+            `urdf_writer.description_text` writes them.
         packages: finds the packages to which mesh references refer.
         links: links by name, in order of the file.
         joints: joints by name, in order of the file.
         root: link without a parent joint.
-        mjcf: MuJoCo model of the robot if MJCF describes it; `element` is then a conversion of that model. Otherwise None.
+        mjcf: MuJoCo model of the robot if MJCF describes it, otherwise None.
     """
 
     element: Element

@@ -121,4 +121,3 @@ def _weld(
     place = ", where it is with the joint at zero" if joint.moves else ""
     findings.add("N103", f"joint {joint.name!r} is disabled and welded: {_described(below)} stays{place}", span)
     joint.type, joint.mimic = "fixed", None
-    joint.element.attributes["type"] = "fixed"

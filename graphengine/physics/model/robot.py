@@ -11,10 +11,10 @@ from graphengine.descriptions.actuators.mjcf_actuators import drives_by_joint
 from graphengine.descriptions.actuators.mjcf_model import Keyframe
 from graphengine.descriptions.description_reader import read_description
 from graphengine.descriptions.files.references import Library
-from graphengine.descriptions.files.xml import write
 from graphengine.descriptions.robot_files.robot_file import RobotFile
 from graphengine.descriptions.urdf.shapes import kind_of
 from graphengine.descriptions.urdf.urdf import TURNING, Urdf, UrdfJoint, track
+from graphengine.descriptions.urdf.urdf_writer import description_text
 from graphengine.devices.rotation import Quaternion, Vector3, rotate
 from graphengine.format.diagnostics import Findings, Span
 from graphengine.format.robot_spec import RobotSpec, WheelColliderSpec
@@ -173,7 +173,7 @@ def load_robot(
         return None
     for name, joint in file.spec.joints.items():
         if joint.position is not None:
-            urdf.joints[name].put(joint.position)
+            urdf.joints[name].pose = joint.position, urdf.joints[name].pose[1]
         if joint.limits is not None:
             _limit(name, joint.limits, file, urdf, findings)
     disabled = disable_joints(file, urdf, findings)
@@ -181,8 +181,9 @@ def load_robot(
     _check_colliders(file, urdf, findings)
     _check_joints(file, urdf, disabled, findings)
     _check_directions(file, urdf, findings)
-    text = '<?xml version="1.0"?>\n' + write(urdf.element)[0] + "\n"
-    return RobotInstance(placement, file, urdf, text, profiles, tuple(urdf.moving()), drives, disabled)
+    return RobotInstance(
+        placement, file, urdf, description_text(urdf), profiles, tuple(urdf.moving()), drives, disabled
+    )
 
 
 def _known(what: str, name: str, legal: Iterable[str], span: Span, findings: Findings) -> None:
@@ -283,7 +284,7 @@ def _drives(file: RobotFile, urdf: Urdf, disabled: Disabled, findings: Findings)
 def _limit(name: str, limits: tuple[float, float], file: RobotFile, urdf: Urdf, findings: Findings) -> None:
     joint = urdf.joints[name]
     if joint.type in ("revolute", "prismatic"):
-        joint.limit(*limits)
+        joint.bounds = replace(joint.bounds, lower=limits[0], upper=limits[1])
     else:
         findings.add(
             "S104", f"joint {name!r} is {joint.type} and cannot have limits", file.span("joints", name, "limits")

@@ -10,9 +10,10 @@ from collections.abc import Collection
 from typing import Any
 
 from graphengine.devices.rotation import from_orientation
-from graphengine.devices.stage import Prim, PrimKind, Stage, prim_name
+from graphengine.devices.stage import Prim, PrimKind, Stage
 from graphengine.format.diagnostics import Findings, Span
 from graphengine.format.errors import AmbiguousPrimError, PrimError
+from graphengine.format.prim_paths import prim_name
 from graphengine.format.robot_spec import MaterialSpec, SensorSpec
 from graphengine.format.wording import did_you_mean, listing
 from graphengine.physics.implementations import Profile
@@ -92,6 +93,7 @@ class _PrimBuilder:
             urdf=robot.urdf_text,
             fixed_transforms=robot.fixed_transforms,
             **({"actuators": robot.actuators, "other_actuators": robot.other_actuators} if robot.actuators else {}),
+            keyframes=robot.urdf.mjcf.keyframes if robot.urdf.mjcf is not None else {},
             **({"keyframe": keyframe} if keyframe is not None else {}),
         )
         self._joints(links)

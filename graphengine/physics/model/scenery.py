@@ -8,7 +8,8 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from graphengine.descriptions.description_reader import SUFFIXES, is_text, read_bare
+from graphengine.descriptions.added_formats import tell_suffix
+from graphengine.descriptions.description_reader import is_description, is_text, read_bare
 from graphengine.descriptions.engine import REFUSALS, all_bodies, compiled, mujoco
 from graphengine.descriptions.files.bounds import ELEMENT, HOW_MEMORY_COUNTS, MAX_MEMORY, PAIR, TOO_LARGE
 from graphengine.descriptions.files.references import Library
@@ -120,10 +121,12 @@ class Scenery:
         self.library.findings = findings  # findings go to the present caller, not to the first one
         self.library.memory = before = self._memory()
         use, urdf = placement.use.use, None
-        if is_text(use) or path.suffix in SUFFIXES:
+        if is_text(use) or is_description(path):
             file, urdf = read_bare(use, path, self.library) or (None, None)
         else:
             file = read_robot(path, self.library.files, findings)
+            if file is None:
+                tell_suffix(path, self._place_of(placement), findings)
         robot = load_robot(placement, file, self.library, urdf) if file is not None else None
         model = robot_spec(robot, self.library, self._floor, findings) if robot is not None else None
         if robot is None or model is None:

@@ -37,7 +37,7 @@ speeds = st.floats(-1.0, 1.0)
 
 
 @given(speeds, speeds, speeds, st.tuples(speeds, speeds, st.floats(-3.0, 3.0)))
-def test_the_mean_velocity_of_a_constant_motion_is_that_velocity(
+def test_the_mean_velocity_of_a_constant_motion_is_its_velocity(
     x: float, y: float, yaw: float, pose: tuple[float, float, float]
 ) -> None:
     base = path(Twist(x, y, yaw), 2.0, pose)

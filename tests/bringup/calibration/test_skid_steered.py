@@ -11,6 +11,7 @@ import pytest
 import yaml
 
 import graphengine as ge
+from graphengine import bringup
 from graphengine.bringup.calibration.arc_track import correct_track, lower_turn
 from graphengine.bringup.calibration.figures import Twist
 from tests.bringup.robots.imported_bases import PLUGIN, description, imported, robot_file, scene, slow
@@ -129,7 +130,7 @@ def test_arcs_are_measured_after_a_slow_ramp(tmp_path: Path) -> None:
     before = parameters(path)["turn"]
     assert lower_turn(tmp_path / "robots/bot.yaml", "bot", 0.0, [], guessed=True) == []
     assert parameters(path)["turn"] == before
-    arcs = [each for each in ge.bringup.calibrate(ge.load(path)).motions if "full_arc" in each.name]
+    arcs = [each for each in bringup.calibrate(ge.load(path)).motions if "full_arc" in each.name]
     assert len(arcs) == 2
     assert all(each.speed_share is not None and each.speed_share > 0.95 for each in arcs)
 
@@ -178,7 +179,7 @@ def test_a_controllers_track_with_which_it_does_not_turn_as_commanded_is_replace
 
 
 @pytest.mark.parametrize("centre", [(0.0, -0.085), (-0.072, 0.0)], ids=["side-heavy", "tail-heavy"])
-def test_the_track_of_a_base_with_uneven_loads_is_that_of_the_balance_of_coulomb_forces(
+def test_the_track_of_a_base_with_uneven_loads_agrees_with_the_balance_of_coulomb_forces(
     tmp_path: Path, centre: tuple[float, float]
 ) -> None:
     """Equal friction would turn an evenly loaded base with 1.80 of the distance of the wheels: these with 2.04 and 1.57."""
@@ -204,7 +205,7 @@ def test_a_track_several_times_that_of_the_controller_is_found_although_the_limi
     assert "turns as commanded on arcs" in said
 
 
-def test_a_track_with_which_no_drive_turned_as_commanded_is_the_best_one_tried(
+def test_if_no_track_gives_the_commanded_turn_rate_the_best_one_tried_is_kept(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     tracks: list[float] = []
@@ -225,7 +226,7 @@ def test_a_track_with_which_no_drive_turned_as_commanded_is_the_best_one_tried(
 
 def test_encoder_odometry_of_a_skidding_base_drifts_and_the_true_odometry_does_not(tmp_path: Path) -> None:
     path, _ = corrected(tmp_path, description(SKID))
-    result = ge.bringup.calibrate(ge.load(path))
+    result = bringup.calibrate(ge.load(path))
     errors = {one.topic: one for one in result.odometry}
     assert errors["/ground_truth/odom"].is_true()
     assert abs(errors["/odom"].turn_error or 0.0) > math.radians(1.0)
@@ -242,7 +243,7 @@ def test_the_file_of_a_new_robot_is_as_written_but_for_its_track(tmp_path: Path)
     assert {key for key, value in before["graphs"]["base"]["parameters"].items() if after[key] != value} == {"track"}
 
 
-def test_a_guessed_limit_stays_if_no_lower_one_helps(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_guessed_limit_stays_if_no_lower_limit_helps(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     driven: list[float] = []
 
     def drive(_: object, speed: float, turn: float) -> tuple[Twist, Twist]:

@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 import graphengine as ge
+from graphengine import bringup
 from graphengine.bringup.calibration.figures import Calibration, Covariances, Motion, Odometry, Twist
 from graphengine.bringup.calibration.write_back import write_figures
 from tests.bringup.calibration import bases
@@ -19,13 +20,13 @@ MEASURED = Calibration(
 )
 
 
-def test_a_skid_steered_base_turns_as_told_after_its_effective_track_was_written(tmp_path: Path) -> None:
+def test_a_skid_steered_base_turns_as_commanded_after_its_effective_track_is_written(tmp_path: Path) -> None:
     base = bases.skid_steered(tmp_path).write()
     scene = ge.load(base.scene)
-    changes, notes = write_figures(scene, ge.bringup.calibrate(scene))
+    changes, notes = write_figures(scene, bringup.calibrate(scene))
     assert {change.node for change in changes} == {"drive/Drive.wheelRadius", "drive/Drive.wheelDistance"}
     assert notes == []
-    assert ge.bringup.calibrate(ge.load(base.scene)).outside(0.01) == ()
+    assert bringup.calibrate(ge.load(base.scene)).outside(0.01) == ()
 
 
 def test_a_number_in_a_graph_is_replaced_below_a_comment_and_the_rest_stays(tmp_path: Path) -> None:
@@ -73,7 +74,7 @@ def test_the_geometry_of_wheels_that_slip_is_not_written(tmp_path: Path) -> None
     assert notes == ["wheel radius, track and wheel base are not written: the wheels slip (forward)"]
 
 
-def test_what_is_right_already_is_left_alone(tmp_path: Path) -> None:
+def test_correct_values_are_not_changed(tmp_path: Path) -> None:
     base = bases.differential(tmp_path).write()
     right = Calibration("bot", "", "", 0.3, 0.6, moves=True, wheel_radius=bases.RADIUS * 1.0004, track=bases.TRACK)
     before = (tmp_path / "bot.yaml").read_bytes()

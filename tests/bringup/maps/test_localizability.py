@@ -118,7 +118,7 @@ def test_places_keep_the_radius_of_the_robot_from_obstacles() -> None:
 
 
 @pytest.mark.parametrize("options", [{"scans": 0}, {"alpha": 0.0}, {"alpha": math.nan}])
-def test_what_is_no_number_of_scans_and_no_noise_is_refused(options: dict[str, float]) -> None:
+def test_an_invalid_number_of_scans_and_zero_noise_are_refused(options: dict[str, float]) -> None:
     with pytest.raises(UsageError, match="write numbers above 0"):
         judged(room(2.0, 2.0), ROUND, **options)
 
@@ -139,7 +139,7 @@ def test_a_map_that_is_too_large_is_refused(monkeypatch: pytest.MonkeyPatch) -> 
 @given(
     st.lists(st.tuples(st.integers(0, 19), st.integers(0, 29)), min_size=1, max_size=6, unique=True), st.integers(1, 40)
 )
-def test_distances_are_those_of_scipy_up_to_a_limit(cells: list[tuple[int, int]], most: int) -> None:
+def test_distances_agree_with_scipy_up_to_a_limit(cells: list[tuple[int, int]], most: int) -> None:
     occupied = np.zeros((20, 30), np.bool_)
     occupied[tuple(np.array(cells).T)] = True
     exact, found = distance_transform_edt(~occupied), distances(occupied, most)
@@ -169,7 +169,7 @@ def test_rays_have_no_return_beyond_the_range_and_outside_of_the_map() -> None:
     assert np.isnan(cast(likelihood_field(empty, 30.0), *middle, 32, ROUND)).all()
 
 
-def test_a_wall_just_as_far_as_scans_are_compared_counts_as_one_beyond() -> None:
+def test_a_wall_at_the_comparison_limit_counts_as_beyond_it() -> None:
     chart = room(12.0, 1.0, (4.65, -0.5, 4.85, 0.5))
     field = likelihood_field(chart, 30.0)
     rows, columns = np.full(3, chart.grid.rows // 2), np.array([15, 60, 100])

@@ -49,7 +49,7 @@ def dd100() -> dict[str, Any]:
     return parameters_of(files_of("dd100_warehouse")["nav2_params.yaml"], "dd100_0000")
 
 
-def test_topics_and_frames_are_those_of_the_scene(dd100: dict[str, Any]) -> None:
+def test_topics_and_frames_come_from_the_scene(dd100: dict[str, Any]) -> None:
     scan = "/dd100_0000/sim_lidar/scan"
     assert dd100["amcl"]["scan_topic"] == scan
     assert dd100["local_costmap"]["obstacle_layer"]["scan"]["topic"] == scan
@@ -68,7 +68,7 @@ def test_the_robot_starts_where_the_scene_puts_it(dd100: dict[str, Any]) -> None
     assert pose["yaw"] == pytest.approx(math.pi / 2, abs=0.01)
 
 
-def test_limits_are_those_of_the_controller_in_the_graph(dd100: dict[str, Any]) -> None:
+def test_limits_come_from_the_controller_in_the_graph(dd100: dict[str, Any]) -> None:
     planner = dd100["controller_server"]["FollowPath"]
     assert (planner["acc_lim_x"], planner["decel_lim_x"], planner["acc_lim_theta"]) == (1.0, -1.0, 2.0)
     assert planner["max_vel_x"] <= 1.3
@@ -180,7 +180,7 @@ SAFETY = {
 
 
 @pytest.mark.parametrize("busy", [False, True])
-def test_safety_values_are_those_of_nav2_unless_the_machine_is_busy(busy: bool) -> None:
+def test_safety_values_are_nav2s_defaults_unless_the_machine_is_busy(busy: bool) -> None:
     text = files_of("dd100_flat", busy=busy)["nav2_params.yaml"]
     nodes = parameters_of(text, "dd100_0000")
     assert {key: nodes[key[0]][key[1]] for key in SAFETY} == {key: values[busy] for key, values in SAFETY.items()}
@@ -216,7 +216,7 @@ def test_the_goal_tolerance_of_yaw_is_tight_with_dwb_and_can_be_chosen() -> None
     assert (tolerance(), tolerance(controller="mppi"), tolerance(yaw_tolerance=0.05)) == (0.1, 0.2, 0.05)
 
 
-def test_the_speeds_of_a_robot_that_is_slower_than_told_are_those_that_it_reaches() -> None:
+def test_the_speeds_of_a_slow_robot_are_the_speeds_that_it_reaches() -> None:
     scene = ge.load("tutorial/navigation", robot_state=True)
     told, made = (nav2_files(scene, calibrated=calibrated) for calibrated in (False, True))
     limits = [files.robots[0].limits for files in (told, made)]
@@ -234,7 +234,7 @@ def test_covariances_that_are_all_zero_are_reported_with_the_remedy(tmp_path: Pa
     assert not any("all zero" in note for note in wheels.notes)
 
 
-def test_nav2_uses_the_odometry_of_the_wheels_and_not_the_true_motion_whatever_its_name(tmp_path: Path) -> None:
+def test_nav2_uses_the_odometry_of_the_wheels_and_not_the_true_motion(tmp_path: Path) -> None:
     base = mobile_bases.mecanum(tmp_path)
     base.graphs["base"] = "{use: graphs/base/mecanum.yaml, parameters: {odom: odom/unfiltered}}"
     nodes = parameters_of(files_of(base.write().scene)["nav2_params.yaml"])

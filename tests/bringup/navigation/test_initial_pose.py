@@ -11,5 +11,5 @@ from graphengine.bringup.navigation.initial_pose import may_belong
     ("frame", "belongs"),
     [("a/odom", True), ("/a/odom", True), ("odom", True), ("b/odom", False), ("fleet/a/odom", False)],
 )
-def test_a_frame_with_the_namespace_of_another_robot_is_not_of_this_one(frame: str, belongs: bool) -> None:
+def test_a_frame_in_the_namespace_of_another_robot_is_ignored(frame: str, belongs: bool) -> None:
     assert may_belong(frame, "/a") is belongs

@@ -67,7 +67,7 @@ def test_the_way_counts_the_samples_between_two_times() -> None:
     assert poses.way(3.5, 3.6) == 0.0
 
 
-def test_a_reset_discards_what_was_before() -> None:
+def test_a_reset_discards_earlier_poses() -> None:
     poses = Samples(state(5.0, 1.0, 1.0), state(0.5, 0.0, 0.0))
     assert (poses.time, poses.newest[:2], poses.at(5.0)) == (0.5, (0.0, 0.0), None)
 
@@ -77,7 +77,7 @@ def test_a_robot_that_was_moved_while_time_stands_is_where_it_was_put() -> None:
 
 
 @given(st.floats(-3.1, 3.1), st.floats(-1.5, 1.5), st.floats(-3.1, 3.1))
-def test_a_yaw_is_that_of_the_rotation_about_fixed_axes(roll: float, pitch: float, yaw: float) -> None:
+def test_a_yaw_is_measured_about_fixed_axes(roll: float, pitch: float, yaw: float) -> None:
     assert abs(math.remainder(yaw_of(from_rpy(roll, pitch, yaw)) - yaw, math.tau)) < 1e-6
 
 

@@ -37,7 +37,7 @@ def test_an_arm_that_hangs_from_a_bracket_is_fixed(tmp_path: Path) -> None:
         robot(limb("j", 6), limb("front_wheel", 1, at=".3 0 0")),
     ],
 )
-def test_what_walks_or_rolls_or_is_no_arm_stays_free(tmp_path: Path, description: str) -> None:
+def test_legs_rollers_and_robots_without_an_arm_are_not_bolted_down(tmp_path: Path, description: str) -> None:
     found = imported(tmp_path, description)
     assert "fixed_base" not in keys(found)
     assert found.free

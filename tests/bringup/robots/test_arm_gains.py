@@ -41,7 +41,7 @@ def test_the_full_effort_answers_to_10_mrad_and_damping_is_at_least_critical(tmp
     assert max(float(found.draft.joints[name].hint.split()[0]) for name in joints_of()) == 5.0
 
 
-def test_what_a_joint_loses_by_itself_at_half_its_speed_answers_to_2_5_mrad(tmp_path: Path) -> None:
+def test_at_half_its_speed_a_joints_own_losses_cause_an_error_of_2_5_mrad(tmp_path: Path) -> None:
     lossy = robot(limb("j", 6)).replace("</joint>", '<dynamics damping="10" friction="3"/></joint>')
     found = imported(tmp_path, lossy)
     for name, effort in zip(joints_of(), EFFORTS, strict=True):
@@ -56,7 +56,7 @@ def test_the_largest_inertia_counts_not_that_of_the_zero_pose(tmp_path: Path) ->
     assert float(found.draft.joints["j1"].hint.split()[-3]) > 3.0
 
 
-def test_the_report_tells_what_was_guessed(tmp_path: Path) -> None:
+def test_the_report_names_guessed_gains(tmp_path: Path) -> None:
     told = "\n".join(remark.text for remark in imported(tmp_path, ARM).draft.guessed)
     assert "gains of position drives: 5.0 Hz, at least critically damped" in told
     assert "gravity_compensation and interpolate" in told
@@ -112,7 +112,7 @@ def test_a_joint_that_needs_long_to_stop_from_its_speed_limit_is_noticed(
     assert all(f"j ({way:.2g} from {velocity:g}/s)" in text for text in slow)
 
 
-def test_wheels_casters_and_followers_have_no_such_gains(tmp_path: Path) -> None:
+def test_wheels_casters_and_mimic_joints_get_no_arm_gains(tmp_path: Path) -> None:
     finger = limb("finger", 1, base="j6_link", effort=5)
     mimic = '<mimic joint="finger1" multiplier="1"/></joint>'
     follower = limb("thumb", 1, base="j6_link", effort=5).replace("</joint>", mimic)

@@ -79,7 +79,7 @@ def test_rods_that_follow_an_arm_are_no_fingers(tmp_path: Path) -> None:
     assert [each["parameters"]["joint"] for name, each in found.items() if "gripper" in name] == ["finger"]
 
 
-def test_a_finger_with_two_joints_is_one_if_the_other_is_as_long(tmp_path: Path) -> None:
+def test_a_finger_with_two_joints_counts_as_one_if_the_other_finger_is_as_long(tmp_path: Path) -> None:
     fingers = [
         joint("proximal", "joint_3") + joint("distal", "proximal"),
         joint("other", "joint_3", LIMIT + FOLLOWS_2) + joint("other_distal", "other", LIMIT + FOLLOWS_2),
@@ -163,7 +163,7 @@ def test_a_grippers_drive_may_press_beyond_its_limits_with_its_full_effort(tmp_p
     assert told[0].endswith("; targets up to 0.01 rad beyond its limits press")
 
 
-def test_fingers_that_do_not_follow_one_another_get_no_gripper(tmp_path: Path) -> None:
+def test_fingers_that_do_not_mimic_each_other_get_no_gripper(tmp_path: Path) -> None:
     fingers = joint("left", "joint_3"), joint("right", "joint_3")
     found = graphs(tmp_path, bolted(arm(3, "plate"), *fingers))
     assert [*found] == ["joint_states", "joint_commands", "arm"]

@@ -73,7 +73,7 @@ def test_a_controller_is_read_however_its_file_is_written(tmp_path: Path, text: 
     }
 
 
-def test_a_limit_that_is_switched_off_is_none(tmp_path: Path) -> None:
+def test_a_disabled_limit_does_not_count(tmp_path: Path) -> None:
     text = (
         f"{DOTTED}    linear.x.has_velocity_limits: false\n    cmd_vel_timeout: 0.25\n    odom_frame_id: world_frame\n"
     )
@@ -82,14 +82,14 @@ def test_a_limit_that_is_switched_off_is_none(tmp_path: Path) -> None:
     assert (found["timeout"], found["odom_frame"]) == (0.25, "world_frame")
 
 
-def test_a_controller_of_other_joints_is_told_and_the_wheels_decide(tmp_path: Path) -> None:
+def test_a_controller_of_other_joints_is_reported_and_the_wheels_decide(tmp_path: Path) -> None:
     found = imported(tmp_path, description(DIFFERENTIAL), CONTROLLERS.replace("[left_joint]", "[lft_joint]"))
     said = remarks(found)
     assert "lost: DiffDriveController base_controller: the description has no joint 'lft_joint'; did you mean" in said
     assert "guessed: base: differential with 2 driven wheels, radius 0.05 m, track 0.3 m" in said
 
 
-def test_the_measures_of_the_description_count_and_others_are_told(tmp_path: Path) -> None:
+def test_measurements_from_the_description_are_used_and_differing_values_are_reported(tmp_path: Path) -> None:
     text = CONTROLLERS.replace("wheel_radius: 0.05", "wheel_radius: 0.06")
     found = imported(tmp_path, description(DIFFERENTIAL), text)
     assert robot_file(found)["graphs"]["base"]["parameters"]["radius"] == 0.05
@@ -156,7 +156,7 @@ def test_a_base_whose_wheels_are_fixed_is_said_not_to_move(tmp_path: Path) -> No
         ("position", ""),
     ],
 )
-def test_a_fixed_arm_whose_joints_nothing_holds_is_told(tmp_path: Path, kind: str, told: str) -> None:
+def test_a_fixed_arm_without_drives_is_reported(tmp_path: Path, kind: str, told: str) -> None:
     """Upright, such an arm need not fall in the first seconds."""
     commands = interfaces(j1=kind, j2=kind)
     said = remarks(imported(tmp_path, robot(limb("j", 2, base="world"), commands, base="world")))
@@ -173,7 +173,7 @@ def test_a_controller_that_commands_no_joint_leaves_the_joints_their_drives(tmp_
     assert "no controller commands them" not in remarks(found)
 
 
-def test_a_base_that_a_plugin_pushes_is_driven_by_its_wheels_which_is_told(tmp_path: Path) -> None:
+def test_a_base_pushed_by_a_plugin_is_driven_by_its_wheels_with_a_remark(tmp_path: Path) -> None:
     plugin = '<gazebo><plugin name="move" filename="libgazebo_ros_planar_move.so"/></gazebo>'
     said = remarks(imported(tmp_path, description(DIFFERENTIAL, plugin)))
     assert "lost: plugin planar_move: it pushes the base without turning its wheels" in said
@@ -184,7 +184,9 @@ def test_a_base_that_a_plugin_pushes_is_driven_by_its_wheels_which_is_told(tmp_p
     ("name", "kinematics"),
     [("left", "differential"), ("mecanum_left", "mecanum"), ("omni_wheel_left", "mecanum")],
 )
-def test_the_name_of_a_wheel_tells_mecanum_from_skid_steered(tmp_path: Path, name: str, kinematics: str) -> None:
+def test_the_names_of_wheels_distinguish_mecanum_from_skid_steered_bases(
+    tmp_path: Path, name: str, kinematics: str
+) -> None:
     places = [(x, y) for x in (0.2, -0.2) for y in (0.2, -0.2)]
     base = Base("cart", tuple(Wheel(f"{name}{n}", x, y) for n, (x, y) in enumerate(places)), 0.05, 0.03, 5.0)
     assert (
@@ -202,7 +204,7 @@ def test_parallel_wheels_that_do_not_roll_along_the_x_axis_are_no_omni_base(tmp_
     )
 
 
-def test_the_direction_of_friction_tells_how_rollers_lie(tmp_path: Path) -> None:
+def test_the_direction_of_friction_gives_the_angle_of_the_rollers(tmp_path: Path) -> None:
     """Those of this base lie the other way round: it goes left when its front left wheel turns forward."""
     tags = [
         f"""<gazebo reference="{wheel}" xmlns:gz="g"><mu1>1</mu1><mu2>0</mu2>
@@ -271,7 +273,7 @@ def test_transmissions_decide_where_nothing_else_does(tmp_path: Path) -> None:
     assert "guessed: position drive: front_right_steer" in remarks(found)
 
 
-def test_a_joint_that_is_not_there_is_told(tmp_path: Path) -> None:
+def test_a_missing_joint_is_reported(tmp_path: Path) -> None:
     found = interfaces(left_joint="velocity", right_jont="velocity", lost="velocity")
     said = remarks(imported(tmp_path, description(DIFFERENTIAL, found))).splitlines()
     assert "lost: ros2_control hardware: the description has no joint 'lost'" in said
@@ -294,7 +296,7 @@ def test_a_caster_swivels_freely(tmp_path: Path) -> None:
     assert "guessed: no drive, turns freely: trail_joint; wheels that drive nothing" in said
 
 
-def test_wheels_that_hold_still_without_a_command_are_told(tmp_path: Path) -> None:
+def test_wheels_that_hold_still_without_a_command_are_reported(tmp_path: Path) -> None:
     """A plugin drives the front wheels; the rear wheels take velocities, too, which no controller sends."""
     front = [wheel.name for wheel in SKID.wheels if wheel.x > 0]
     rear = [wheel.name for wheel in SKID.wheels if wheel.x < 0]
@@ -315,7 +317,7 @@ def control_plugin(file: str) -> str:
       <parameters>{file}</parameters><ros><remapping>~/cmd_vel:=platform/cmd_vel</remapping></ros></plugin></gazebo>"""
 
 
-def test_repeated_sections_of_a_node_are_one_section_in_which_the_last_value_counts(tmp_path: Path) -> None:
+def test_repeated_sections_of_a_node_are_merged_and_the_last_value_counts(tmp_path: Path) -> None:
     more = """
 /**:
   ros__parameters:
@@ -432,7 +434,9 @@ def test_virtual_wheels_of_a_bicycle_stand_for_the_real_ones(tmp_path: Path) -> 
         ("rear_wheels_radius", "the radius of the wheels is 0.05 m"),
     ],
 )
-def test_the_measures_of_a_car_that_differ_from_the_description_are_told(tmp_path: Path, key: str, told: str) -> None:
+def test_measurements_of_a_car_that_differ_from_the_description_are_reported(
+    tmp_path: Path, key: str, told: str
+) -> None:
     yaml = f"""car:
   ros__parameters:
     type: ackermann_steering_controller/AckermannSteeringController
@@ -445,7 +449,7 @@ def test_the_measures_of_a_car_that_differ_from_the_description_are_told(tmp_pat
     assert line.startswith(f"noticed: {told} as in the description; AckermannSteeringController car has 0.7 m")
 
 
-def test_ranges_of_wheels_are_told_and_do_not_slow_a_base_down(tmp_path: Path) -> None:
+def test_ranges_of_wheels_are_reported_and_do_not_slow_a_base_down(tmp_path: Path) -> None:
     """Vendors write 1 rad/s for wheels that turn faster, as no controller manager enforces it by default."""
     control = interfaces(left_joint="velocity", right_joint="velocity")
     interface = '<command_interface name="velocity">'
@@ -474,7 +478,7 @@ def test_wheels_that_are_fast_enough_leave_the_limits_of_a_base_as_they_are(tmp_
     assert known.keys().isdisjoint({"wheel_speed", "speed", "turn"})
 
 
-def test_limits_of_a_plugin_stay_and_slower_wheels_bound_what_the_graph_asks_of_them(tmp_path: Path) -> None:
+def test_limits_of_a_plugin_stay_and_slower_wheels_bound_the_commands_of_the_graph(tmp_path: Path) -> None:
     plugin = PLUGIN.replace("</plugin>", "<max_linear_velocity>0.8</max_linear_velocity></plugin>")
     known = parameters(tmp_path, slow(description(DIFFERENTIAL, plugin), 8.0))
     assert (known["speed"], known["wheel_speed"], known["turn"]) == pytest.approx((0.8, 8.0, 2.0))
@@ -486,7 +490,7 @@ def test_the_turn_rate_of_a_mecanum_base_is_bounded_by_its_track_and_wheelbase(t
     assert (known["wheel_speed"], known["turn"]) == pytest.approx((2.0, 2.0 * MECANUM.radius / lever), rel=1e-5)
 
 
-def test_an_effort_limit_that_the_joints_own_friction_uses_up_is_told(tmp_path: Path) -> None:
+def test_an_effort_limit_below_the_joints_own_friction_is_reported(tmp_path: Path) -> None:
     text = description(DIFFERENTIAL).replace(
         '<axis xyz="0 1 0"/>',
         '<axis xyz="0 1 0"/><limit effort="6" velocity="100"/><dynamics damping="1" friction="2"/>',
@@ -510,7 +514,7 @@ def test_a_wheel_that_is_named_twice_counts_once(tmp_path: Path) -> None:
     assert parameters(tmp_path, description(DIFFERENTIAL, twice)) == parameters(tmp_path, description(DIFFERENTIAL))
 
 
-def test_left_and_right_are_those_of_the_middle_of_the_wheels(tmp_path: Path) -> None:
+def test_left_and_right_are_measured_from_the_middle_of_the_wheels(tmp_path: Path) -> None:
     beside = Base("beside", (Wheel("a", 0.0, 0.5), Wheel("b", 0.0, 0.2)), 0.05, 0.03, 5.0)
     found = parameters(tmp_path, description(beside))
     assert (found["left"], found["right"], found["center"]) == (["a_joint"], ["b_joint"], [0.0, 0.35])
@@ -519,7 +523,7 @@ def test_left_and_right_are_those_of_the_middle_of_the_wheels(tmp_path: Path) ->
 @pytest.mark.parametrize(
     ("middle", "told"), [(False, "whose 4 wheels are all steered"), (True, "of whose 6 wheels 4 are steered")]
 )
-def test_a_base_with_more_than_two_steered_wheels_is_told(tmp_path: Path, middle: bool, told: str) -> None:
+def test_a_base_with_more_than_two_steered_wheels_is_reported(tmp_path: Path, middle: bool, told: str) -> None:
     wheels = [*(replace(wheel, steering=-1) for wheel in CAR.wheels)]
     if middle:
         wheels += [Wheel("middle_left", 0.0, 0.15), Wheel("middle_right", 0.0, -0.15)]
@@ -529,7 +533,7 @@ def test_a_base_with_more_than_two_steered_wheels_is_told(tmp_path: Path, middle
 
 
 @pytest.mark.parametrize(("kind", "told"), [("fixed", True), ("prismatic", False)])
-def test_a_base_that_the_description_fixes_to_the_world_is_told(tmp_path: Path, kind: str, told: bool) -> None:
+def test_a_base_fixed_to_the_world_is_reported(tmp_path: Path, kind: str, told: bool) -> None:
     limit = '<limit lower="-5" upper="5" effort="100" velocity="1"/>' if kind == "prismatic" else ""
     weld = f'<joint name="weld" type="{kind}"><parent link="world"/><child link="base_link"/>{limit}</joint>'
     found = imported(tmp_path, description(DIFFERENTIAL, PLUGIN, '<link name="world"/>', weld))
@@ -537,7 +541,7 @@ def test_a_base_that_the_description_fixes_to_the_world_is_told(tmp_path: Path, 
     assert (text in remarks(found)) is told
 
 
-def test_steering_axes_of_opposite_directions_are_told(tmp_path: Path) -> None:
+def test_steering_axes_of_opposite_directions_are_reported(tmp_path: Path) -> None:
     before, name, after = description(CAR).partition('"front_right_steer"')
     found = imported(tmp_path, before + name + after.replace('"0 0 -1"', '"0 0 1"', 1))
     assert "graphs" not in robot_file(found)
@@ -549,7 +553,7 @@ def test_a_fixed_joint_drives_no_base(tmp_path: Path) -> None:
     assert "lost: Gazebo's plugin DiffDrive: joint 'front_ball_joint' is fixed" in remarks(imported(tmp_path, text))
 
 
-def test_a_transform_that_a_controller_does_not_publish_is_told(tmp_path: Path) -> None:
+def test_a_transform_that_a_controller_does_not_publish_is_reported(tmp_path: Path) -> None:
     silent = CONTROLLERS + "    enable_odom_tf: false\n"
     assert "enable_odom_tf is false" in remarks(imported(tmp_path, description(DIFFERENTIAL), silent))
 

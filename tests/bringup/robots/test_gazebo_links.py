@@ -93,7 +93,7 @@ def test_friction_in_two_directions_has_the_direction_of_the_description(
         ("base_link", "<selfCollide>true</selfCollide>", "self-collision can be enabled only for all links of a robot"),
     ],
 )
-def test_what_a_robot_file_cannot_hold_is_lost_with_the_reason(
+def test_properties_that_a_robot_file_cannot_hold_are_reported_as_lost_with_the_reason(
     tmp_path: Path, link: str, inside: str, reason: str
 ) -> None:
     (text,) = lost(tmp_path, about(link, inside))
@@ -107,7 +107,7 @@ def test_of_two_frictions_of_a_link_the_first_counts(tmp_path: Path) -> None:
     assert [material["dynamic_friction"] for material in materials.values()] == [0.3]
 
 
-def test_what_is_carried_over_is_said(tmp_path: Path) -> None:
+def test_carried_over_properties_are_reported(tmp_path: Path) -> None:
     told = imported(tmp_path, about("arm", "<mu1>1</mu1><mu2>0.2</mu2><fdir1>0 1 0</fdir1>")).draft.carried
     assert [remark.text for remark in told] == ["link arm: friction 1 along fdir1, 0.2 across it"]
 
@@ -127,7 +127,7 @@ def test_wheel_slip_is_lost_with_the_reason(tmp_path: Path) -> None:
         for tag in ("preserveFixedJoint", "provideFeedback")
     ],
 )
-def test_what_is_so_in_any_case_is_not_lost(tmp_path: Path, system: str) -> None:
+def test_properties_that_always_hold_are_not_reported_as_lost(tmp_path: Path, system: str) -> None:
     assert lost(tmp_path, system) == []
 
 
@@ -140,7 +140,7 @@ def test_what_is_so_in_any_case_is_not_lost(tmp_path: Path, system: str) -> None
         "<visual><material><script><name>Gazebo/Orange</name></script></material></visual>",
     ],
 )
-def test_a_colour_is_that_of_visuals_without_one(tmp_path: Path, inside: str) -> None:
+def test_a_colour_applies_to_visuals_without_their_own(tmp_path: Path, inside: str) -> None:
     folder = written(tmp_path, about("base_link", inside), about("arm", "<material>Gazebo/Blue</material>"))
     data = yaml.safe_load((folder / "robots/bot.yaml").read_text(encoding="utf-8"))
     assert data["links"] == {"base_link": {"colour": list(COLOURS["orange"])}}

@@ -73,7 +73,7 @@ def test_springs_of_gazebo_become_springs(tmp_path: Path, tags: str, spring: dic
     assert bool(lost) is (spring is None)
 
 
-def test_a_limit_of_velocity_is_that_of_the_drive(tmp_path: Path) -> None:
+def test_a_velocity_limit_becomes_the_limit_of_the_drive(tmp_path: Path) -> None:
     more = '<limit effort="5" velocity="12"/>'
     robot = imported(tmp_path, rover(CASTER, wheels=wheel("left", 0.2, more=more) + wheel("right", -0.2)))
     assert keys(robot)["joints"]["left_joint"] == {"drive": {"damping": 589.0, "max_velocity": 12.0}}

@@ -9,7 +9,7 @@ import pytest
 from tests.bringup.robots.harness import CASTER, CHASSIS, INERTIA, imported, keys, noticed, rover, wheel
 
 
-def test_a_caster_that_does_not_roll_slides_and_its_share_of_the_weight_is_told(tmp_path: Path) -> None:
+def test_a_caster_that_slides_is_reported_with_its_share_of_the_weight(tmp_path: Path) -> None:
     robot = imported(tmp_path, rover(CASTER))
     material = keys(robot)["materials"]["CasterMaterial"]
     assert material == {"static_friction": 0.0, "dynamic_friction": 0.0, "combine": "min", "bind": ["caster"]}
@@ -40,7 +40,7 @@ def test_a_caster_that_rolls_only_sideways_slides_too(tmp_path: Path, plugin: bo
 
 
 @pytest.mark.parametrize("ahead", [False, True])
-def test_an_acceleration_beyond_the_grip_of_the_driven_wheels_is_told(tmp_path: Path, ahead: bool) -> None:
+def test_an_acceleration_beyond_the_grip_of_the_driven_wheels_is_reported(tmp_path: Path, ahead: bool) -> None:
     """A load of M a h / l shifts to a caster behind the wheels as the robot starts, and to one ahead of them as it stops.
 
     10 kg of 12 stand on the driven wheels, whose friction is 1. The centre of mass is h above the floor, the caster at l.
@@ -78,7 +78,7 @@ def test_the_driven_wheels_hold_at_most_all_weight(tmp_path: Path, limit: float,
     assert len([text for text in noticed(robot) if text.startswith("the driven wheels grip up to 9.8 m/s2")]) == told
 
 
-def test_driven_wheels_above_the_floor_are_told(tmp_path: Path) -> None:
+def test_driven_wheels_above_the_floor_are_reported(tmp_path: Path) -> None:
     """The caster reaches 0.15 m down, and the wheels 0.1 m."""
     low = CASTER.replace("-.25 0 -.05", "-.25 0 -.1")
     (told,) = noticed(imported(tmp_path, rover(low, ROLLER[ROLLER.index("<gazebo>") :])))
@@ -110,19 +110,19 @@ def test_an_arm_that_nothing_holds_does_not_upset_the_robot(tmp_path: Path) -> N
 
 
 @pytest.mark.parametrize(("y", "told"), [(0.0, False), (0.08, True)])
-def test_a_weight_to_one_side_is_told(tmp_path: Path, y: float, told: bool) -> None:
+def test_a_weight_to_one_side_is_reported(tmp_path: Path, y: float, told: bool) -> None:
     robot = imported(tmp_path, rover(CASTER, chassis=CHASSIS.replace('xyz="-.05 0 .05"', f'xyz="-.05 {y} .05"')))
     assert any("centre of mass lies 67 mm to one side" in text for text in noticed(robot)) is told
 
 
-def test_a_robot_that_falls_over_is_told(tmp_path: Path) -> None:
+def test_a_robot_that_falls_over_is_reported(tmp_path: Path) -> None:
     high = CHASSIS.replace('xyz="-.05 0 .05"', 'xyz="-.05 .5 1"')
     assert noticed(imported(tmp_path, rover(chassis=high))) == [
         "on a flat floor the robot does not come to rest on its wheels"
     ]
 
 
-def test_a_robot_that_leans_is_told(tmp_path: Path) -> None:
+def test_a_robot_that_leans_is_reported(tmp_path: Path) -> None:
     robot = imported(tmp_path, rover(CASTER.replace("-.25 0 -.05", "-.25 0 -.03")))
     (degrees,) = [float(text.split()[-2]) for text in noticed(robot) if "the robot leans by" in text]
     assert degrees == pytest.approx(4.61, abs=0.15)  # 0.03 cos a + 0.25 sin a = 0.05
@@ -138,7 +138,7 @@ def test_the_same_description_gives_the_same_file(tmp_path: Path) -> None:
     assert imported(tmp_path, rover(CASTER)).files == imported(tmp_path, rover(CASTER)).files
 
 
-def test_a_wheel_that_hangs_above_the_floor_is_told(tmp_path: Path) -> None:
+def test_a_wheel_that_hangs_above_the_floor_is_reported(tmp_path: Path) -> None:
     """As in a description from CAD: one of four wheels is 1 mm higher than the others."""
     wheels = "".join(
         wheel(name, y).replace(f'<origin xyz="0 {y} 0"', f'<origin xyz="{x} {y} {z}"')

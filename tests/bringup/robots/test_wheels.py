@@ -52,7 +52,7 @@ def test_a_wheel_with_a_mesh_is_found_and_rolls_as_an_ellipsoid(folder: Path) ->
 
 
 @pytest.mark.parametrize(("corners", "found"), [(4, False), (6, False), (10, True), (60, True)])
-def test_what_has_too_few_corners_is_no_wheel(folder: Path, corners: int, found: bool) -> None:
+def test_a_shape_with_few_corners_is_no_wheel(folder: Path, corners: int, found: bool) -> None:
     (folder / "wheel.obj").write_text(drum(corners), encoding="utf-8")
     assert bool(imported(folder, rover(CASTER, wheels=meshed())).draft.wheels) is found
 
@@ -67,7 +67,7 @@ def test_a_revolute_joint_carries_a_wheel_if_it_turns_on_and_on(folder: Path, li
     assert ("left_joint" in robot.draft.wheels) is found
 
 
-def test_what_turns_high_up_is_a_wheel_only_if_it_is_no_mesh(folder: Path) -> None:
+def test_a_mesh_high_above_the_floor_is_no_wheel(folder: Path) -> None:
     above = wheel("roll", 0, MESH).replace('xyz="0 0 0"', 'xyz="0 0 1"').replace('xyz="0 0', 'xyz="0 0')
     robot = imported(folder, rover(CASTER, above.replace('<origin xyz="0 0 0"/>', '<origin xyz="0 0 1"/>')))
     assert list(robot.draft.wheels) == ["left_joint", "right_joint"]
@@ -79,7 +79,7 @@ def test_a_cylinder_rolls_as_an_ellipsoid_and_a_sphere_as_it_is(folder: Path) ->
     assert keys(robot)["wheel_colliders"] == {"left_wheel": "ellipsoid"}
 
 
-def test_a_wheel_that_does_not_turn_about_its_own_axis_is_told(folder: Path) -> None:
+def test_a_wheel_that_does_not_turn_about_its_own_axis_is_reported(folder: Path) -> None:
     crooked = CYLINDER.replace("1.5707963267948966", "1.2")
     robot = imported(folder, rover(CASTER, wheels=wheel("left", 0.2) + wheel("right", -0.2, crooked)))
     told = "joint right_joint turns the cylinder of right_wheel about an axis 21 degrees off its own: no wheel"

@@ -72,7 +72,7 @@ def test_a_spring_and_damper_hold_a_position_and_nan_leaves_a_joint_alone(projec
     assert joints.positions()[0] == pytest.approx(0.5, abs=0.001)  # the arm's mass is at its joint
 
 
-def test_efforts_are_what_moves_a_joint(project: Project) -> None:
+def test_an_effort_moves_a_joint(project: Project) -> None:
     """A torque of 0.5 N m on the arm, and what the drive gives back to stand still."""
     simulation, joints = project.robot("joints: {arm_joint: {drive: {stiffness: 500, damping: 50}}}").load_joints()
     joints.select().command(efforts=[0.5])
@@ -82,7 +82,7 @@ def test_efforts_are_what_moves_a_joint(project: Project) -> None:
 
 
 @pytest.mark.parametrize("gains", ["{}", "{target_velocity: 3}", "{max_force: 5}"])
-def test_a_drive_that_can_do_nothing_is_told_and_harms_nothing(project: Project, gains: str) -> None:
+def test_a_drive_without_effect_is_reported_and_harmless(project: Project, gains: str) -> None:
     world, findings = project.robot(f"joints: {{arm_joint: {{drive: {gains}}}}}").load_with_findings()
     (note,) = findings.items
     assert note.message == "joint 'arm_joint': a drive without damping and stiffness does nothing"

@@ -28,7 +28,7 @@ def why(answer: list[Converted] | MeshError) -> str:
     return str(answer)
 
 
-def test_each_file_becomes_files_of_mujoco_in_its_colours_or_one() -> None:
+def test_a_file_becomes_one_mesh_per_colour_or_a_single_one() -> None:
     files = [Foreign(TWO, ".dae", visual=True), Foreign(TWO, ".dae", visual=False), Foreign(b"", ".dae", visual=True)]
     seen, collided, empty = convert_all([*files])
     assert isinstance(seen, list)
@@ -63,7 +63,7 @@ def test_a_file_that_takes_too_long_is_ended(monkeypatch: pytest.MonkeyPatch) ->
 
 
 @pytest.mark.parametrize("lost", [1, 20])
-def test_what_was_converted_before_the_process_ended_counts(monkeypatch: pytest.MonkeyPatch, lost: int) -> None:
+def test_meshes_converted_before_the_process_ended_are_used(monkeypatch: pytest.MonkeyPatch, lost: int) -> None:
     def end_early(module: str, request: bytes, seconds: float) -> bytes:
         raise ProcessError("breaks off", ask(module, request, seconds)[:-lost])
 

@@ -73,7 +73,7 @@ def test_a_visual_of_one_triangle_can_be_seen(project: Project, suffix: str) -> 
     assert project.load().simulation.model.nmesh == 1
 
 
-def test_what_mujoco_refuses_is_reported_at_the_element_of_the_description(project: Project) -> None:
+def test_a_refusal_of_mujoco_is_reported_at_the_element_of_the_description(project: Project) -> None:
     write(project, LINE, "line.stl", part="visual")
     error = project.error()
     assert "bot.urdf:6:9: error S106: MuJoCo: mesh surface area is too small" in error

@@ -150,7 +150,7 @@ def test_a_binary_stl_file_of_more_triangles_than_mujoco_reads_is_converted() ->
     assert np.allclose(part.vertices[part.faces], ball.triangles, atol=1e-6)
 
 
-def test_mujoco_reads_what_was_converted(project: Project) -> None:
+def test_mujoco_reads_converted_meshes(project: Project) -> None:
     """A box of water: 0.2 x 0.4 x 0.6 m weigh 48 kg, and I = m / 12 (a2 + b2)."""
     (project.folder / "box.ply").write_bytes(exported("ply"))
     arm = CART.index('<link name="arm">')
@@ -242,7 +242,7 @@ def draw(project: Project, visual: str) -> tuple[list[list[float]], list[str]]:
     return model.geom_rgba[drawn].round(3).tolist(), [finding.message for finding in findings.items]
 
 
-def test_visuals_have_the_colours_of_their_file_unless_the_description_gives_one(project: Project) -> None:
+def test_visuals_have_the_colours_of_their_file_unless_the_description_gives_a_colour(project: Project) -> None:
     (project.folder / "two.dae").write_bytes(TWO)
     visual = f"<visual><geometry>{MESH.format('two.dae')}</geometry>{{}}</visual>"
     assert draw(project, visual.format("")) == ([[1, 0, 0, 1], [0, 0, 1, 1]], [])
@@ -250,7 +250,7 @@ def test_visuals_have_the_colours_of_their_file_unless_the_description_gives_one
     assert draw(project, visual.format(green))[0] == [[0, 1, 0, 0.5]] * 2
 
 
-def test_textures_that_conversion_loses_are_told_once(project: Project) -> None:
+def test_textures_lost_in_conversion_are_reported_once(project: Project) -> None:
     textured = material("red", '<texture texture="picture" texcoord="UV0"/>')
     for name, materials in (("a.dae", (textured, BLUE)), ("b.dae", (textured, BLUE)), ("plain.dae", (RED, BLUE))):
         (project.folder / name).write_bytes(collada(BOTH, materials=materials))
@@ -271,7 +271,7 @@ def test_a_colour_is_known_by_its_name_wherever_it_is_given(project: Project) ->
     assert colours == [[0, 1, 0, 1], [0, 1, 0, 1], [1, 0, 0, 1], [0, 1, 0, 1]]
 
 
-def test_a_visual_that_cannot_be_read_is_left_out_and_told(project: Project) -> None:
+def test_an_unreadable_visual_is_left_out_and_reported(project: Project) -> None:
     project.write("odd.dae", "<COLLADA/>").write("odd.fbx", "")
     visual = f"<visual><geometry>{MESH}</geometry></visual>"
     assert draw(project, visual.format("odd.dae")) == (
@@ -287,7 +287,7 @@ def test_a_collider_that_cannot_be_read_is_an_error(project: Project) -> None:
     assert "bot.urdf:4:42: error S103: 'odd.dae': the COLLADA file has no scene" in project.error()
 
 
-def test_a_mesh_that_is_too_large_is_told(project: Project, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_mesh_that_is_too_large_is_reported(project: Project, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(references, "MAX_FILE_BYTES", 1_000_000)
     (project.folder / "big.obj").write_bytes(bytes(1_000_001))
     project.cart('<box size=".4 .3 .1"/>', MESH.format("big.obj"))
@@ -309,7 +309,7 @@ def test_an_obj_file_whose_corners_differ_is_read(project: Project) -> None:
     assert len(draw(project, f"<visual><geometry>{MESH.format('odd.obj')}</geometry></visual>")[0]) == 1
 
 
-def test_a_shape_without_size_is_left_out_and_told(project: Project) -> None:
+def test_a_shape_without_size_is_left_out_and_reported(project: Project) -> None:
     assert draw(project, '<visual><geometry><sphere radius="0.0"/></geometry></visual>') == (
         [],
         ["a shape with a size of 0 is left out"],
@@ -340,7 +340,7 @@ def test_a_negative_scale_mirrors_a_mesh_with_its_mass_and_its_outside(scale: st
             assert normal @ direction < 0
 
 
-def test_what_became_of_each_mesh_is_known(project: Project) -> None:
+def test_the_conversion_of_each_mesh_is_listed(project: Project) -> None:
     (project.folder / "box.ply").write_bytes(exported("ply"))
     visual = f"<visual><geometry>{MESH.format('box.ply')}</geometry></visual></link>"
     description = CART.replace('<box size=".4 .3 .1"/>', MESH.format("t.obj")).replace("</link>", visual, 1)

@@ -49,7 +49,7 @@ def test_a_package_is_found_by_its_manifest_and_may_be_the_path_itself(tmp_path:
     assert packages(tmp_path, tmp_path / "src/cart-main").find("cart") == tmp_path / "src/cart-main"
 
 
-def test_of_two_packages_the_one_that_may_be_read_counts(tmp_path: Path) -> None:
+def test_a_readable_package_takes_precedence_over_one_outside_the_permitted_folders(tmp_path: Path) -> None:
     package(tmp_path / "cart", "cart")
     package(tmp_path / "src/cart", "cart")
     (tmp_path / "robot").mkdir()
@@ -57,7 +57,7 @@ def test_of_two_packages_the_one_that_may_be_read_counts(tmp_path: Path) -> None
     assert packages(tmp_path / "robot").find("cart") == tmp_path / "cart"  # and is told to be outside
 
 
-def test_what_lies_in_a_package_or_in_hidden_folders_is_no_package(tmp_path: Path) -> None:
+def test_folders_within_packages_and_hidden_folders_are_no_packages(tmp_path: Path) -> None:
     package(tmp_path / "src/cart", "cart")
     package(tmp_path / "src/cart/inner/wheel")
     package(tmp_path / "src/.cache/old/arm")
@@ -75,7 +75,7 @@ def test_a_description_in_its_own_package_finds_its_meshes(project: Project, ref
     assert project.load().simulation.model.nmesh == 1
 
 
-def test_a_package_in_a_folder_of_another_name_without_a_manifest_is_taken_for_the_one_that_is_meant(
+def test_a_folder_of_another_name_without_a_manifest_can_stand_for_a_package(
     project: Project,
 ) -> None:
     package(project.folder / "downloaded")
@@ -137,7 +137,7 @@ def test_a_package_is_never_found_among_the_included_graphs_and_scenes(tmp_path:
     assert Packages(tmp_path / "bots", (), files).find(name) == tmp_path / "ws" / name
 
 
-def test_a_missing_package_says_where_it_looked_and_what_there_is(project: Project) -> None:
+def test_a_missing_package_is_reported_with_the_searched_folders_and_the_packages_found(project: Project) -> None:
     package(project.folder / "src/cart", "cart")
     error = project.write("bot.urdf", robot_with("package://crt/meshes/body.obj")).robot("package_paths: [src]").error()
     assert "did you mean 'cart'?" in error
@@ -154,7 +154,7 @@ def test_a_missing_package_says_where_it_looked_and_what_there_is(project: Proje
         ("sorce", "bot.yaml:3:17: error S101: no folder 'sorce'"),
     ],
 )
-def test_package_paths_that_lead_nowhere_or_outside_are_told(project: Project, path: str, told: str) -> None:
+def test_package_paths_that_are_missing_or_outside_are_reported(project: Project, path: str, told: str) -> None:
     assert told in project.robot(f"package_paths: [{path}]").error()
 
 

@@ -146,7 +146,7 @@ def test_a_motor_exerts_the_commanded_torque_through_its_gear(project: Project) 
     assert joints.efforts()[calf] == pytest.approx(7.0)
 
 
-def test_set_points_are_told_in_the_units_of_commands(project: Project) -> None:
+def test_set_points_are_reported_in_the_units_of_commands(project: Project) -> None:
     _, joints = loaded(project, KITCHEN_SINK)
     joints.select(["pan"]).command(positions=[0.5])
     joints.select(["elbow"]).command(velocities=[0.25])
@@ -254,7 +254,9 @@ def test_a_drive_of_the_robot_file_takes_the_place_of_an_actuator(project: Proje
         ("joints: {FL_claf_joint: {armature: 1}}\n", "S104: the robot has no joint 'FL_claf_joint'"),
     ],
 )
-def test_what_a_robot_file_cannot_say_of_a_model_is_an_error(project: Project, keys: str, told: str) -> None:
+def test_a_property_of_a_model_that_a_robot_file_cannot_hold_is_an_error(
+    project: Project, keys: str, told: str
+) -> None:
     assert told in model(project, QUADRUPED, keys).error()
 
 

@@ -43,7 +43,7 @@ def test_a_description_stands_in_a_scene_as_it_is(project: Project, text: str, k
     assert fallen == (kind != "static")
 
 
-def test_what_is_built_on_the_world_stays_where_it_is(project: Project) -> None:
+def test_bodies_fixed_to_the_world_stay_in_place(project: Project) -> None:
     loaded = project.load()
     spawn(loaded, "table", TABLE)
     with pytest.raises(UsageError, match="its root link is the world itself"):
@@ -160,7 +160,7 @@ def test_a_mujoco_model_stands_in_a_scene(project: Project, from_file: bool) -> 
         ("<mujoco><asset><mesh file='../a.stl'/></asset></mujoco>", "lies outside the folder of the file you gave"),
     ],
 )
-def test_a_mujoco_model_that_cannot_be_one_says_why(project: Project, text: str, words: str) -> None:
+def test_a_mujoco_model_that_is_no_robot_is_refused_with_the_reason(project: Project, text: str, words: str) -> None:
     loaded = project.load()
     with pytest.raises(CheckError) as caught:
         spawn(loaded, "thing", text)
@@ -168,7 +168,7 @@ def test_a_mujoco_model_that_cannot_be_one_says_why(project: Project, text: str,
     assert [entity.name for entity in loaded.simulation.entities.all()] == ["bot"]
 
 
-def test_of_several_shapes_in_one_geometry_the_first_counts(project: Project) -> None:
+def test_the_first_of_several_shapes_in_one_geometry_counts(project: Project) -> None:
     two = BOX.replace("</geometry>", '<mesh filename="absent.stl" scale=""/></geometry>')
     loaded = project.write("thing.urdf", two).load()
     spawn(loaded, "thing", "thing.urdf")

@@ -30,7 +30,41 @@ def test_a_file_that_extends_another_merges_mappings_and_replaces_the_rest(proje
     assert robot.file.span("graphs", "two", "use").source.path.endswith("bot.yaml")
 
 
-def test_files_that_extend_each_other_are_told(project: Project) -> None:
+def test_null_removes_an_entry_of_the_file_that_is_extended(project: Project) -> None:
+    base = "frames: {tip: {parent: arm}, tail: {parent: arm}}\nnamespaces: {arm: one, plate: two}\n"
+    base += "graphs: {one: {use: one.yaml}, two: {use: two.yaml}}\n"
+    project.write("base.yaml", f"robot: base\nurdf: bot.urdf\n{base}")
+    project.write("middle.yaml", "robot: m\nextends: base.yaml\nframes: {tip: null}\ngraphs: {one: null, two: null}\n")
+    own = "robot: bot\nextends: middle.yaml\nnamespaces: {arm: null}\ngraphs: {two: {use: other.yaml}}\n"
+    spec = project.write("bot.yaml", own).load().robots["bot"].spec
+    assert list(spec.frames) == ["tail"]
+    assert spec.namespaces == {"plate": "two"}
+    assert {name: use.use for name, use in spec.graphs.items()} == {"two": "other.yaml"}
+
+
+@pytest.mark.parametrize(
+    ("keys", "message"),
+    [
+        ("graphs: {tow: null}", "graphs: null removes an entry of the file that this file extends, which has no 'tow'"),
+        ("graphs: {tow: null}", "did you mean 'two'?"),
+        ("frames: {tip: null}", "entries: none"),
+        ("doc: null", "doc: expected text"),
+        ("graphs: null", "graphs: expected a mapping"),
+        ("graphs: {two: {use: null}}", "use: expected text"),
+    ],
+)
+def test_null_for_what_cannot_be_removed_is_an_error_at_its_place(project: Project, keys: str, message: str) -> None:
+    project.write("base.yaml", "robot: base\nurdf: bot.urdf\ngraphs: {two: {use: two.yaml}}\n")
+    error = project.write("bot.yaml", f"robot: bot\nextends: base.yaml\n{keys}\n").error()
+    assert message in error
+    assert "bot.yaml:3:" in error
+
+
+def test_null_removes_nothing_from_a_file_that_extends_no_other(project: Project) -> None:
+    assert "one: expected a mapping, got nothing" in project.robot("graphs: {one: null}").error()
+
+
+def test_files_that_extend_each_other_are_reported(project: Project) -> None:
     project.write("bot.yaml", "robot: bot\nextends: b.yaml\n").write("b.yaml", "robot: b\nextends: bot.yaml\n")
     assert "bot.yaml extends b.yaml extends bot.yaml" in project.error()
 
@@ -86,7 +120,7 @@ def test_wheels_are_ellipsoids_where_the_file_says_so(ship: Ship) -> None:
     assert wheel.solref == pytest.approx([0.004, 1.0])
 
 
-def test_the_worlds_timestep_and_integrator_are_overruled_and_told(project: Project) -> None:
+def test_the_worlds_timestep_and_integrator_are_overridden_with_a_note(project: Project) -> None:
     project.world(before='\n  <option timestep="0.002"\n    integrator="RK4"/>')
     loaded, findings = project.scene("physics: {tick_rate: 50, substeps: 2}\n").load_with_findings()
     assert loaded.simulation.model.opt.timestep == 0.01
@@ -100,7 +134,7 @@ def test_the_worlds_timestep_and_integrator_are_overruled_and_told(project: Proj
     assert note.span.line == 3
 
 
-def test_the_tutorials_robot_tells_what_its_settings_mean() -> None:
+def test_the_findings_on_the_tutorials_robot_explain_its_settings() -> None:
     _, findings = try_load(SHIPPED / "tutorial/flat_grid.yaml")
     assert [finding.message for finding in findings.items] == [
         "joint 'base_link_joint' is disabled: 'chassis_link' moves freely, and 'base_link' becomes a frame on it",
@@ -112,13 +146,13 @@ def test_the_tutorials_robot_tells_what_its_settings_mean() -> None:
     ]
 
 
-def test_what_others_keep_in_a_description_stays_in_its_text(project: Project) -> None:
+def test_elements_of_other_programs_stay_in_the_text_of_the_description(project: Project) -> None:
     plugin = "<gazebo><plugin name='a &amp; b'>\n  x &lt; 1\n<mode>slow</mode></plugin></gazebo>"
     text = project.cart("</robot>", f"{plugin}</robot>").load().robots["bot"].urdf_text
     assert '<gazebo>\n<plugin name="a &amp; b">x &lt; 1\n<mode>slow</mode>\n</plugin>\n</gazebo>' in text
 
 
-def test_links_of_one_robot_do_not_collide_and_those_of_two_do(project: Project) -> None:
+def test_links_of_one_robot_do_not_collide_and_links_of_two_robots_do(project: Project) -> None:
     """The arm's ball, moved into the cart's box, stays in peace; the other cart in the same place does not."""
     project.robot("joints: {arm_joint: {position: [0, 0, -0.2]}}")
     assert project.load().simulation.data.ncon == 0
@@ -137,7 +171,7 @@ CROSSING = """<robot name="crossing">
 
 
 @pytest.mark.parametrize("base", ["", "fixed_base: true\n"])
-def test_links_of_one_robot_collide_if_its_file_says_so_but_not_with_those_that_a_joint_connects(
+def test_links_of_one_robot_collide_if_its_file_says_so_unless_a_joint_connects_them(
     project: Project, base: str
 ) -> None:
     # four boxes in one place, of which the first two are one rigid body
@@ -154,7 +188,7 @@ def test_links_of_one_robot_collide_if_its_file_says_so_but_not_with_those_that_
         assert {tuple(sorted(pair)) for pair in touching} == expected
 
 
-def test_what_drives_are_made_of_cannot_be_disabled_by_a_world(project: Project) -> None:
+def test_a_world_cannot_disable_the_parts_of_drives(project: Project) -> None:
     project.world(before='<option><flag spring="disable" damper="disable" actuation="disable"/></option>')
     world, findings = project.robot("joints: {arm_joint: {drive: {stiffness: 100, damping: 10}}}").load_with_findings()
     assert [note.message.partition(" ")[0] for note in findings.items] == ["spring", "damper", "actuation"]
@@ -188,7 +222,7 @@ def test_settings_that_no_joint_has_are_errors_at_their_place(project: Project, 
     assert project.error().startswith("bot.yaml:3:")
 
 
-def test_a_drive_of_its_own_replaces_what_the_description_says_of_effort_and_adds_to_its_damping(
+def test_a_drive_replaces_the_descriptions_effort_and_adds_to_its_damping(
     project: Project,
 ) -> None:
     project.cart("<limit", '<dynamics damping="0.25" friction="0.5"/><limit')

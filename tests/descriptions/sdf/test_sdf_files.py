@@ -56,7 +56,7 @@ def test_without_a_pose_the_included_model_has_its_own(tmp_path: Path) -> None:
     assert place(found, "wheel::hub") == (7, 0, 0, 0, 0, 0)
 
 
-def test_a_merged_model_gives_its_names_to_the_one_around_it(tmp_path: Path) -> None:
+def test_a_merged_model_gives_its_names_to_the_enclosing_model(tmp_path: Path) -> None:
     write(tmp_path, "wheel")
     content = link("base", pose(relative_to="hub")) + joint("axle", "base", "hub")
     text = document(model(content + include("model://wheel", pose(0, 3), ' merge="true"')))
@@ -180,7 +180,7 @@ def test_an_include_needs_a_uri(tmp_path: Path) -> None:
         assert "an include without <uri>" in errors(tmp_path, document(model(link("base") + content)))[0]
 
 
-def test_the_folders_of_models_are_those_beside_one_with_a_model_config(tmp_path: Path) -> None:
+def test_the_model_folders_are_the_siblings_of_a_folder_with_a_model_config(tmp_path: Path) -> None:
     for name in ("robot", "wheel"):
         write(tmp_path, name, config="<name>x</name>")
     write(tmp_path, "other")

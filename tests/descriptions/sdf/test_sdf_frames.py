@@ -9,8 +9,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from graphengine.descriptions.sdf.sdf_values import SdfError, to_rpy
-from graphengine.devices.rotation import from_rpy, multiply
+from graphengine.descriptions.sdf.sdf_values import SdfError
+from graphengine.devices.rotation import from_rpy, multiply, to_rpy
 from tests.descriptions.sdf.harness import document, frame, joint, link, model, place, pose, scope, six
 
 QUARTER = math.pi / 2
@@ -46,7 +46,7 @@ def test_poses_are_relative_to_links_joints_and_frames(tmp_path: Path, name: str
     assert expected == place(found, name)
 
 
-def test_without_relative_to_a_frame_lies_in_what_it_is_attached_to(tmp_path: Path) -> None:
+def test_without_relative_to_a_frame_is_relative_to_its_attached_to(tmp_path: Path) -> None:
     frames = "".join(
         f'<frame name="{name}" attached_to="{attached}">{content}</frame>'
         for name, attached, content in (
@@ -188,7 +188,7 @@ def test_before_1_7_a_pose_names_its_frame_by_frame(tmp_path: Path) -> None:
         assert (x, 0, 0, 0, 0, 0) == place(found, "B")
 
 
-def test_before_1_7_a_link_and_a_joint_may_have_one_name(tmp_path: Path) -> None:
+def test_before_1_7_a_link_and_a_joint_may_share_a_name(tmp_path: Path) -> None:
     content = link("P") + link("wheel", pose(1)) + joint("wheel", "P", "wheel", pose(0, 5))
     found, _ = scope(tmp_path, document(model(content), "1.6"))
     assert frame(found, "wheel").kind == "link"

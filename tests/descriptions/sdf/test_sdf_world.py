@@ -9,6 +9,7 @@ import mujoco
 import numpy as np
 import pytest
 
+from graphengine.descriptions.earth import earth_of
 from graphengine.descriptions.sdf.sdf_shells import THICKNESS
 from graphengine.format.diagnostics import Findings
 from graphengine.physics.loaded_world import LoadedWorld
@@ -119,7 +120,7 @@ AUTOMATIC = {
 
 
 @pytest.mark.parametrize("shape", AUTOMATIC)
-def test_an_automatic_inertia_is_that_of_mujoco(tmp_path: Path, shape: str) -> None:
+def test_an_automatic_inertia_equals_mujocos(tmp_path: Path, shape: str) -> None:
     """Of two equal shapes apart and turned, of which one has another density."""
     first = collision(pose(0.1, 0.2, 0.3, 0.4, 0.5, 0.6) + f"<geometry>{shape}</geometry>", "<density>500</density>")
     second = first.replace("0.1", "-0.7").replace('"c"', '"d"').replace("<density>500</density>", "")
@@ -145,7 +146,7 @@ def compiled_geoms(folder: Path) -> list[mujoco.MjsGeom]:
     ]
 
 
-def test_friction_is_that_of_the_surface(tmp_path: Path) -> None:
+def test_friction_comes_from_the_surface(tmp_path: Path) -> None:
     surface = "<surface><friction><ode><mu>.35</mu></ode></friction></surface>"
     found = compiled(
         tmp_path, model(STATIC + link("l", collision(BOX, surface) + '<collision name="d">' + BALL + "</collision>"))
@@ -159,6 +160,24 @@ def test_visuals_are_seen_and_colliders_are_felt(tmp_path: Path) -> None:
     assert found.geom_contype.tolist() == [1, 0]
     assert found.geom_rgba[1] == pytest.approx([1.0, 0.5, 0.0, 1.0])
     assert found.geom_group[0] != found.geom_group[1]
+
+
+def test_a_world_keeps_its_place_on_earth(tmp_path: Path) -> None:
+    numbers = {"latitude_deg": 47.38, "longitude_deg": 8.54, "elevation": 408.0, "heading_deg": 30.0}
+    tags = "".join(f"<{tag}>{number}</{tag}>" for tag, number in numbers.items())
+    frame = "<surface_model>EARTH_WGS84</surface_model><world_frame_orientation>ENU</world_frame_orientation>"
+    found = compiled(tmp_path, f"<spherical_coordinates>{frame}{tags}</spherical_coordinates>")
+    assert earth_of(found) == tuple(numbers.values())
+    assert earth_of(compiled(tmp_path)) is None
+
+
+def test_a_place_on_the_moon_is_left_out_with_a_warning(tmp_path: Path) -> None:
+    moon = "<spherical_coordinates><surface_model>MOON_SCS</surface_model></spherical_coordinates>"
+    loaded, findings = world(tmp_path, moon)
+    assert earth_of(loaded.simulation.model) is None
+    assert [(each.code, each.message) for each in findings.items] == [
+        ("W302", "the place of the world is left out: surface_model 'MOON_SCS' is not EARTH_WGS84")
+    ]
 
 
 def test_gravity_and_lights(tmp_path: Path) -> None:
@@ -184,7 +203,7 @@ def test_the_command_that_imports_a_model_quotes_its_name(tmp_path: Path) -> Non
     assert f"graphrun import-robot {tmp_path}/world.sdf --model 'arm $(touch x)' -o robots/NAME.yaml" in warning.help[0]
 
 
-def test_a_model_with_joints_that_move_is_left_out_with_what_to_do(tmp_path: Path) -> None:
+def test_a_model_with_moving_joints_is_left_out_with_advice(tmp_path: Path) -> None:
     turning = joint("j", "base", "arm", "<axis><xyz>0 0 1</xyz></axis>", "revolute")
     arm = model(pose(1, 2, 0, 0, 0, 1) + link("base", pose(0, 0, 0.5)) + link("arm") + turning, "arm")
     loaded, findings = world(tmp_path, FLOOR, arm)
@@ -238,7 +257,7 @@ def test_a_static_mesh_that_is_not_convex_is_hollow(tmp_path: Path) -> None:
     assert THICKNESS < 0.1
 
 
-def test_a_convex_mesh_and_one_that_moves_are_one_collider(tmp_path: Path) -> None:
+def test_a_convex_mesh_and_a_moving_mesh_are_one_collider_each(tmp_path: Path) -> None:
     (tmp_path / "hall.obj").write_text(hall(), encoding="utf-8")
     assert compiled(tmp_path, model(pose(0, 0, 1) + link("l", collision(MESH)))).ngeom == 1
     cube = "\n".join(line for line in hall().split("\n")[:20])  # the first wall alone
@@ -255,10 +274,18 @@ def test_a_convex_mesh_and_one_that_moves_are_one_collider(tmp_path: Path) -> No
         (model(STATIC + link("l", collision(BOX.replace("2 1", "2")))), "size must be 3 numbers, not '2 0.5'"),
         ('<light name="l" type="laser"/>', "unknown light type 'laser'"),
         ("<gravity>down</gravity>", "gravity must be 3 numbers, not 'down'"),
+        (
+            "<spherical_coordinates><latitude_deg>95</latitude_deg></spherical_coordinates>",
+            "latitude_deg must be from -90 to 90, not 95",
+        ),
+        (
+            "<spherical_coordinates><elevation>high</elevation></spherical_coordinates>",
+            "elevation must be a number, not 'high'",
+        ),
         ("<include><uri>model://nowhere</uri></include>", "no model 'model://nowhere'"),
     ],
 )
-def test_mistakes_are_told_with_their_line(tmp_path: Path, content: str, message: str) -> None:
+def test_mistakes_are_reported_with_their_lines(tmp_path: Path, content: str, message: str) -> None:
     assert rejected(tmp_path, "\n", content) == [
         f"4: {message}" if "cone" not in message else f"4: collision 'c': {message}"
     ]

@@ -18,7 +18,7 @@ terms = st.floats(-10, 10, allow_subnormal=False)
 
 @given(st.lists(terms, min_size=6, max_size=6), st.sampled_from([1e-9, 1e-3, 1.0, 100.0]), st.integers(-6, 2))
 @example([1.0, 1.0, 2.7e-12, 0.0, 0.0, 0.0], 1.0, 0)  # a rod: its middle moment cannot be raised
-def test_whatever_an_inertia_is_mujoco_takes_what_becomes_of_it(values: list[float], mass: float, power: int) -> None:
+def test_any_inertia_becomes_one_that_mujoco_accepts(values: list[float], mass: float, power: int) -> None:
     xx, yy, zz, xy, xz, yz = (value * 10.0**power for value in values)
     inertia = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
     became = mended(inertia, mass)
@@ -40,12 +40,12 @@ def test_the_inertia_of_points_of_mass_stays_as_it_is(squares: list[float], angl
     assert mended(inertia, 1.0) is inertia
 
 
-def test_a_thin_plate_in_rounded_numbers_stays_what_it_is() -> None:
+def test_the_rounded_inertia_of_a_thin_plate_is_kept() -> None:
     plate = np.diag((0.333333, 0.666666, 1.0))
     assert np.allclose(mended(plate, 1.0), plate, atol=2e-6)
 
 
-def test_the_two_smaller_moments_are_raised_by_half_of_what_they_lack() -> None:
+def test_the_two_smaller_moments_are_raised_by_half_of_the_difference() -> None:
     assert np.allclose(mended(np.diag((0.3, 0.5, 1.0)), 1.0), np.diag((0.4, 0.6, 1.0)), atol=1e-6)
 
 
@@ -69,7 +69,7 @@ ARM = '<inertial><mass value="1"/><inertia ixx=".01" iyy=".01" izz=".01" ixy="0"
 
 
 @pytest.mark.parametrize("inertial", ["", ARM.replace('"1"', '"0"')])
-def test_a_moving_link_without_mass_weighs_what_its_colliders_do(project: Project, inertial: str) -> None:
+def test_a_moving_link_without_mass_gets_the_mass_of_its_colliders(project: Project, inertial: str) -> None:
     """A ball of radius 0.05 m."""
     model, told = load(project, ARM, inertial)
     assert model.body("bot/arm").mass[0] == pytest.approx(1000 * 4 / 3 * math.pi * 0.05**3)
@@ -83,14 +83,14 @@ def test_a_moving_link_without_mass_and_colliders_weighs_a_gram(project: Project
     assert told == [("moving links without mass and colliders get a mass of 1 g", ("links: arm",))]
 
 
-def test_a_link_without_mass_that_is_fastened_to_one_with_mass_has_none(project: Project) -> None:
+def test_a_massless_link_fixed_to_a_link_with_mass_stays_massless(project: Project) -> None:
     box = '<link name="plate"><collision><geometry><box size="1 1 1"/></geometry></collision></link>'
     model, told = load(project, '<link name="plate"/>', box)
     assert model.body("bot/plate").mass[0] == 0
     assert (model.body_subtreemass[0], told) == (pytest.approx(6), [])
 
 
-def test_an_inertia_that_was_replaced_is_told(project: Project) -> None:
+def test_a_replaced_inertia_is_reported(project: Project) -> None:
     _, told = load(project, 'ixx=".01" iyy=".01" izz=".01"', 'ixx=".01" iyy=".01" izz="1"')
     ((message, links),) = told
     assert message.startswith("a moment of inertia that is missing or zero, or exceeds the sum of the other two")

@@ -37,7 +37,7 @@ def mimicking(project: Project) -> Project:
     return project.robot(f"base_link: base\nfixed_base: true\n{drive}")
 
 
-def test_a_joint_follows_the_one_that_it_mimics(project: Project) -> None:
+def test_a_joint_follows_the_joint_that_it_mimics(project: Project) -> None:
     world, findings = mimicking(project).load_with_findings()
     assert findings.items == []
     simulation = world.simulation
@@ -50,7 +50,7 @@ def test_a_joint_follows_the_one_that_it_mimics(project: Project) -> None:
     assert hook == pytest.approx(0.5 * wrist, abs=1e-4)
 
 
-def test_the_centre_of_mass_is_that_of_all_links_in_the_frame_of_the_root(project: Project) -> None:
+def test_the_centre_of_mass_covers_all_links_in_the_frame_of_the_root(project: Project) -> None:
     """9 kg at x = 0.1, and 3 kg at 0.4 along the x axis of a link that stands at (1, 0, 0) and is turned to the left."""
     base, arm = (LINK.format(*each).replace("<inertial>", "<inertial><origin xyz='{} 0 0'/>") for each in _HEAVY)
     turned = joint(
@@ -62,7 +62,7 @@ def test_the_centre_of_mass_is_that_of_all_links_in_the_frame_of_the_root(projec
     assert world.robots["bot"].urdf.centre_of_mass() == pytest.approx(((9 * 0.1 + 3 * 1.0) / 12, 3 * 0.4 / 12, 0.0))
 
 
-def test_joints_that_mimic_each_other_in_a_ring_are_told(project: Project) -> None:
+def test_joints_that_mimic_each_other_in_a_ring_are_reported(project: Project) -> None:
     mimicking(project)
     text = (project.folder / "bot.urdf").read_text(encoding="utf-8")
     project.write("bot.urdf", text.replace("<limit", '<mimic joint="hook_joint"/><limit', 1))
@@ -92,7 +92,7 @@ def test_of_repeated_elements_the_first_counts_as_in_ros(project: Project) -> No
 
 
 @pytest.mark.parametrize("limit", ["", '<limit effort="40" velocity="1"/>', '<limit lower="1" upper="1"/>'])
-def test_a_joint_whose_limits_leave_no_range_moves_freely_and_that_is_told(project: Project, limit: str) -> None:
+def test_a_joint_with_an_empty_range_moves_freely_and_is_reported(project: Project, limit: str) -> None:
     world, findings = project.cart('<limit lower="-1" upper="1" effort="40" velocity="1"/>', limit).load_with_findings()
     assert not world.simulation.model.joint("bot/arm_joint").limited[0]
     (note,) = findings.items
@@ -170,7 +170,7 @@ def test_a_floating_joint_below_an_empty_root_is_the_robots_own_freedom(project:
     )
 
 
-def test_a_floating_joint_elsewhere_is_told(project: Project) -> None:
+def test_a_floating_joint_below_the_root_is_reported(project: Project) -> None:
     solid = LINK.format("odom", 1) + joint("odom_joint", "floating", "odom", "base_link")
     error = project.cart("</robot>", f"{solid}</robot>").error()
     assert "joint 'odom_joint': type 'floating' is not supported" in error

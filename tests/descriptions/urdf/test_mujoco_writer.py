@@ -88,7 +88,7 @@ def written(text: str) -> tuple[mujoco.MjSpec | None, Findings]:
 
 
 @given(robots())
-def test_each_array_is_that_of_mujocos_reader(text: str) -> None:
+def test_each_array_agrees_with_mujocos_reader(text: str) -> None:
     spec, _ = written(text)
     assert spec is not None
     ours, theirs = spec.compile(), mujoco.MjSpec.from_string(text).compile()

@@ -23,7 +23,7 @@ from tests.bringup.robots.imported_bases import (
 from tests.bringup.robots.roller_bases import FOUR, PLAIN, THREE, rolling_base, rolling_radius
 
 
-def test_the_radius_of_a_wheel_is_that_of_the_hull_of_its_rollers(tmp_path: Path) -> None:
+def test_the_radius_of_a_wheel_is_the_radius_of_the_hull_of_its_rollers(tmp_path: Path) -> None:
     """Not that of its rim, 0.04 m, nor the largest reach of its rollers, which is above the mean by the corners of the hull."""
     base = robot_file(imported(tmp_path, rolling_base(THREE, 8, 0.024)))["graphs"]["base"]
     assert base["use"].endswith("omni.yaml")
@@ -31,7 +31,7 @@ def test_the_radius_of_a_wheel_is_that_of_the_hull_of_its_rollers(tmp_path: Path
     assert base["parameters"]["wheels"] == ["wheel_1_joint", "wheel_3_joint", "wheel_2_joint"]
 
 
-def test_rollers_turn_freely_with_full_grip_and_their_axes_tell_mecanum_wheels(tmp_path: Path) -> None:
+def test_rollers_turn_freely_with_full_grip_and_their_axes_identify_mecanum_wheels(tmp_path: Path) -> None:
     found = imported(tmp_path, rolling_base(FOUR))
     file = robot_file(found)
     assert file["graphs"]["base"]["use"].endswith("mecanum.yaml")

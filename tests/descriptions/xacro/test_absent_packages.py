@@ -26,7 +26,7 @@ def expanded(folder: Path, inside: str, *without: str) -> tuple[Element | None, 
     return xacro.expand(path, {}, packages, findings, without=without), findings
 
 
-def test_every_absent_package_is_named_with_what_it_would_bring(tmp_path: Path) -> None:
+def test_every_absent_package_is_named_with_its_content(tmp_path: Path) -> None:
     root, findings = expanded(tmp_path, LIDAR + ARM)
     assert root is None
     lidars, arms = findings.errors
@@ -42,7 +42,7 @@ def test_every_absent_package_is_named_with_what_it_would_bring(tmp_path: Path) 
     assert "includes: $(find arms)/urdf/arm.xacro" in arms.help
 
 
-def test_without_its_packages_a_robot_is_what_is_left(tmp_path: Path) -> None:
+def test_a_robot_without_its_packages_keeps_all_other_links(tmp_path: Path) -> None:
     root, findings = expanded(tmp_path, LIDAR + ARM, "lidars", "arms")
     assert root is not None
     assert [child.tag for child in root.children] == ["link"]
@@ -71,7 +71,7 @@ def test_a_package_that_only_a_text_names_is_not_needed(tmp_path: Path) -> None:
     assert findings.errors == []
 
 
-def test_a_mistake_is_told_beside_a_package_that_only_a_text_names(tmp_path: Path) -> None:
+def test_a_mistake_is_reported_beside_a_package_that_only_a_text_names(tmp_path: Path) -> None:
     _, findings = expanded(tmp_path, f"{TEXT}<xacro:a2/>")
     told = [finding.message for finding in findings.errors]
     assert told == ["xacro: no package 'control'", "xacro: unknown macro name: xacro:a2"]

@@ -81,14 +81,14 @@ def test_the_files_that_were_read_are_noted(cart: Project) -> None:
     assert [path.name for path in packages.files.used] == ["bot.urdf.xacro", "wheel.xacro", "size.yaml"]
 
 
-def test_a_mistake_in_what_a_macro_made_is_told_in_the_line_that_was_written(cart: Project) -> None:
+def test_a_mistake_in_the_output_of_a_macro_is_reported_at_its_source_line(cart: Project) -> None:
     first, second = cart.write("wheel.xacro", WHEEL.replace('parent link="base_link"', 'parent link="base"')).errors()
     assert "wheel.xacro:8:21: error S103: joint 'left_wheel_joint': no parent link 'base'" in first
     assert "did you mean 'base_link'?" in first
     assert "joint 'right_wheel_joint'" in second
 
 
-def test_a_file_that_needs_xacro_is_expanded_whatever_its_name(cart: Project) -> None:
+def test_a_file_that_needs_xacro_is_expanded_under_any_name(cart: Project) -> None:
     cart.write("bot.urdf", CART).robot("xacro_arguments: {radius: 0.3}")
     assert cart.load().robots["bot"].wheel_radii["left_wheel_joint"] == 0.3
 
@@ -97,7 +97,7 @@ def text_of(scene: Path) -> str:
     return load(scene).robots["bot"].urdf_text
 
 
-def test_the_same_file_expands_to_the_same_text_whatever_the_hash_seed(cart: Project) -> None:
+def test_the_expansion_does_not_depend_on_the_hash_seed(cart: Project) -> None:
     letters = "${' '.join(python.list(python.set(['a', 'b', 'c', 'd', 'e', 'f', 'g', 'h'])))}"
     description(cart, f"<gazebo><letters>{letters}</letters></gazebo>")
     scene = cart.folder / "scene.yaml"
@@ -118,25 +118,25 @@ def test_the_same_file_expands_to_the_same_text_whatever_the_hash_seed(cart: Pro
         ("<link/>", "bot.xacro:5:1: error S103: a link without a name"),
     ],
 )
-def test_a_mistake_in_xacro_is_told_where_it_stands(project: Project, inside: str, told: str) -> None:
+def test_a_mistake_in_xacro_is_reported_at_its_place(project: Project, inside: str, told: str) -> None:
     project.write("broken.xacro", "<robot>\n</x>\n")
     assert told in description(project, inside).error()
 
 
-def test_a_mistake_in_a_macro_tells_who_called_it(cart: Project) -> None:
+def test_a_mistake_in_a_macro_names_its_caller(cart: Project) -> None:
     error = cart.write("size.yaml", "trak: 0.5\n").error()
     assert "wheel.xacro:9:7: error S103: xacro: the namespace or mapping has no entry 'track'" in error
     assert "bot.urdf.xacro:9:3: called here" in error
 
 
-def test_an_argument_that_the_file_does_not_take_is_told(cart: Project) -> None:
+def test_an_unknown_argument_is_reported(cart: Project) -> None:
     error = cart.write("bot.yaml", "robot: bot\nurdf: bot.urdf.xacro\nxacro_arguments: {radus: 0.2}\n").error()
     assert "bot.yaml:3:19: error G111: " in error
     assert "has no argument 'radus'" in error
     assert "did you mean 'radius'?" in error
 
 
-def test_arguments_for_a_file_without_xacro_are_told(project: Project) -> None:
+def test_arguments_for_a_file_without_xacro_are_refused(project: Project) -> None:
     project.robot("xacro_arguments: {radius: 1}")
     assert "bot.yaml:3:1: error G109: xacro_arguments: 'bot.urdf' does not use xacro" in project.error()
 
@@ -229,7 +229,7 @@ DOUBLED = "".join(f'<xacro:property name="p{n + 1}" value="${{p{n}}}${{p{n}}}" l
         ("<gazebo>${'\\x00'}</gazebo>", "xacro: '\\x00' contains characters that XML forbids"),
     ],
 )
-def test_xacro_does_not_get_what_it_should_not_have(project: Project, inside: str, told: str) -> None:
+def test_xacro_gets_no_dangerous_arguments_or_files(project: Project, inside: str, told: str) -> None:
     project.write("entities.xacro", '<!DOCTYPE x [<!ENTITY a SYSTEM "file:///etc/passwd">]>\n<robot>&a;</robot>')
     assert told in description(project, inside).error()
 
@@ -315,7 +315,7 @@ def test_of_a_sourced_workspace_the_packages_that_are_named_can_be_read_and_no_o
     assert tmp_path / "share" / expected[-1][0] / "part.xacro" in files.used
 
 
-def test_a_package_that_no_workspace_has_is_reported_with_what_there_is(tmp_path: Path) -> None:
+def test_a_missing_package_is_reported_with_the_packages_found(tmp_path: Path) -> None:
     share = workspace(tmp_path, wheels=WHEEL)
     (share / "wheels" / "package.xml").write_text("<name>wheels</name>", encoding="utf-8")
     path = tmp_path / "bot.urdf.xacro"

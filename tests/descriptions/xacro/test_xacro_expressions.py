@@ -55,12 +55,12 @@ def test_an_expression_has_the_value_that_python_gives_it(expression: str, value
         "0 .to_bytes(2, 'big')",
     ],
 )
-def test_no_expression_reaches_what_python_is_made_of(expression: str) -> None:
+def test_no_expression_reaches_the_internals_of_python(expression: str) -> None:
     with pytest.raises((ForbiddenError, SyntaxError)):
         evaluate(expression, names())
 
 
-def test_a_name_that_is_not_there_is_told_as_python_does() -> None:
+def test_an_unknown_name_is_reported_as_in_python() -> None:
     with pytest.raises(NameError, match="'open' is not defined"):
         evaluate("open('/etc/passwd')", names())
     with pytest.raises(NameError, match="the namespace or mapping has no entry 'width'"):

@@ -70,7 +70,7 @@ def test_the_only_macro_of_a_file_without_a_robot_is_taken() -> None:
     assert findings.items == []
 
 
-def test_of_several_macros_one_must_be_chosen() -> None:
+def test_one_of_several_macros_must_be_chosen() -> None:
     findings = Findings()
     two = ROVER.format("") + ROVER.format("").replace("rover", "truck")
     assert choose_macro(root(two), None, (), findings) is None
@@ -126,7 +126,7 @@ TEXTS = st.text(st.characters(exclude_categories=["Cs", "Cc"]) | st.sampled_from
 
 
 @given(params=TEXTS, arguments=st.dictionaries(TEXTS, TEXTS, max_size=3))
-def test_whatever_a_file_and_a_user_write_the_wrapper_is_xml_that_calls_the_macro(
+def test_for_any_file_and_arguments_the_wrapper_is_xml_that_calls_the_macro(
     params: str, arguments: dict[str, str]
 ) -> None:
     element = Element("xacro:macro", {"name": "rover", "params": params}, SPAN, [Element("link", {}, SPAN)])

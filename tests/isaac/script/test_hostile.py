@@ -72,7 +72,7 @@ def told(folder: Path, text: str | bytes, seconds: float = SECONDS) -> list[str]
     ],
     ids=lambda text: text[:30],
 )
-def test_it_is_contained_and_told(attempt: str, complaint: str, tmp_path: Path) -> None:
+def test_a_hostile_script_is_contained(attempt: str, complaint: str, tmp_path: Path) -> None:
     (finding,) = told(tmp_path, attempt)
     assert complaint in finding
     assert "Traceback" not in finding
@@ -90,7 +90,7 @@ def test_it_is_contained_and_told(attempt: str, complaint: str, tmp_path: Path) 
     ],
     ids=["syntax", "utf-8", "nul", "parentheses", "signs", "size"],
 )
-def test_what_is_no_script_is_told_in_one_line(raw: bytes, complaint: str, tmp_path: Path) -> None:
+def test_a_file_that_is_no_script_is_reported_in_one_line(raw: bytes, complaint: str, tmp_path: Path) -> None:
     (finding,) = told(tmp_path, raw)
     assert complaint in finding
 
@@ -279,7 +279,7 @@ def test_a_script_may_start_threads(tmp_path: Path) -> None:
         (b"\xef\xbb\xbf# coding: latin-1\n", "encoding problem"),
     ],
 )
-def test_an_encoding_that_is_none_of_the_legal_ones_is_refused(raw: bytes, complaint: str, tmp_path: Path) -> None:
+def test_an_encoding_that_is_not_legal_is_refused(raw: bytes, complaint: str, tmp_path: Path) -> None:
     (finding,) = told(tmp_path, raw)
     assert complaint in finding
 

@@ -94,7 +94,7 @@ def test_the_three_forms_of_a_file_are_the_same(tmp_path: Path, tutorial: tuple[
         assert [set(graph.wires) for graph in found.graphs] == [set(graph.wires) for graph in tutorial[0].graphs]
 
 
-def test_a_mistake_in_the_text_is_told_at_its_place(tmp_path: Path) -> None:
+def test_a_mistake_in_the_text_is_reported_at_its_place(tmp_path: Path) -> None:
     path = tmp_path / "broken.usda"
     path.write_text('#usda 1.0\ndef OmniGraph "G" {\n    double x = "text"\n}\n')
     told = refused(path)
@@ -104,7 +104,7 @@ def test_a_mistake_in_the_text_is_told_at_its_place(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("content", [b"", b"PXR-USDC", b"PXR-USDC" + bytes(200), b"\x00" * 50])
-def test_a_file_that_is_no_stage_is_told(tmp_path: Path, content: bytes) -> None:
+def test_a_file_that_is_no_stage_is_reported(tmp_path: Path, content: bytes) -> None:
     path = tmp_path / "none.usd"
     path.write_bytes(content)
     told = refused(path)
@@ -113,7 +113,7 @@ def test_a_file_that_is_no_stage_is_told(tmp_path: Path, content: bytes) -> None
 
 
 @pytest.mark.parametrize("seed", range(4))
-def test_a_damaged_binary_file_is_read_or_told(tmp_path: Path, seed: int) -> None:
+def test_a_damaged_binary_file_is_read_or_reported(tmp_path: Path, seed: int) -> None:
     path = tmp_path / "damaged.usdc"
     Sdf.Layer.FindOrOpen(str(TUTORIAL)).Export(str(path))
     content, generator = bytearray(path.read_bytes()), random.Random(seed)
@@ -124,7 +124,9 @@ def test_a_damaged_binary_file_is_read_or_told(tmp_path: Path, seed: int) -> Non
     assert (found is None) == ("error G401" in told)
 
 
-def test_a_reader_that_crashes_is_told_as_the_file_s_damage(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_crash_of_the_reader_is_reported_as_damage_of_the_file(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     (tmp_path / "crash.py").write_text("import os, signal\nos.kill(os.getpid(), signal.SIGSEGV)\n")
     (tmp_path / "a.usda").write_text("#usda 1.0\n")
     monkeypatch.syspath_prepend(str(tmp_path))
@@ -132,7 +134,7 @@ def test_a_reader_that_crashes_is_told_as_the_file_s_damage(tmp_path: Path, monk
     assert "error G401: USD's reader crashed: Segmentation fault" in refused(tmp_path / "a.usda")
 
 
-def test_without_usd_core_the_way_to_install_it_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_without_usd_core_the_installation_command_is_printed(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(importlib.util, "find_spec", lambda name: None)
     with pytest.raises(UsageError, match=r"pip install '\.\[usd\]'"):
         imported(TUTORIAL)
@@ -151,7 +153,7 @@ def test_the_command_line_writes_the_graphs_and_offers_the_namespaces(
     assert "/dd100/Geometry/base_link: dd100_0000" in capsys.readouterr().out
 
 
-def test_what_is_left_out_is_told_where_it_stands(tmp_path: Path) -> None:
+def test_omitted_parts_are_reported_with_their_place(tmp_path: Path) -> None:
     path = tmp_path / "stage.usda"
     path.write_text(f'#usda 1.0\ndef "a" (references = @../b.usd@) {{}}\ndef OmniGraph "G" {{\n{node("C")}}}\n')
     found, told = imported(path)
@@ -159,7 +161,7 @@ def test_what_is_left_out_is_told_where_it_stands(tmp_path: Path) -> None:
     assert f"{path}:2:24: warning W302: ../b.usd is left out: it lies outside" in told
 
 
-def test_what_usd_says_is_told_in_one_line_of_bounded_length(tmp_path: Path) -> None:
+def test_messages_of_usd_are_printed_in_one_line_of_bounded_length(tmp_path: Path) -> None:
     deep = "".join(f'def Xform "a_rather_long_name_{n}" {{\n' for n in range(100))
     (tmp_path / "deep.usda").write_text(f"#usda 1.0\n{deep}{'}' * 2000}", encoding="utf-8")
     findings = Findings()

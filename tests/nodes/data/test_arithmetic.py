@@ -36,13 +36,13 @@ def test_tuples_and_arrays_add_number_by_number() -> None:
 
 
 @given(REALS, REALS)
-def test_what_is_added_and_taken_away_leaves_what_was(a: float, b: float) -> None:
+def test_adding_and_subtracting_a_value_leaves_the_number_unchanged(a: float, b: float) -> None:
     total = computed(Add, a=a, b=b).sum
     assert computed(Subtract, a=total, b=b).difference == pytest.approx(a, abs=1e-9 * (1.0 + abs(a) + abs(b)))
 
 
 @given(REALS, REALS.filter(lambda b: abs(b) > 1e-6))
-def test_what_is_multiplied_and_divided_is_what_was(a: float, b: float) -> None:
+def test_multiplying_and_dividing_by_a_value_leaves_the_number_unchanged(a: float, b: float) -> None:
     assert computed(Divide, a=computed(Multiply, a=a, b=b).product, b=b).result == pytest.approx(a, rel=1e-12)
 
 
@@ -89,7 +89,7 @@ def test_in_a_graph_further_inputs_are_there_when_they_are_named(play: Player) -
     assert shown(play, "double Product.product", nodes, wires) == 2640.0
 
 
-def test_in_a_graph_the_sum_follows_what_changes(play: Player) -> None:
+def test_in_a_graph_the_sum_follows_its_inputs(play: Player) -> None:
     playing = play.graph(
         """
         variables: {total: {type: int64, default: 0}}
@@ -110,12 +110,12 @@ def test_in_a_graph_the_sum_follows_what_changes(play: Player) -> None:
     assert playing.node("Write").value_out == 1 + 2 + 3 + 4
 
 
-def test_in_a_graph_tuples_of_other_lengths_are_told_with_both_ports(play: Player) -> None:
+def test_in_a_graph_tuples_of_different_lengths_are_reported_with_both_ports(play: Player) -> None:
     with pytest.raises(CheckError, match=r"G206: Sum: a is int\[2\] and b is double\[3\]; "):
         shown(play, "double Sum.sum", {"Sum": "{type: Add, inputs: {a: [1, 2], b: [0.5, 1, 2]}}"})
 
 
-def test_in_a_graph_what_is_no_number_is_refused_in_few_words(play: Player) -> None:
+def test_in_a_graph_operands_that_are_no_numbers_are_refused_briefly(play: Player) -> None:
     nodes = {"Text": "{type: ConstantString, inputs: {value: x}}", "Sum": "{type: Add, inputs: {b: 1}}"}
     with pytest.raises(
         CheckError, match=r"Text\.value is a string, Sum\.a takes an int \| int64 \| .{,90} more"
@@ -171,7 +171,7 @@ def test_in_a_graph_a_number_is_divided_by_a_number(play: Player, b: str) -> Non
 
 
 @given(st.integers(-100, 100), st.integers(-100, 100).filter(bool))
-def test_a_remainder_is_that_of_a_division_that_is_cut_off_toward_zero(a: int, b: int) -> None:
+def test_a_remainder_belongs_to_a_quotient_rounded_toward_zero(a: int, b: int) -> None:
     assert computed(Modulo, a=a, b=b).result == a - b * math.trunc(a / b) == math.fmod(a, b)
 
 
@@ -187,7 +187,7 @@ def test_a_value_is_negated() -> None:
     assert computed(Negate, input_in=np.array([1, -2], np.int32)).output.tolist() == [-1, 2]
 
 
-def test_in_a_graph_what_has_no_sign_is_not_negated(play: Player) -> None:
+def test_in_a_graph_unsigned_numbers_are_not_negated(play: Player) -> None:
     nodes = {"Whole": "ConstantUInt", "Minus": "Negate"}
     with pytest.raises(CheckError, match="Minus: input is uint, which has no negative numbers"):
         shown(play, "double Minus.output", nodes, ["Whole.inputs:value -> Minus.input"])

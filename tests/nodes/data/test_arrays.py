@@ -39,7 +39,7 @@ def test_inputs_are_taken_by_their_numbers() -> None:
     assert constructed(arraySize=3, input10="c", input2="b", input0="a") == ("a", "b", "c")
 
 
-def test_elements_take_the_type_of_the_one_that_holds_all() -> None:
+def test_elements_take_the_type_that_can_hold_all_of_them() -> None:
     assert constructed(arraySize=2, input0=1, input1=2.5) == [1.0, 2.5]
     assert constructed(arraySize=2, arrayType="int64[]", input0=1, input1=2) == [1, 2]
     with pytest.raises(ValueError, match="elements of the types double, token cannot form one array"):
@@ -156,7 +156,7 @@ def test_an_index_beyond_the_end_says_which_there_are(name: str, index: int, leg
         cls(**inputs, **({"value": 1.0} if name == "ArraySetIndex" else {})).compute()
 
 
-def test_what_was_given_stays_as_it_is() -> None:
+def test_inputs_are_not_modified() -> None:
     given = NUMBERS.copy()
     node = arrays.ArraySetIndex(array_in=given, index=0, value=9.0)
     node.compute()
@@ -171,7 +171,7 @@ def test_a_rotation_back_is_the_array_itself(items: list[int], steps: int) -> No
 
 
 @given(st.lists(st.text()), st.integers(-20, 20), st.integers(-20, 20))
-def test_a_slice_is_that_of_python(items: list[str], start: int, end: int) -> None:
+def test_a_slice_follows_pythons_rules(items: list[str], start: int, end: int) -> None:
     node = arrays.ArraySlice(array_in=tuple(items), start=start, end=end, use_length=False)
     assert output_of(node, "array_out") == tuple(items[start:end])
 
@@ -212,7 +212,7 @@ def test_a_value_that_is_no_element_is_refused(play: Player) -> None:
         play.graph(wheels("0.5", "left"))
 
 
-def test_an_index_beyond_the_end_of_a_constant_is_told_before_the_run(play: Player) -> None:
+def test_an_index_beyond_the_end_of_a_constant_is_reported_before_the_run(play: Player) -> None:
     with pytest.raises(CheckError, match="Third: index must be from -2 to 1, it is 2"):
         play.graph(INDEXED)
 

@@ -20,7 +20,7 @@ OPERATIONS |= {"<=": operator.le, "==": operator.eq, "!=": operator.ne}
 
 
 @given(st.integers(-3, 3), st.integers(-3, 3), st.sampled_from(sorted(OPERATIONS)))
-def test_numbers_compare_as_numbers_do_whatever_their_types(a: int, b: int, operation: str) -> None:
+def test_numbers_of_different_types_compare_by_value(a: int, b: int, operation: str) -> None:
     expected = OPERATIONS[operation](a, b)
     assert computed(Compare, a=a, b=float(b), operation=operation).result is expected
     array = typed(
@@ -39,7 +39,7 @@ def test_numbers_compare_as_numbers_do_whatever_their_types(a: int, b: int, oper
         ("a", "a", [False, False, True, True]),
     ],
 )
-def test_tuples_and_texts_compare_by_what_differs_first(a: Any, b: Any, expected: list[bool]) -> None:
+def test_tuples_and_texts_compare_by_their_first_difference(a: Any, b: Any, expected: list[bool]) -> None:
     assert [computed(Compare, a=a, b=b, operation=operation).result for operation in (">", "<", ">=", "<=")] == expected
 
 
@@ -62,12 +62,12 @@ def test_arrays_that_are_not_as_long_do_not_compare() -> None:
 
 
 @pytest.mark.parametrize("b", ["[1, 2]", "{type: token, value: x}", "{type: 'token[]', value: [x]}"])
-def test_in_a_graph_what_does_not_compare_is_told_with_both_ports(play: Player, b: str) -> None:
+def test_in_a_graph_types_that_do_not_compare_are_reported_with_both_ports(play: Player, b: str) -> None:
     with pytest.raises(CheckError, match=r"Is: a is double and b is .*, which cannot be compared"):
         shown(play, "bool Is.result", {"Is": f"{{type: Compare, inputs: {{a: 1.5, b: {b}}}}}"})
 
 
-def test_in_a_graph_there_is_one_answer_or_one_for_each(play: Player) -> None:
+def test_in_a_graph_the_result_is_a_scalar_or_has_one_element_per_pair(play: Player) -> None:
     assert shown(play, "bool Is.result", {"Is": "{type: Compare, inputs: {a: 2, b: 1.5}}"}) is True
     nodes = {"Is": "{type: Compare, inputs: {a: {type: 'int[]', value: [1, 2]}, b: 2, operation: '=='}}"}
     assert shown(play, "bool[] Is.result", nodes).tolist() == [False, True]
@@ -78,7 +78,7 @@ def test_in_a_graph_an_operation_is_one_of_six(play: Player) -> None:
         shown(play, "bool Is.result", {"Is": "{type: Compare, inputs: {a: 2, b: 1, operation: '=>'}}"})
 
 
-def test_an_operation_that_a_wire_brings_and_there_is_not_is_told(play: Player) -> None:
+def test_an_unknown_operation_from_a_wire_is_reported(play: Player) -> None:
     nodes = {"Is": "{type: Compare, inputs: {a: 2, b: 1}}", "Word": "{type: ConstantToken, inputs: {value: '=>'}}"}
     with pytest.raises(CheckError, match="Is: operation must be one of >, <, >=, <=, ==, !=, it is '=>'"):
         shown(play, "bool Is.result", nodes, ["Word.inputs:value -> Is.operation"])

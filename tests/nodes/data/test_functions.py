@@ -32,7 +32,7 @@ def test_a_clamped_value_is_between_its_bounds_and_otherwise_itself(value: float
     assert result == value or not lower <= value <= upper
 
 
-def test_each_number_of_an_array_is_clamped_by_one_bound_or_its_own() -> None:
+def test_each_number_of_an_array_is_clamped_by_a_shared_bound_or_its_own() -> None:
     values = np.array([-2.0, 0.5, 9.0])
     assert computed(Clamp, input_in=values, lower=-1.0, upper=1.0).result.tolist() == [-1.0, 0.5, 1.0]
     own = computed(Clamp, input_in=values, lower=np.array([-5.0, 1.0, 1.0]), upper=np.array([0.0, 2.0, 10.0]))
@@ -46,7 +46,7 @@ def test_bounds_the_wrong_way_round_are_an_error(value: Any) -> None:
         computed(Clamp, input_in=value, lower=2.0, upper=1.0)
 
 
-def test_what_is_no_number_stays_none_when_it_is_clamped() -> None:
+def test_nan_stays_nan_when_clamped() -> None:
     assert math.isnan(computed(Clamp, input_in=math.nan, lower=0.0, upper=1.0).result)
 
 
@@ -80,7 +80,7 @@ def test_a_number_is_rounded_to_so_many_decimals_and_away_from_0_where_it_is_hal
 
 
 @given(st.floats(0.01, 100.0), st.integers(1, 6))
-def test_the_nth_root_of_the_nth_power_is_what_was(value: float, n: int) -> None:
+def test_the_nth_root_of_the_nth_power_is_the_number_itself(value: float, n: int) -> None:
     power = computed(Exponent, base=value, exponent=n).result
     assert computed(NthRoot, value=power, nth_root=n).result == pytest.approx(value, rel=1e-12)
 
@@ -101,7 +101,7 @@ def test_roots_of_negative_numbers_exist_where_the_degree_is_odd() -> None:
     assert computed(NthRoot, value=(9.0, 16.0)).result == (3.0, 4.0)
 
 
-def test_in_a_graph_a_real_number_that_no_int_is_is_told_at_its_node(play: Player) -> None:
+def test_in_a_graph_a_real_number_outside_of_int_is_reported_at_its_node(play: Player) -> None:
     with pytest.raises(CheckError, match="Low: result must be in the range of int"):
         shown(play, "int Low.result", {"Low": "{type: Floor, inputs: {a: 1.0e+12}}"})
 
@@ -129,6 +129,6 @@ def test_powers_of_the_base_have_whole_logarithms() -> None:
         ({"value": 2.0, "base": 1.0}, "base must be above 0 and not 1, it is 1.0"),
     ],
 )
-def test_what_has_no_logarithm_is_an_error(inputs: dict[str, Any], told: str) -> None:
+def test_the_logarithm_of_a_number_without_one_is_an_error(inputs: dict[str, Any], told: str) -> None:
     with pytest.raises(ValueError, match=told):
         computed(Logarithm, **inputs)

@@ -61,7 +61,7 @@ def test_an_expression_is_and_where_it_has_no_word() -> None:
     assert computed(BooleanExpr, a=True).result is False
 
 
-def test_in_a_graph_another_word_is_told_with_those_that_are_legal(play: Player) -> None:
+def test_in_a_graph_an_unknown_word_is_reported_with_the_legal_ones(play: Player) -> None:
     with pytest.raises(CheckError, match="Is: operator must be one of AND, OR, XOR, XNOR, NAND, NOR, it is 'and'"):
         shown(play, "bool Is.result", {"Is": "{type: BooleanExpr, inputs: {operator: and}}"})
 

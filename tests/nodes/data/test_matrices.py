@@ -85,7 +85,7 @@ def test_matrices_rows_and_columns_multiply_as_in_numpy(a: str, b: str, expected
     np.testing.assert_array_equal(np.ravel(node.output), np.ravel(product))
 
 
-def test_in_a_graph_factors_of_other_sizes_are_told_with_both_ports(play: Player) -> None:
+def test_in_a_graph_factors_of_mismatched_sizes_are_reported_with_both_ports(play: Player) -> None:
     nodes = {"M": "ConstantMatrix3d", "V": "ConstantDouble2", "Product": "MatrixMultiply"}
     with pytest.raises(
         CheckError, match=r"Product: a is matrixd\[3\] and b is double\[2\]; a must have as many columns"
@@ -118,9 +118,7 @@ def test_the_inverse_of_a_singular_matrix_is_the_identity_times_the_largest_floa
 
 
 @pytest.mark.parametrize("number", [math.nan, math.inf])
-def test_what_is_no_number_has_no_inverse_and_nothing_is_printed_of_it(
-    number: float, capfd: pytest.CaptureFixture[str]
-) -> None:
+def test_a_matrix_with_nan_has_no_inverse_and_prints_nothing(number: float, capfd: pytest.CaptureFixture[str]) -> None:
     broken, regular = np.eye(4), 2.0 * np.eye(4)
     broken[1, 2] = number
     both = computed(InvertMatrix, matrix=np.array([broken.ravel(), regular.ravel()])).inverted_matrix

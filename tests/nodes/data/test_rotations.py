@@ -51,7 +51,7 @@ def near(expected: tuple[float, ...]) -> Any:
 
 
 @given(POSITIONS, SCALES, ANGLES, st.sampled_from(ORDERS))
-def test_what_is_put_into_a_transform_is_read_from_it(position: Any, scale: Any, angles: Any, order: str) -> None:
+def test_the_parts_of_a_transform_are_read_back(position: Any, scale: Any, angles: Any, order: str) -> None:
     made = computed(
         MakeTransform, translation=position, scale=scale, rotation_xyz=angles, rotation_order=order
     ).transform

@@ -62,7 +62,7 @@ def test_arrays_of_other_lengths_are_not_selected_from() -> None:
         ).compute()
 
 
-def test_values_that_do_not_go_together_are_told(play: Player) -> None:
+def test_values_that_do_not_fit_together_are_reported(play: Player) -> None:
     with pytest.raises(CheckError, match="ifTrue is double and ifFalse is token, which have no common type"):
         play.graph(
             "nodes:\n  S: {type: SelectIf, inputs: {condition: true, ifTrue: 1.5, ifFalse: a}}\nconnections: []\n"
@@ -80,7 +80,7 @@ def test_targets_are_selected_whole_or_prim_by_prim() -> None:
 @pytest.mark.parametrize(
     ("value", "empty"), [("", True), (" ", False), (np.zeros(0), True), (0.0, False), ((0, 0), False), ((), True)]
 )
-def test_what_is_empty_has_no_elements(value: Any, empty: bool) -> None:
+def test_an_empty_array_has_no_elements(value: Any, empty: bool) -> None:
     assert output_of(IsEmpty(input_in=value), "is_empty") is empty
 
 
@@ -106,7 +106,7 @@ def test_a_text_is_not_made_longer_than_memory_bears(texts: str | tuple[str, ...
         AppendString(value_in=texts, suffix="yz").compute()
 
 
-def test_the_older_type_appends_one() -> None:
+def test_the_older_node_type_appends_one_element() -> None:
     assert output_of(AppendString(value_in="a", suffix="ß"), "value_out") == "aß"
 
 
@@ -166,7 +166,7 @@ def test_a_value_as_another_type(name: str, value: Any, expected: Any) -> None:
 
 
 @pytest.mark.parametrize("value", [math.nan, math.inf, 1e19])
-def test_a_number_that_is_no_integer_is_told(value: float) -> None:
+def test_a_number_that_is_no_integer_is_reported(value: float) -> None:
     with pytest.raises(ValueError, match="value must be a number that the type int can hold"):
         conversion.ToInt(value=value).compute()
 
@@ -186,7 +186,7 @@ def test_a_role_is_given_where_the_shape_has_it(play: Player) -> None:
     assert types == {"Three": "vectorf[3]", "One": "float"}
 
 
-def test_a_converter_lets_a_wire_pass_what_it_may_not_by_itself(play: Player) -> None:
+def test_a_converter_makes_a_wire_between_other_types_legal(play: Player) -> None:
     text = """
         nodes:
           Tick: OnPlaybackTick
@@ -242,7 +242,7 @@ def test_the_same_session_gives_the_same_again_and_so_does_a_play_after_a_stop(
 
 
 @every_random
-def test_two_nodes_differ_unless_they_have_one_seed(cls: type[RandomNode], inputs: dict[str, Any]) -> None:
+def test_two_nodes_differ_unless_they_share_a_seed(cls: type[RandomNode], inputs: dict[str, Any]) -> None:
     one, other = RecordingContext("/World/graph/one"), RecordingContext("/World/graph/other")
     assert drawn(ready(cls, one, **inputs), 30) != drawn(ready(cls, other, **inputs), 30)
     seeded = [drawn(ready(cls, context, seed=7, use_seed=True, **inputs), 30) for context in (one, other)]
@@ -309,7 +309,7 @@ def test_a_normal_distribution_has_its_mean_and_deviation() -> None:
     assert np.mean(logarithms) == pytest.approx(5.0, abs=5 * 2.0 / math.sqrt(2000))
 
 
-def test_the_seed_of_the_session_decides_what_is_drawn(play: Player) -> None:
+def test_the_seed_of_the_session_decides_the_random_values(play: Player) -> None:
     text = """
         nodes: {Tick: OnPlaybackTick, Draw: {type: RandomNumeric, inputs: {min: 0.0, max: 1.0}}}
         connections: [Tick.tick -> Draw.execIn]
@@ -324,7 +324,7 @@ def test_the_seed_of_the_session_decides_what_is_drawn(play: Player) -> None:
 # Paths
 
 
-def test_prims_are_told_by_their_paths() -> None:
+def test_prims_are_identified_by_their_paths() -> None:
     node = GetPrimPath(prim=("/a", "/b"))
     node.compute()
     assert node.path == node.prim_path == "/a"

@@ -66,7 +66,7 @@ def test_in_a_graph_arrays_of_vectors_are_taken_apart_to_arrays(play: Player, po
 
 
 @pytest.mark.parametrize("port_type", ["double[2]", "double[4]", "quatd[4]", "double[]"])
-def test_in_a_graph_what_is_no_triple_is_refused_at_the_wire(play: Player, port_type: str) -> None:
+def test_in_a_graph_a_value_that_is_no_triple_is_refused_at_the_wire(play: Player, port_type: str) -> None:
     value = "[1, 2, 3, 4]" if "4" in port_type else "[1, 2]"
     with pytest.raises(CheckError, match=r"Given\.value is an? .*, Node\.tuple takes"):
         from_variable(play, port_type, value, "BreakVector3", "tuple", "double x")
@@ -147,7 +147,7 @@ def test_a_cross_product_is_upright_on_both_and_as_long_as_their_area(
     assert math.hypot(*cross) ** 2 == pytest.approx(area, abs=tolerance)
 
 
-def test_products_of_arrays_are_those_of_the_pairs() -> None:
+def test_products_of_arrays_are_the_products_of_their_pairs() -> None:
     others = np.array([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
     assert computed(DotProduct, a=PAIRS, b=others).product.tolist() == [1.0, 5.0]
     assert computed(CrossProduct, a=PAIRS, b=others).product.tolist() == [[0.0, 3.0, -2.0], [-6.0, 0.0, 4.0]]
@@ -155,7 +155,9 @@ def test_products_of_arrays_are_those_of_the_pairs() -> None:
 
 
 @given(TRIPLE, TRIPLE)
-def test_products_of_one_pair_are_those_of_an_array_of_it(a: tuple[float, ...], b: tuple[float, ...]) -> None:
+def test_the_product_of_a_pair_equals_the_product_of_arrays_with_that_pair(
+    a: tuple[float, ...], b: tuple[float, ...]
+) -> None:
     many = {"a": np.array([a]), "b": np.array([b])}
     assert computed(CrossProduct, a=a, b=b).product == tuple(computed(CrossProduct, **many).product[0].tolist())
     dot = computed(DotProduct, **many).product[0]

@@ -40,7 +40,7 @@ def test_an_attribute_is_read_as_ports_carry_it(where: dict[str, Any]) -> None:
         ("xformOp:orient", yaw(-1.0), yaw(-1.0)),
     ],
 )
-def test_what_is_written_is_read(name: str, value: Any, read: Any) -> None:
+def test_written_attributes_are_read_back(name: str, value: Any, read: Any) -> None:
     context = box()
     ready(WritePrimAttribute, context, prim=BOX, name=name, value=value).compute()
     node = computed(ReadPrimAttribute, context, prim=BOX, name=name)
@@ -55,19 +55,19 @@ def test_what_is_written_is_read(name: str, value: Any, read: Any) -> None:
         ((1.0, 2.0, math.nan), r"xformOp:translate of /World/box: the value must be .*, not \[1.0, 2.0, nan\]"),
     ],
 )
-def test_a_value_that_does_not_fit_says_what_would(value: Any, told: str) -> None:
+def test_a_value_that_does_not_fit_is_refused_with_the_legal_values(value: Any, told: str) -> None:
     node = ready(WritePrimAttribute, box(), prim=BOX, name="xformOp:translate", value=value)
     with pytest.raises(BadValueError, match=told):
         node.compute()
 
 
-def test_what_cannot_be_changed_says_what_can() -> None:
+def test_a_read_only_attribute_is_refused_with_the_writable_ones() -> None:
     with pytest.raises(ContextError, match="physics:mass of /World/box cannot be changed") as refused:
         ready(WritePrimAttribute, box(), prim=BOX, name="physics:mass", value=2.0)
     assert "writable attributes: xformOp:translate, xformOp:orient" in str(refused.value)
 
 
-def test_an_unknown_attribute_is_told_with_the_nearest() -> None:
+def test_an_unknown_attribute_is_reported_with_the_nearest_names() -> None:
     with pytest.raises(ContextError, match="has no attribute 'xformOp:translat'") as refused:
         ready(ReadPrimAttribute, box(), prim=BOX, name="xformOp:translat")
     assert "xformOp:translate" in str(refused.value)
@@ -100,7 +100,7 @@ def test_the_axes_of_a_prim_point_where_it_is_turned_to() -> None:
     assert [node.backward_vector, node.forward_vector] == [pytest.approx(backward), pytest.approx(-backward)]
 
 
-def test_in_a_graph_the_axes_of_a_prim_are_those_of_now(play: Player) -> None:
+def test_in_a_graph_the_axes_of_a_prim_are_up_to_date(play: Player) -> None:
     nodes = """
   Turn: {type: WritePrimAttribute, inputs: {prim: /World/box, name: 'xformOp:orient', value: [0.0, 0.0, 1.0, 0.0]}}
   Axes: {type: GetPrimDirectionVector, inputs: {primPath: /World/box}}
@@ -131,7 +131,7 @@ WIRES = """
 """
 
 
-def test_a_drive_is_told_where_to_go_in_degrees_and_goes_there(play: Player) -> None:
+def test_a_drive_takes_its_target_in_degrees_and_reaches_it(play: Player) -> None:
     playing = arm(play, DRIVE, WIRES).tick()
     angle, target = playing.node("Both").array.tolist()
     assert target == 45.0
@@ -154,7 +154,7 @@ def test_a_wrong_value_stops_the_run_and_names_the_attribute(play: Player) -> No
         ("[7, 8]", r"Put: a value of type int\[2\] cannot be written to xformOp:translate of type double\[3\]"),
     ],
 )
-def test_a_value_of_another_kind_is_told_before_the_run(play: Player, value: str, told: str) -> None:
+def test_a_value_of_the_wrong_kind_is_reported_before_the_run(play: Player, value: str, told: str) -> None:
     with pytest.raises(CheckError, match=told):
         arm(play, READING.replace("{type: 'double[3]', value: [7, 8, 9]}", value), READING_WIRES)
 
@@ -164,12 +164,12 @@ def test_a_list_needs_no_type_to_be_written(play: Player) -> None:
     assert playing.node("Read").value == pytest.approx((7.0, 8.0, 9.0))
 
 
-def test_what_cannot_be_written_is_told_before_the_run(play: Player) -> None:
+def test_a_read_only_attribute_is_reported_before_the_run(play: Player) -> None:
     with pytest.raises(CheckError, match="physics:mass of /World/box cannot be changed while the simulation runs"):
         arm(play, READING.replace("'xformOp:translate', value", "'physics:mass', value"), READING_WIRES)
 
 
-def test_the_types_by_name_are_those_that_prims_have(play: Player) -> None:
+def test_the_types_by_name_are_the_types_of_prims(play: Player) -> None:
     playing = arm(play, DRIVE, WIRES)
     prims, seen = Prims(playing.session.services.world), set()
     for path, _ in prims.below("/"):

@@ -15,7 +15,7 @@ from graphengine.devices.rotation import Pose, compose, from_rpy, multiply
 from graphengine.devices.stage import Stage
 from graphengine.format.errors import PhysicsError
 from graphengine.format.spec import RobotUse
-from graphengine.physics.core.held_bodies import PlacedBody
+from graphengine.physics.handles.motion_handles import PlacedBody
 from graphengine.physics.model.world_prims import add_world
 from graphengine.physics.simulation import Simulation
 from tests.physics.conftest import Ship
@@ -71,7 +71,7 @@ def test_a_body_is_where_it_was_put_at_once_and_stays_there_at_rest() -> None:
         simulation.step()
 
 
-def test_what_leans_on_it_does_not_sink_in_however_heavy_it_is() -> None:
+def test_a_heavy_leaning_object_does_not_sink_into_a_held_body() -> None:
     simulation = simulate()
     placement(simulation, "/World/table").place((0.0, 0.0, 1.0), IDENTITY)
     steps(simulation, 480)
@@ -79,7 +79,7 @@ def test_what_leans_on_it_does_not_sink_in_however_heavy_it_is() -> None:
     assert pose(simulation, "/World/weight")[0] == pytest.approx((0.0, 0.0, 1.3), abs=5e-4)
 
 
-def test_what_stands_on_it_comes_along_when_it_is_put_elsewhere_bit_by_bit() -> None:
+def test_objects_on_a_body_move_along_when_it_is_moved_in_small_steps() -> None:
     simulation = simulate()
     table = placement(simulation, "/World/table")
     table.place((0.0, 0.0, 1.0), IDENTITY)
@@ -90,7 +90,7 @@ def test_what_stands_on_it_comes_along_when_it_is_put_elsewhere_bit_by_bit() -> 
     assert pose(simulation, "/World/weight")[0][2] == pytest.approx(1.54, abs=0.02)
 
 
-def test_a_reset_lets_go_and_what_follows_is_as_if_nothing_had_been_held() -> None:
+def test_a_reset_releases_the_body_and_leaves_no_trace() -> None:
     fresh, held = simulate(), simulate()
     for name in ("table", "door", "lift"):
         placement(held, f"/World/{name}").place((2.0, 0.0, 2.0), IDENTITY)
@@ -99,7 +99,7 @@ def test_a_reset_lets_go_and_what_follows_is_as_if_nothing_had_been_held() -> No
     assert steps(held, 60) == steps(fresh, 60)
 
 
-def test_one_that_was_held_before_can_be_held_again() -> None:
+def test_a_released_body_can_be_held_again() -> None:
     simulation = simulate()
     for height in (1.0, 2.0):
         placement(simulation, "/World/table").place((0.0, 0.0, height), IDENTITY)
@@ -145,7 +145,7 @@ def test_a_link_that_slides_goes_along_its_axis() -> None:
 
 
 @pytest.mark.parametrize("name", ["ball", "post"])
-def test_what_nothing_moves_or_a_ball_joint_does_cannot_be_placed(name: str) -> None:
+def test_fixed_bodies_and_bodies_on_ball_joints_cannot_be_placed(name: str) -> None:
     simulation = simulate()
     assert simulation.placement(simulation.stage.find(f"/World/{name}")) is None
     assert simulation.placement(simulation.stage.find("/World")) is None
@@ -196,9 +196,7 @@ def test_of_links_that_are_fixed_to_each_other_those_can_be_placed_that_stand_fo
 @pytest.mark.parametrize(
     "prims", [("/bot", "/bot/base_link"), ("/bot/base_link/top", "/bot"), ("/bot", "/bot/base_link/top")]
 )
-def test_whatever_stands_for_a_robot_puts_all_of_it_where_that_prim_shall_be(
-    project: Project, prims: tuple[str, str]
-) -> None:
+def test_every_prim_that_stands_for_a_robot_moves_all_of_it(project: Project, prims: tuple[str, str]) -> None:
     top = '<link name="top"/><joint name="top_joint" type="fixed"><parent link="base_link"/><child link="top"/>'
     project.cart("</robot>", f'{top}<origin xyz="0 0 1"/></joint></robot>')
     simulation = project.robot("articulation_root: top").load().simulation
@@ -214,7 +212,7 @@ def test_whatever_stands_for_a_robot_puts_all_of_it_where_that_prim_shall_be(
     assert steps(simulation, 20) == fresh
 
 
-def test_what_is_held_is_held_on_when_a_robot_comes_and_another_goes(project: Project) -> None:
+def test_a_held_body_stays_held_when_robots_are_spawned_and_removed(project: Project) -> None:
     loaded = project.scene("  other: {use: bot.yaml, position: [9, 0, 0.1]}\n").load()
     simulation, there = loaded.simulation, ((4.0, 5.0, 1.0), IDENTITY)
     for name in ("bot", "other"):
@@ -223,4 +221,4 @@ def test_what_is_held_is_held_on_when_a_robot_comes_and_another_goes(project: Pr
     loaded.add("third", RobotUse(use="bot.yaml", position=(-4.0, 0.0, 0.1)))
     steps(simulation, 60)
     assert pose(simulation, "/bot/base_link") == there
-    assert [body.prim_path for body in simulation.held] == ["/bot/Geometry/base_link"]
+    assert list(simulation.held) == ["/bot/Geometry/base_link"]

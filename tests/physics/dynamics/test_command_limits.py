@@ -26,7 +26,7 @@ FREE = CART.replace('type="revolute"', 'type="continuous"').replace(
     ],
 )
 @pytest.mark.parametrize("value", [1e9, -1e9])
-def test_what_lies_beyond_it_is_clamped_and_counted(
+def test_commands_beyond_the_limit_are_clamped_and_counted(
     project: Project, description: str, kind: str, beyond: str, value: float
 ) -> None:
     driven = f"{ROBOT}joints: {{arm_joint: {{drive: {{stiffness: 9, damping: 9}}}}}}\n"
@@ -49,7 +49,7 @@ def limited(project: Project, keys: str = LIMITED) -> tuple[Simulation, Joints]:
 
 
 @pytest.mark.parametrize("seconds", [3, 12])
-def test_a_joint_told_beyond_its_range_waits_at_the_limit_and_obeys_the_next_command_at_once(
+def test_a_joint_commanded_beyond_its_range_waits_at_the_limit_and_obeys_the_next_command_at_once(
     project: Project, seconds: int
 ) -> None:
     simulation, joints = limited(project)

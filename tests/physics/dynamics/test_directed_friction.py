@@ -64,7 +64,7 @@ def mecanum_speeds(ahead: float, left: float, turn: float) -> list[float]:
     return [(ahead + sign * left + side * arm * turn) / MECANUM.radius for sign, side in sides]
 
 
-def test_a_base_that_skids_turns_as_told_if_its_tyres_slide_sideways(project: Project) -> None:
+def test_a_skid_steered_base_turns_as_commanded_if_its_tyres_slide_sideways(project: Project) -> None:
     assert drive(load(project, SKID, ""), skid_speeds(0.0, 1.0))[2] < 0.4
     assert drive(load(project, SKID, SKID_WHEELS), skid_speeds(0.0, 1.0))[2] == pytest.approx(1.0, rel=0.025)
     simulation = load(project, SKID, SKID_WHEELS, damping=2000.0)
@@ -74,7 +74,9 @@ def test_a_base_that_skids_turns_as_told_if_its_tyres_slide_sideways(project: Pr
 
 
 @pytest.mark.parametrize("command", TWISTS)
-def test_a_mecanum_base_moves_in_every_direction_as_told(project: Project, command: tuple[float, float, float]) -> None:
+def test_a_mecanum_base_moves_in_every_direction_as_commanded(
+    project: Project, command: tuple[float, float, float]
+) -> None:
     found = drive(load(project, MECANUM, MECANUM_WHEELS), mecanum_speeds(*command))
     np.testing.assert_allclose(found, command, atol=0.001 * max(map(abs, command)))
 
@@ -91,7 +93,7 @@ def test_the_greater_friction_may_act_across_the_direction(project: Project) -> 
 
 
 @pytest.mark.parametrize("command", [(0.3, 0.0, 0.0), (0.0, 0.3, 0.0), (0.0, 0.0, 1.0)])
-def test_three_omni_wheels_move_as_told(project: Project, command: tuple[float, float, float]) -> None:
+def test_three_omni_wheels_move_as_commanded(project: Project, command: tuple[float, float, float]) -> None:
     headings = [math.pi / 2, math.pi / 2 + 2 * math.pi / 3, math.pi / 2 - 2 * math.pi / 3]
     places = [(0.15 * math.cos(angle - math.pi / 2), 0.15 * math.sin(angle - math.pi / 2)) for angle in headings]
     wheels = [Wheel(name, x, y, turn) for name, (x, y), turn in zip("abc", places, headings, strict=True)]
@@ -108,7 +110,7 @@ def test_three_omni_wheels_move_as_told(project: Project, command: tuple[float, 
     np.testing.assert_allclose(found, command, atol=0.002)
 
 
-def test_a_direction_is_that_of_the_link_in_which_the_wheel_turns_unless_the_file_says_so(project: Project) -> None:
+def test_a_direction_is_in_the_frame_of_the_wheels_parent_link_unless_the_file_gives_a_frame(project: Project) -> None:
     def after_a_turn(more: str) -> Floats:
         simulation = load(project, SKID, "materials:\n" + material(FOUR, (1, 0, 0), 0.05, more))
         drive(simulation, skid_speeds(0.3, 0.8))
@@ -159,7 +161,7 @@ def test_a_settled_scene_begins_as_it_goes_on(project: Project) -> None:
     assert simulation.data.contact.friction[:, 1].tolist() == at_start
 
 
-def test_robots_that_come_and_go_do_not_change_how_one_moves(project: Project) -> None:
+def test_spawned_and_removed_robots_do_not_change_the_motion_of_others(project: Project) -> None:
     speeds = mecanum_speeds(0.1, 0.3, 0.4)
     alone = load(project, MECANUM, MECANUM_WHEELS)
     drive(alone, speeds)
@@ -177,14 +179,14 @@ def test_robots_that_come_and_go_do_not_change_how_one_moves(project: Project) -
     assert np.array_equal(alone.data.qpos, loaded.simulation.data.qpos)
 
 
-def test_a_spawned_robot_moves_as_told_too(project: Project) -> None:
+def test_a_spawned_robot_moves_as_commanded(project: Project) -> None:
     loaded = MECANUM.write(project, MECANUM_WHEELS, name="spawned").load()
     loaded.add("spawned", RobotUse(use="spawned.yaml", position=(3.0, 0.0, MECANUM.radius)))
     found = drive(loaded.simulation, mecanum_speeds(0.0, 0.4, 0.0), "spawned")
     np.testing.assert_allclose(found, [0.0, 0.4, 0.0], atol=0.001)
 
 
-def test_what_sleeps_sleeps_on_and_does_not_change_how_a_robot_moves(project: Project) -> None:
+def test_sleeping_bodies_stay_asleep_and_do_not_change_the_motion_of_robots(project: Project) -> None:
     speeds = mecanum_speeds(0.1, 0.3, 0.4)
     alone = load(project, MECANUM, MECANUM_WHEELS)
     drive(alone, speeds)
@@ -225,7 +227,7 @@ def test_a_wheel_that_runs_straight_into_a_wall_grips_it_as_with_friction_in_all
     np.testing.assert_allclose(driven(SKID_WHEELS), plain, atol=1e-6)
 
 
-def test_a_mecanum_base_that_is_told_to_drive_through_a_wall_stays_before_it_and_upright(project: Project) -> None:
+def test_a_mecanum_base_commanded_into_a_wall_stops_in_front_of_it_and_stays_upright(project: Project) -> None:
     load(project, MECANUM, MECANUM_WHEELS)
     walls = '<geom type="box" size=".1 2 1" pos=".4 0 1"/><geom type="box" size="2 .1 1" pos="0 .45 1"/>'
     simulation = project.world(walls).load().simulation
@@ -237,7 +239,7 @@ def test_a_mecanum_base_that_is_told_to_drive_through_a_wall_stays_before_it_and
         assert max(abs(a), abs(b)) < 0.05
 
 
-def test_two_such_wheels_that_touch_have_the_same_friction_in_all_directions(project: Project) -> None:
+def test_two_touching_wheels_with_directions_have_isotropic_friction(project: Project) -> None:
     load(project, SKID, SKID_WHEELS)
     near = "  other: {{use: bot.yaml, position: [{x}, 0, {z}]}}\n"
     text = ON_THE_FLOOR.format(height=SKID.radius) + near.format(x=0.512 + 2 * SKID.radius - 0.001, z=SKID.radius)
@@ -316,7 +318,7 @@ def test_a_direction_along_the_normal_leaves_the_contact_as_it_is() -> None:
     assert np.all(frictions == 0.7)
 
 
-def test_both_frictions_are_told() -> None:
+def test_both_frictions_are_reported() -> None:
     rolling = MaterialSpec(static_friction=0.8, dynamic_friction=0.8, across=0.05, direction=(1.0, 0.0, 0.0))
     (text,) = sentences("Tyre", rolling, 1.0)
     assert text == (

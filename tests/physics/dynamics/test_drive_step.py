@@ -113,7 +113,7 @@ def test_the_kernel_prepares_a_step_as_numpy_does_to_the_last_bit(seed: int, bod
     assert len(kernel.signatures) == 1  # a model of another size is no reason to compile again
 
 
-def test_the_sum_over_links_has_the_order_of_numpy_whatever_their_number() -> None:
+def test_the_sum_over_links_has_the_order_of_numpy_for_any_number_of_links() -> None:
     pytest.importorskip("numba", exc_type=ImportError)
     from graphengine.physics.dynamics.drive_kernel import add_moments
 

@@ -70,7 +70,7 @@ def test_a_free_joint_takes_the_maximum_force_and_no_more_until_it_has_its_veloc
         assert abs(force) == pytest.approx(min(wanted, most), rel=1e-5, abs=1e-6 * (most + abs(effort)))
 
 
-def test_what_gravity_takes_is_a_part_of_the_force() -> None:
+def test_the_force_limit_includes_gravity_compensation() -> None:
     # 9.81 N m on the lever: 12 N m lift it with what is left, 8 N m do not hold it
     for most, expected in ((12.0, 12.0 - 9.81), (8.0, 8.0 - 9.81)):
         model, data, limits = rotor(0.5, Drive(0.0, 1e4, max_force=most), lever=1.0)
@@ -107,7 +107,7 @@ def test_a_joint_that_is_let_go_soon_has_its_whole_force() -> None:
     assert forces == pytest.approx([min(grown * 2**step, 3.0) for step in range(6)], rel=0.01)
 
 
-def test_what_moves_a_load_exerts_the_maximum_force_and_no_more() -> None:
+def test_a_drive_that_moves_a_load_exerts_the_maximum_force() -> None:
     # three times the inertia that the limit knows of: something that is carried, or a link that reaches out
     drive = Drive(0.0, 1000.0, max_force=3.0)
     model, data, _ = rotor(1.5, drive)
@@ -118,7 +118,7 @@ def test_what_moves_a_load_exerts_the_maximum_force_and_no_more() -> None:
     assert 1.5 * (data.qvel[0] - before) / STEP == pytest.approx(3.0, rel=1e-6)
 
 
-def test_a_commanded_effort_is_not_limited_but_what_the_drive_does_against_it() -> None:
+def test_a_commanded_effort_is_not_limited_but_the_force_of_the_drive_is() -> None:
     model, data, limits = rotor(0.5, Drive(0.0, 100.0, max_force=2.0))
     step(model, data, limits, 0.0, effort=7.0)
     assert 0.5 * data.qvel[0] / STEP == pytest.approx(7.0 - 2.0)
@@ -179,7 +179,7 @@ def test_the_force_that_accelerates_a_robot_is_its_wheels_maximum(project: Proje
     assert max(tilt, reversed_tilt) < math.radians(0.1)
 
 
-def test_maximum_forces_are_told_with_what_they_come_to(project: Project) -> None:
+def test_maximum_forces_are_reported_with_the_resulting_accelerations(project: Project) -> None:
     findings = project.robot("joints: {arm_joint: {drive: {damping: 1, max_force: 3}}}").load_with_findings()[1]
     # the arm: 0.01 kg m2 about its middle, which is at the joint
     (note,) = findings.items
@@ -192,7 +192,7 @@ def test_maximum_forces_are_told_with_what_they_come_to(project: Project) -> Non
 
 
 @pytest.mark.parametrize(("drive", "most"), [("damping: 0.1", 40.0), ("damping: 0.1, max_force: 5", 5.0)])
-def test_the_effort_of_a_description_is_a_maximum_unless_the_drive_has_one(
+def test_the_descriptions_effort_is_the_maximum_unless_the_drive_has_one(
     project: Project, drive: str, most: float
 ) -> None:
     simulation, joints = project.robot(f"joints: {{arm_joint: {{drive: {{{drive}}}}}}}").load_joints()
@@ -201,13 +201,13 @@ def test_the_effort_of_a_description_is_a_maximum_unless_the_drive_has_one(
     assert joints.efforts()[0] == pytest.approx(most, rel=0.01)
 
 
-def test_an_effort_of_zero_limits_nothing_and_one_of_the_description_is_no_news(project: Project) -> None:
+def test_an_effort_of_zero_limits_nothing_and_the_descriptions_effort_causes_no_note(project: Project) -> None:
     world, findings = project.robot("joints: {arm_joint: {drive: {damping: 1000}}}").load_with_findings()
     assert (world.simulation.limits.joints, findings.items) == (["bot/arm_joint"], [])
     assert project.cart('effort="40"', 'effort="0"').load().simulation.limits.joints == []
 
 
-def test_one_robot_file_used_twice_is_told_once(project: Project) -> None:
+def test_a_robot_file_used_twice_is_reported_once(project: Project) -> None:
     project.robot("joints: {arm_joint: {drive: {damping: 0.1, max_force: 3}}}")
     scene = "scene: t\nworld: world.xml\nrobots: {bot: {use: bot.yaml, count: 3, spacing: [2, 2]}}\n"
     world, findings = project.write("scene.yaml", scene).load_with_findings()

@@ -38,7 +38,7 @@ def crane(project: Project, drive: str, more: str = "", effort: float = 40.0) ->
 
 @settings(max_examples=50)
 @given(st.lists(st.floats(-2, 2), min_size=17, max_size=17), st.sampled_from(["", ' gravcomp="1"']))
-def test_the_compensation_is_what_holds_the_links_beyond_a_joint(places: list[float], weightless: str) -> None:
+def test_the_compensation_holds_the_links_beyond_a_joint(places: list[float], weightless: str) -> None:
     model = mujoco.MjModel.from_xml_string(CHAIN.format(weightless))
     data = mujoco.MjData(model)
     data.qpos[:] = places

@@ -114,7 +114,7 @@ def test_a_belt_that_stops_brakes_and_a_reset_stops_it(project: Project) -> None
     assert velocity(simulation) == pytest.approx(STILL, abs=1e-6)
 
 
-def test_what_sleeps_wakes_when_the_belt_starts(project: Project) -> None:
+def test_a_starting_belt_wakes_sleeping_bodies(project: Project) -> None:
     simulation = conveyor(project, options='<option><flag sleep="enable"/></option>')
     move(simulation)
     run(simulation, 3.0)
@@ -191,7 +191,7 @@ def test_a_speed_without_bounds_is_refused_and_changes_nothing(project: Project,
     assert simulation.surfaces.velocities["belt"] == ((0.1, 0.0, 0.0), STILL)
 
 
-def test_without_a_belt_the_model_is_what_it_was(project: Project) -> None:
+def test_without_a_belt_the_model_is_unchanged(project: Project) -> None:
     simulation = conveyor(project)
     assert not simulation.surfaces
     assert simulation.model.njnt == 1  # that of the cube

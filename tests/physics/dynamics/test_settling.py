@@ -31,13 +31,13 @@ def settled_after(fastest: float) -> float | None:
     return settle(model, data, lambda: mujoco.mj_step(model, data))
 
 
-def test_what_swings_faster_than_the_bound_is_not_at_rest_though_it_often_turns_around() -> None:
+def test_a_body_that_swings_faster_than_the_bound_is_not_at_rest() -> None:
     at_turns = 2 * SETTLE_LIMIT * math.asin(0.1) / math.pi
     assert at_turns > 3 * SETTLED_FOR
     assert settled_after(10 * SETTLED_SPEED) is None
 
 
-def test_what_swings_slower_than_the_bound_is_at_rest() -> None:
+def test_a_body_that_swings_slower_than_the_bound_is_at_rest() -> None:
     assert settled_after(0.9 * SETTLED_SPEED) == pytest.approx(SETTLED_FOR, abs=0.006)
 
 

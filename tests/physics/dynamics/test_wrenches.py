@@ -62,7 +62,7 @@ def test_a_link_that_circles_is_pulled_inwards() -> None:
         np.testing.assert_allclose(torque, np.cross([0.4, 0, 0], [0.0, G * 2, 0.0]), atol=1e-6)
 
 
-def test_what_leans_on_something_is_held_by_both() -> None:
+def test_a_leaning_object_is_held_by_both_supports() -> None:
     beam = """
       <geom type="sphere" size=".1" pos="1 0 -.15"/>
       <body><joint name="bot/hinge" axis="0 1 0"/>
@@ -87,7 +87,7 @@ def test_to_ask_changes_nothing() -> None:
     np.testing.assert_array_equal(asked._simulation.data.qpos, left_alone._simulation.data.qpos)
 
 
-def test_after_a_reset_they_are_those_of_the_start() -> None:
+def test_after_a_reset_wrenches_have_their_initial_values() -> None:
     joints = robot(CANTILEVER, "shoulder", "elbow")
     before = joints.wrenches()
     joints._simulation.data.qvel[:] = 3.0

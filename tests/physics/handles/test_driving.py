@@ -47,7 +47,7 @@ def drive(world: LoadedWorld, linear: float, angular: float, geometry: tuple[flo
     return (vx, vy, vz), (wx, wy, wz)
 
 
-def test_the_dd100_does_what_it_is_told_within_half_a_percent(ship: Ship) -> None:
+def test_the_dd100_moves_as_commanded_within_half_a_percent(ship: Ship) -> None:
     world = ship("dd100_flat.yaml")
     assert drive(world, 0.5, 0.0, TRUE)[0][0] == pytest.approx(0.5, rel=0.005)
     world.simulation.reset()
@@ -58,7 +58,7 @@ def test_the_dd100_does_what_it_is_told_within_half_a_percent(ship: Ship) -> Non
     assert angular[2] == pytest.approx(0.5, rel=0.005)
 
 
-def test_the_tutorials_robot_does_half_of_what_it_is_told(ship: Ship) -> None:
+def test_the_tutorials_robot_moves_at_half_of_the_commanded_speed(ship: Ship) -> None:
     world = ship("tutorial/flat_grid.yaml")
     assert drive(world, 0.5, 0.0, TUTORIAL)[0][0] / 0.5 == pytest.approx(0.049 / 0.1, rel=0.005)
     world.simulation.reset()
@@ -71,7 +71,7 @@ def test_base_link_moves_sideways_in_a_spin_as_it_lies_behind_the_axle(ship: Shi
     assert linear[1] == pytest.approx(-0.0989838 * angular[2], rel=0.005)
 
 
-def test_the_velocity_of_a_mount_is_that_of_its_own_place(ship: Ship) -> None:
+def test_the_velocity_of_a_mount_is_measured_at_the_mount(ship: Ship) -> None:
     world = ship("dd100_flat.yaml")
     drive(world, 0.0, 0.5, TRUE)
     base = world.simulation.body(world.stage.find("/dd100/base_link"))
@@ -141,7 +141,7 @@ def test_commands_take_effect_with_the_next_step(flat: Flat) -> None:
     assert (joints.efforts() > 1.0).all()
 
 
-def test_a_joint_that_is_not_there_is_told_with_the_nearest(flat: Flat) -> None:
+def test_an_unknown_joint_is_reported_with_the_nearest_names(flat: Flat) -> None:
     _, joints = flat
     with pytest.raises(JointError, match="did you mean 'front_left_wheel_joint'"):
         joints.select(["front_left_wheel"])
@@ -159,7 +159,7 @@ def test_no_effort_is_left_once_commands_are_zeroed(flat: Flat) -> None:
     assert not simulation.data.qfrc_applied.any()
 
 
-def test_a_state_that_is_not_finite_is_told_with_its_joint(flat: Flat) -> None:
+def test_a_state_that_is_not_finite_is_reported_with_its_joint(flat: Flat) -> None:
     simulation, joints = flat
     simulation.clamps_commands = False
     joints.select(WHEELS).command(efforts=[1e10, 0.0])
@@ -175,7 +175,7 @@ def test_a_state_that_is_not_finite_is_told_with_its_joint(flat: Flat) -> None:
         ("velocities", [1e9, -3.0], "velocity of /dd100/front_left_wheel_joint beyond -100 to 100"),
     ],
 )
-def test_a_command_beyond_what_a_joint_can_do_is_clamped_and_counted(
+def test_a_command_beyond_the_limit_of_a_joint_is_clamped_and_counted(
     flat: Flat, kind: str, values: list[float], what: str
 ) -> None:
     simulation, joints = flat

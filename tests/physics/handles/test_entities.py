@@ -47,7 +47,7 @@ def test_an_entity_that_is_not_there_is_an_error_with_the_nearest_name(project: 
         world(project, BALL).simulation.entities.state("bal")
 
 
-def test_a_thing_in_free_fall_accelerates_with_gravity_and_one_at_rest_does_not(project: Project) -> None:
+def test_an_object_in_free_fall_accelerates_with_gravity_and_one_at_rest_does_not(project: Project) -> None:
     simulation = world(project, BALL, SHELF).simulation
     run(simulation, 0.1)
     ball, shelf = simulation.entities.state("ball"), simulation.entities.state("shelf")
@@ -88,14 +88,14 @@ def test_bounds_enclose_a_shape_that_is_turned_by_45_degrees(
     assert (high - low) / 2 == pytest.approx(half)
 
 
-def test_bounds_hold_all_that_hangs_on_an_entity_and_what_has_no_end_has_none(project: Project) -> None:
+def test_bounds_enclose_all_parts_of_an_entity_and_infinite_entities_have_none(project: Project) -> None:
     inner = '<body name="a" pos="0 0 1"><geom size=".1"/><body pos="0 3 0"><geom size=".2"/></body></body>'
     simulation = world(project, inner, '<body name="wall"><geom type="plane" size="0 0 1"/></body>').simulation
     assert bounds(simulation, "a") == pytest.approx((-0.2, -0.1, 0.8, 0.2, 3.2, 1.2))
     assert simulation.entities.bounds("wall") is None
 
 
-def test_bounds_in_its_own_frame_are_those_of_a_thing_however_it_stands(project: Project) -> None:
+def test_bounds_in_the_entitys_own_frame_do_not_depend_on_its_pose(project: Project) -> None:
     box = BALL.replace('<geom size=".1"', '<geom type="box" pos=".5 0 0" size="1 2 3"')
     simulation = world(project, box).simulation
     simulation.entities.place("ball", Move((7, 8, 9), (0.1, 0.2, 0.3, 0.4)))

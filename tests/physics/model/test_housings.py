@@ -137,7 +137,7 @@ def test_a_sensor_that_is_mounted_on_another_hangs_on_the_link(project: Project)
         ),
     ],
 )
-def test_each_sensor_has_one_whatever_it_is_called_and_carried_by(
+def test_every_kind_of_sensor_gets_a_housing_under_any_name_and_parent(
     project: Project, sensors: str, bodies: list[str]
 ) -> None:
     project.write("bot.yaml", f"{ROBOT}sensors:\n{sensors}").write("sensors/mine.yaml", LIDAR + APPEARANCE)
@@ -162,7 +162,7 @@ def test_each_sensor_has_one_whatever_it_is_called_and_carried_by(
         (", colour: [1.0, 0.0, 0.0]", "", "4:5: error G107: missing key 'colour'"),
     ],
 )
-def test_a_bad_appearance_is_told_where_it_is_bad(project: Project, old: str, new: str, error: str) -> None:
+def test_an_invalid_appearance_is_reported_at_its_place(project: Project, old: str, new: str, error: str) -> None:
     assert old in APPEARANCE
     project.write("bot.yaml", f"{ROBOT}sensors:\n{EYE % ''}")
     project.write("sensors/mine.yaml", LIDAR + APPEARANCE.replace(old, new, 1))

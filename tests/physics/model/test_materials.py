@@ -90,13 +90,13 @@ MIXED = "its 1 and the floor's 0.8"
         ),
     ],
 )
-def test_a_note_on_friction_says_only_what_the_file_does_not(
+def test_a_note_on_friction_mentions_only_values_that_the_file_lacks(
     project: Project, material: str, messages: list[str]
 ) -> None:
     assert [note.message for note in bound(project, material).try_load()[1].items] == messages
 
 
-def test_what_has_no_counterpart_is_told_with_its_numbers() -> None:
+def test_properties_without_a_counterpart_are_reported_with_their_numbers() -> None:
     material = MaterialSpec(static_friction=0.9, dynamic_friction=0.6, restitution=0.5)
     _, left_out = sentences("Rubber", material, 0.8)
     assert left_out == "without effect, because MuJoCo does not support it: static friction (0.9), restitution (0.5)"
@@ -104,7 +104,7 @@ def test_what_has_no_counterpart_is_told_with_its_numbers() -> None:
 
 
 @given(st.sampled_from(RULES), st.sampled_from(RULES))
-def test_where_two_rules_differ_the_later_one_counts(one: str, other: str) -> None:
+def test_the_later_of_two_differing_rules_counts(one: str, other: str) -> None:
     assert stronger(one, other) == stronger(other, one) == RULES[max(RULES.index(one), RULES.index(other))]
 
 
@@ -148,7 +148,7 @@ def test_a_box_slides_down_a_slope_with_the_friction_that_was_resolved(project: 
 
 @pytest.mark.parametrize("rule", RULES)
 @pytest.mark.parametrize("friction", [0.0, 0.7])
-def test_a_friction_that_is_written_is_mixed_as_one_that_was_built(
+def test_a_friction_written_at_run_time_is_mixed_like_a_compiled_one(
     project: Project, rule: str, friction: float
 ) -> None:
     def told(simulation: Simulation) -> list[list[float]]:

@@ -54,7 +54,7 @@ def bodies_and_joints(model: mujoco.MjModel) -> dict[str, bytes]:
     return {name: array.tobytes() for name, array in found.items() if isinstance(array, np.ndarray)}
 
 
-def test_a_shared_mesh_moves_and_is_seen_by_lidars_as_one_of_its_own_bit_by_bit(project: Project) -> None:
+def test_lidars_and_motion_treat_a_shared_mesh_as_a_copy_to_the_last_bit(project: Project) -> None:
     shared, own = robots(project, own=False), robots(project, own=True)
     assert (shared.simulation.model.nmesh, own.simulation.model.nmesh) == (1, 3)
     expected = bodies_and_joints(own.simulation.model)
@@ -73,7 +73,7 @@ def test_a_shared_mesh_moves_and_is_seen_by_lidars_as_one_of_its_own_bit_by_bit(
 
 
 @needs_opengl
-def test_a_shared_mesh_looks_as_one_of_its_own(project: Project) -> None:
+def test_a_shared_mesh_looks_like_a_copy(project: Project) -> None:
     pictures = []
     for own in (False, True):
         world = robots(project, own)
@@ -97,7 +97,7 @@ def test_who_comes_shares_the_mesh_and_who_goes_leaves_it_to_the_others(project:
     assert shared.data.qpos.tobytes() == own.data.qpos.tobytes()
 
 
-def test_meshes_of_one_name_in_two_folders_stay_two(project: Project) -> None:
+def test_meshes_of_the_same_name_in_two_folders_stay_two(project: Project) -> None:
     for folder, radius in (("a", 0.1), ("b", 0.3)):
         project.write(f"{folder}/bot.yaml", "robot: bot\nurdf: bot.urdf\n")
         project.write(f"{folder}/bot.urdf", CART.replace(SHAPE, '<geometry><mesh filename="ball.stl"/></geometry>'))

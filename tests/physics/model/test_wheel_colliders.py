@@ -37,7 +37,7 @@ def wheel(
         ("cylinder", mujoco.mjtGeom.mjGEOM_CYLINDER, [0.1, 0.02, 0.0]),
     ],
 )
-def test_one_shape_about_the_axis_takes_the_place_of_all_colliders(
+def test_a_shape_about_the_axis_replaces_all_colliders(
     project: Project, shape: str, kind: mujoco.mjtGeom, size: list[float]
 ) -> None:
     text = f"shape: {shape}, radius: 0.1, width: 0.04, offset: 0.05"

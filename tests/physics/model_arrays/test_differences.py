@@ -69,7 +69,7 @@ def test_a_quaternion_of_the_other_sign_is_the_same_rotation(model: mujoco.MjMod
     assert lines(model, before, exact=False) == []
 
 
-def test_what_is_stored_is_read_and_large_arrays_only_by_their_digest(tmp_path: Path, model: mujoco.MjModel) -> None:
+def test_stored_arrays_are_read_back_and_large_ones_only_as_digests(tmp_path: Path, model: mujoco.MjModel) -> None:
     arrays = figures(model)
     larger = {**arrays, "mesh_vert": np.zeros((50, 3), np.float32)}
     write(tmp_path / "s.json", {"one": Figures("a", arrays), "two": Figures("b", larger)}, largest=120)

@@ -110,7 +110,7 @@ def test_a_cell_is_occupied_exactly_when_its_prism_overlaps_the_body(kind: str, 
         'type="capsule" size="0.1 0.3" pos="{0} {0} 0.5"',
     ],
 )
-def test_what_ends_at_the_border_of_a_cell_is_not_in_the_next(geom: str, noise: float) -> None:
+def test_a_shape_that_ends_at_the_border_of_a_cell_is_not_in_the_next(geom: str, noise: float) -> None:
     occupied = drawn(geom.format(0.3 + noise), Grid(0.1, 0.0, 0.0, 6, 6))
     expected = np.zeros((6, 6), np.bool_)
     expected[2:4, 2:4] = True
@@ -120,7 +120,7 @@ def test_what_ends_at_the_border_of_a_cell_is_not_in_the_next(geom: str, noise: 
 @pytest.mark.parametrize("noise", [0.0, 1e-12, -1e-12])
 @pytest.mark.parametrize(("height", "there"), [(0.1, False), (0.41, True), (0.72, False)])
 @pytest.mark.parametrize("geom", ['type="box" size="0.1 0.1 0.1"', 'type="cylinder" size="0.1 0.1"'])
-def test_what_ends_at_the_window_is_not_in_it(geom: str, height: float, there: bool, noise: float) -> None:
+def test_a_shape_that_ends_at_the_window_is_not_in_it(geom: str, height: float, there: bool, noise: float) -> None:
     assert drawn(f'{geom} pos="0.5 0.5 {height + noise}"', Grid(0.1, 0, 0, 10, 10)).any() == there
 
 
@@ -133,7 +133,7 @@ def test_an_upright_cylinder_fills_the_cells_that_its_disc_overlaps() -> None:
     assert (drawn(f'type="cylinder" size="{radius} 1" pos="{x} {y} 0"', grid) == (distance < radius)).all()
 
 
-def test_only_what_is_within_the_window_counts() -> None:
+def test_only_shapes_within_the_window_count() -> None:
     """A cone of a roof: a box on edge, wider the lower the window is."""
     roof = 'type="box" size="0.5 0.5 0.5" pos="0 0 0" euler="0 45 0"'
     grid = Grid(0.01, -1.0, -0.005, 200, 1)
@@ -243,7 +243,7 @@ def height_at(model: mujoco.MjModel, data: mujoco.MjData, x: float, y: float) ->
 
 @given(st.tuples(st.integers(-8, 8), st.integers(-8, 8)))
 @settings(max_examples=20)
-def test_what_moves_by_whole_cells_moves_on_the_map(shift: tuple[int, int]) -> None:
+def test_a_shape_moved_by_whole_cells_moves_on_the_map(shift: tuple[int, int]) -> None:
     columns, rows = shift
     geom = 'type="cylinder" size="0.3 0.2" pos="{} {} 0.4" quat="1 0.3 0.2 0.1"'
     grid = Grid(0.05, -1.0, -1.0, 40, 40)

@@ -46,7 +46,7 @@ def measured(
 @needs_opengl
 @pytest.mark.parametrize("extent", [0.02, 1.0, 65.0])
 @pytest.mark.parametrize("clip", [(0.01, 100.0), (0.5, 6.0)])
-def test_depths_are_what_rays_measure_whatever_the_worlds_extent(extent: float, clip: tuple[float, float]) -> None:
+def test_depths_agree_with_rays_for_worlds_of_any_extent(extent: float, clip: tuple[float, float]) -> None:
     simulation, camera = filming(ROOM, pose=TILTED, extent=extent, size=(160, 120), clip=clip)
     depth = camera.picture().depth
     expected = measured(simulation, directions(camera, TILTED), EYE)
@@ -87,7 +87,7 @@ def test_the_clip_range_is_exact(distance: float, margin: float) -> None:
 
 
 @needs_opengl
-def test_what_is_nearer_than_the_clip_range_hides_what_is_behind_it() -> None:
+def test_an_object_nearer_than_the_clip_range_hides_those_behind_it() -> None:
     parts = '<geom type="box" size=".1 .1 2" pos=".4 0 1"/><geom type="box" size=".1 9 9" pos="3.1 0 1"/>'
     depth = camera_of(simulation_of(parts, clip=(0.6, 6.0))).picture().depth
     assert np.isinf(depth[24, 32])

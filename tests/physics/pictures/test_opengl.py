@@ -26,7 +26,7 @@ def no_libraries(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
 
 
 @pytest.mark.usefixtures("no_libraries")
-def test_without_opengl_the_packages_to_install_are_told() -> None:
+def test_without_opengl_the_packages_to_install_are_named() -> None:
     camera = camera_of(simulation_of(ROOM))
     with pytest.raises(RenderError) as caught:
         camera.picture()
@@ -67,14 +67,14 @@ def test_opengl_serves_several_threads_one_after_another_and_at_once() -> None:
 
 
 @needs_opengl
-def test_a_picture_that_mujoco_cannot_draw_is_told() -> None:
+def test_an_image_that_mujoco_cannot_draw_is_reported() -> None:
     camera = camera_of(simulation_of(ROOM, size=(40_000, 1)))
     with pytest.raises(RenderError, match="MuJoCo cannot draw"):
         camera.picture()
 
 
 @needs_opengl
-def test_after_a_picture_that_could_not_be_drawn_the_next_one_is(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_after_a_failed_image_the_next_one_is_drawn(monkeypatch: pytest.MonkeyPatch) -> None:
     def refuse(*_: object) -> None:
         raise mujoco.FatalError("no")
 
@@ -126,5 +126,5 @@ def test_in_the_copy_that_a_fork_makes_a_picture_is_an_error_and_not_a_wait_for_
 
 
 @needs_opengl
-def test_the_driver_tells_its_renderer_and_the_version_of_opengl() -> None:
+def test_the_driver_reports_its_renderer_and_the_version_of_opengl() -> None:
     assert re.fullmatch(r"\S.*, [1-9]\.\d.*", opengl.driver())

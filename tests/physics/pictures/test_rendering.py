@@ -80,7 +80,7 @@ JUMBLE = """</worldbody>
 
 @settings(max_examples=15)
 @given(seed=st.integers(0, 2**32 - 1))
-def test_what_is_out_of_sight_is_left_out_and_the_picture_is_the_same(seed: int) -> None:
+def test_geoms_out_of_sight_are_left_out_and_the_image_is_the_same(seed: int) -> None:
     generator, parts = np.random.default_rng(seed), JUMBLE
     for index in range(30):
         shape = ("sphere", "capsule", "ellipsoid", "cylinder", "box", "mesh")[index % 6]

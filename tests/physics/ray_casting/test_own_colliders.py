@@ -67,7 +67,7 @@ def ahead(world: LoadedWorld) -> float:
         ("mast", ", position: [-0.3, 0, 0.3]", 3.0),
     ],
 )
-def test_a_lidar_sees_the_mast_before_it_but_not_its_own_link_nor_what_it_ignores(
+def test_a_lidar_sees_its_own_mast_but_not_its_own_link_or_ignored_links(
     project: Project, rays: RaysChoice, parent: str, keys: str, distance: float
 ) -> None:
     world = built(project, f"type: lidar, profile: {LIDAR}, parent: {parent}{keys}")

@@ -17,8 +17,9 @@ from graphengine.descriptions.engine import mujoco, sort_geoms
 from graphengine.format.errors import UsageError
 from graphengine.format.spec import RobotUse
 from graphengine.physics.loaded_world import LoadedWorld
+from graphengine.physics.ray_casting.casters import Caster
 from graphengine.physics.ray_casting.own_colliders import OwnColliders
-from graphengine.physics.ray_casting.rays import Caster, RaysChoice, select_rays
+from graphengine.physics.ray_casting.rays import RaysChoice, select_rays
 from graphengine.physics.simulation import Simulation
 from tests.physics.conftest import Ship
 from tests.physics.harness import SHIPPED, steps
@@ -199,7 +200,7 @@ def test_a_plane_is_met_from_its_front_and_within_its_rectangle_only(rays: RaysC
 
 
 @either_rays
-def test_of_two_surfaces_at_one_distance_the_first_in_the_model_is_met(rays: RaysChoice) -> None:
+def test_of_two_surfaces_at_the_same_distance_the_first_in_the_model_is_hit(rays: RaysChoice) -> None:
     box = '<geom type="box" size="1 1 1" pos="3 0 0"/>'
     world = world_of(f"<mujoco><worldbody><body>{box}</body><body><freejoint/>{box}</body></worldbody></mujoco>")
     distances, geoms = caster(world, rays, np.array([[1.0, 0.0, 0.0]])).cast(np.zeros(3), np.eye(3))
@@ -207,7 +208,7 @@ def test_of_two_surfaces_at_one_distance_the_first_in_the_model_is_met(rays: Ray
 
 
 @either_rays
-def test_rays_pass_through_what_is_transparent_and_through_their_own_robot(rays: RaysChoice) -> None:
+def test_rays_pass_through_transparent_geoms_and_their_own_robot(rays: RaysChoice) -> None:
     world = world_of(
         """<mujoco><asset><material name="glass" rgba="1 1 1 0"/></asset><worldbody>
           <geom type="box" size=".1 1 1" pos="2 0 0" rgba="1 1 1 0"/>
@@ -223,7 +224,7 @@ def test_rays_pass_through_what_is_transparent_and_through_their_own_robot(rays:
 
 
 @either_rays
-def test_what_is_as_far_as_a_sensor_sees_is_met(rays: RaysChoice) -> None:
+def test_surfaces_at_the_maximum_range_are_hit(rays: RaysChoice) -> None:
     world = world_of(f'<mujoco><worldbody><geom type="box" size="1 1 1" pos="{FAR + 1} 0 0"/></worldbody></mujoco>')
     assert caster(world, rays, np.array([[1.0, 0.0, 0.0]])).cast(np.zeros(3), np.eye(3))[0].tolist() == [FAR]
 
@@ -238,7 +239,9 @@ def test_a_world_without_geoms_is_empty(rays: RaysChoice) -> None:
 
 @either_rays
 @pytest.mark.parametrize(("joint", "distance"), [("slide", 2.0), ("hinge", 2.5 - 0.5 * math.sqrt(2))])
-def test_what_slides_or_turns_is_met_where_it_is_now(rays: RaysChoice, joint: str, distance: float) -> None:
+def test_sliding_and_turning_bodies_are_hit_at_their_present_pose(
+    rays: RaysChoice, joint: str, distance: float
+) -> None:
     model, data = world = world_of(
         f"""<mujoco><worldbody><body pos="2.5 0 0"><joint type="{joint}" axis="0 {"1 0" if joint == "slide" else "0 1"}"/>
         <geom type="box" size="0.5 0.5 0.5"/></body></worldbody></mujoco>"""
@@ -253,7 +256,7 @@ def test_what_slides_or_turns_is_met_where_it_is_now(rays: RaysChoice, joint: st
 
 
 @either_rays
-def test_what_moves_is_met_where_it_is_now(rays: RaysChoice) -> None:
+def test_moving_bodies_are_hit_at_their_present_pose(rays: RaysChoice) -> None:
     model, data = world = jumble(np.random.default_rng(5), 60)
     seeing = caster(world, rays, sphere(10, 40))
     generator = np.random.default_rng(6)
@@ -266,7 +269,7 @@ def test_what_moves_is_met_where_it_is_now(rays: RaysChoice) -> None:
 
 
 @needs_numba
-def test_what_a_sensor_sees_does_not_depend_on_what_else_there_is_behind_it_bit_for_bit() -> None:
+def test_a_scan_does_not_depend_on_hidden_geoms_to_the_last_bit() -> None:
     """Boxes all around hide what is beyond them. With more or less of it, the trees are others and the distances the same."""
 
     def scene(hidden: int) -> World:
@@ -331,7 +334,7 @@ def test_where_numba_may_not_compile_mujocos_are_used(fast: Any, monkeypatch: py
         select_rays("fast", *world_of("<mujoco/>"))
 
 
-def test_where_numba_fails_mujocos_are_used_and_it_is_told(
+def test_without_numba_mujocos_rays_are_used_with_a_message(
     fast: Any, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
     def fail(*_: object) -> None:
@@ -345,7 +348,7 @@ def test_where_numba_fails_mujocos_are_used_and_it_is_told(
         select_rays("fast", *world_of("<mujoco/>"))
 
 
-def test_that_compiling_takes_its_time_is_told(
+def test_a_long_compilation_is_announced(
     fast: Any, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
     from numba.core.event import trigger_event
@@ -390,7 +393,7 @@ LAND = f"""<asset><hfield name="land" nrow="{math.isqrt(500_000) + 1}" ncol="{ma
     [(SDF, "do not support geoms of type sdf"), (LAND, "more than 1000000 triangles")],
     ids=["a shape that they do not know", "too many triangles"],
 )
-def test_what_ours_cannot_meet_leaves_the_scene_to_mujocos(content: str, told: str) -> None:
+def test_geoms_that_fast_rays_cannot_hit_leave_the_scene_to_mujocos_rays(content: str, told: str) -> None:
     world = world_of(f"<mujoco>{content}</mujoco>")
     assert select_rays("auto", *world).name == "mujoco"
     with pytest.raises(UsageError, match=told):

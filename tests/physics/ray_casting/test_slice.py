@@ -65,7 +65,7 @@ def test_a_slice_gives_the_same_distances_and_geoms_wherever_it_serves(
     assert served >= 20
 
 
-def test_what_moves_is_seen_where_it_is_now(warehouse: tuple[mujoco.MjModel, mujoco.MjData]) -> None:
+def test_moving_bodies_are_seen_at_their_present_pose(warehouse: tuple[mujoco.MjModel, mujoco.MjData]) -> None:
     model, data = warehouse[0], mujoco.MjData(warehouse[0])
     mujoco.mj_forward(model, data)
     origin, level = np.array([-3.0, 6.0, 0.165]), np.eye(3)
@@ -81,7 +81,7 @@ def test_what_moves_is_seen_where_it_is_now(warehouse: tuple[mujoco.MjModel, muj
     assert distances.tobytes() != before.tobytes()
 
 
-def test_a_plane_that_meets_what_was_left_out_is_refused(warehouse: tuple[mujoco.MjModel, mujoco.MjData]) -> None:
+def test_a_plane_that_meets_a_left_out_geom_is_refused(warehouse: tuple[mujoco.MjModel, mujoco.MjData]) -> None:
     model, data = warehouse
     origin = np.array([-3.0, 6.0, 0.165])
     part = PlaneSlice(model, data, range(model.ngeom), origin, np.array([0.0, 0.0, 1.0]))

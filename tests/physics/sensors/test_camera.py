@@ -70,7 +70,7 @@ def test_a_picture_is_delivered_exactly_its_latency_after_its_capture(
         assert picture.time == pytest.approx((tick - delay) / tick_rate, rel=1e-12)
 
 
-def test_a_picture_shows_the_tick_that_captured_it_and_not_the_one_that_delivers_it() -> None:
+def test_an_image_shows_the_tick_of_its_capture_and_not_of_its_delivery() -> None:
     simulation, camera = filming(BALL, latency=0.2)
     heights: dict[int, float] = {}
     pictures: dict[int, Picture] = {}
@@ -111,7 +111,7 @@ def test_all_readers_get_the_same_picture_and_it_is_drawn_once(monkeypatch: pyte
     assert not first.depth.flags.writeable
 
 
-def test_what_nobody_took_in_its_turn_is_gone() -> None:
+def test_an_image_that_nobody_takes_in_its_tick_is_dropped() -> None:
     simulation, camera = filming(FALLING)
     simulation.begin_tick(2)
     camera.request()
@@ -203,7 +203,7 @@ def test_runs_of_two_processes_give_the_same_bytes_and_reset_begins_the_second()
     assert digest(play(other, camera_of(other), 20)) != first
 
 
-def test_what_others_look_at_changes_nothing() -> None:
+def test_other_readers_do_not_change_the_images() -> None:
     alone = simulation_of(FALLING, colour_noise=4.0)
     expected = digest(play(alone, camera_of(alone), 12))
     crowded, another = simulation_of(FALLING, colour_noise=4.0), simulation_of(WALL.format(2))
@@ -241,7 +241,7 @@ def test_noise_has_the_size_that_the_profile_says() -> None:
         assert np.std(depth) == pytest.approx(0.003 * distance**2, rel=0.05)
 
 
-def test_noise_stays_within_what_is_reported() -> None:
+def test_noise_stays_within_the_reported_range() -> None:
     simulation = simulation_of(WALL.format(4.1), depth_noise=1.0, colour_noise=200.0, clip=(3.0, 5.0))
     picture = camera_of(simulation).picture()
     assert np.isfinite(picture.depth).all()
@@ -267,7 +267,7 @@ def test_a_picture_on_its_way_survives_an_exchange_of_the_model() -> None:
     assert depths == pytest.approx([3.0, 7.0], abs=1e-4)
 
 
-def test_closing_ends_what_is_on_its_way() -> None:
+def test_closing_cancels_pending_images() -> None:
     simulation, camera = filming(FALLING, size=(640, 480), latency=5.0)
     for tick in range(1, 60):
         simulation.begin_tick(tick)

@@ -92,7 +92,7 @@ def test_graphs_of_physics_steps_get_the_force_of_each_step() -> None:
 
 
 @pytest.mark.parametrize(("body", "weight"), [("it", 0.0), ("foot", 3 * G)])
-def test_what_touches_another_body_is_not_felt_even_if_that_one_is_fixed_to_it(body: str, weight: float) -> None:
+def test_contacts_of_another_body_fixed_to_it_are_not_felt(body: str, weight: float) -> None:
     legged = """
       <body name="it" pos="0 0 .5"><freejoint/><geom type="box" size=".1 .1 .1" mass="1"/>
         <body name="foot" pos="0 0 -.4"><geom type="box" size=".1 .1 .1" mass="2"/></body></body>
@@ -110,7 +110,7 @@ def test_a_force_below_the_threshold_is_not_felt_and_none_is_above_the_limit() -
     assert tick(fine, 60) == pytest.approx(2 * G, rel=1e-3)
 
 
-def test_with_a_radius_only_what_touches_near_the_sensor_is_felt() -> None:
+def test_with_a_radius_only_contacts_near_the_sensor_are_felt() -> None:
     # Of a plank's four corners, 2 m by 1 m apart, two are within 0.6 m of the middle of a short side.
     plank = '<body name="it" pos="0 0 .05"><freejoint/><geom type="box" size="1 .5 .05" mass="2"/></body>'
     assert tick(sensing(plank, position=(1.0, 0.0, -0.05), radius=0.6), 60) == pytest.approx(G, rel=1e-3)

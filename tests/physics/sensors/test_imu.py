@@ -158,7 +158,7 @@ def test_a_sample_that_nobody_asked_for_in_its_tick_is_still_that_of_its_tick() 
     assert not late.due
 
 
-def test_noise_is_that_of_seed_prim_and_sample_whoever_listens() -> None:
+def test_noise_depends_on_seed_prim_and_sample_only() -> None:
     often, once, other = (carried(TURNTABLE, acceleration_noise=0.1, seed=seed) for seed in (0, 0, 1))
     tick(often, 5, often.sample)
     tick(once, 5)
@@ -168,7 +168,7 @@ def test_noise_is_that_of_seed_prim_and_sample_whoever_listens() -> None:
     assert once.sample() is once.sample()
 
 
-def test_noise_and_bias_are_those_of_the_profile() -> None:
+def test_noise_and_bias_come_from_the_profile() -> None:
     noise: dict[str, Any] = {"acceleration_noise": 0.02, "angular_velocity_noise": 0.3}
     bias: dict[str, Any] = {"acceleration_bias": (1.0, 2.0, 3.0), "angular_velocity_bias": (0.0, 5.0, 0.0)}
     imu = carried(TURNTABLE, **noise, **bias)

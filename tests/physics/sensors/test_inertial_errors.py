@@ -99,7 +99,7 @@ def test_bias_instability_has_the_same_variance_at_all_times_and_forgets_within_
     assert correlation == pytest.approx(math.exp(-1.0 / 2.0), abs=5 / math.sqrt(3 * RUNS))
 
 
-def test_a_scale_error_is_a_share_of_what_is_felt_gravity_included() -> None:
+def test_a_scale_error_is_proportional_to_the_acceleration_including_gravity() -> None:
     sections: dict[str, Any] = {"accelerometer": {"scale_error_percent": (0.0, 0.0, 2.0)}}
     imu = moving(unit(**sections, gyroscope={"scale_error_percent": (0.0, 0.0, -1.0)}), 3.0)
     (sample,) = readings(imu, 1)
@@ -113,7 +113,7 @@ DRIFTING: dict[str, Any] = {
 }
 
 
-def test_errors_are_those_of_seed_and_sample_whoever_listens() -> None:
+def test_errors_depend_on_seed_and_sample_only() -> None:
     often, once, other = (unit(seed=seed, **DRIFTING) for seed in (0, 0, 1))
     all_of_them = readings(often, 700)  # beyond a block of random numbers
     tick(once, 700)

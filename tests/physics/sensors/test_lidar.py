@@ -91,7 +91,7 @@ def test_beams_of_a_3d_lidar_come_ring_after_ring_and_measure_the_walls_too(rays
     np.testing.assert_allclose(scan.ranges, walls_along(lidar.directions), atol=1e-6, rtol=0)
 
 
-def test_what_is_too_near_or_too_far_is_no_return() -> None:
+def test_surfaces_that_are_too_near_or_too_far_give_no_return() -> None:
     scan, true = scan_at(room(ranges=(4.0, 6.0), noise_std=0.5), 1), room().scan().ranges
     returned = np.isfinite(scan.ranges)
     np.testing.assert_array_equal(returned, (true >= 4.0) & (true <= 6.0))
@@ -131,7 +131,7 @@ def test_20_hz_at_60_ticks_is_the_first_tick_and_then_every_third() -> None:
     assert due == [(1, 0), (3, 1), (6, 2), (9, 3), (12, 4)]
 
 
-def test_a_sample_is_cast_once_and_shared_and_a_new_one_is_a_new_array() -> None:
+def test_a_sample_is_cast_once_shared_by_all_readers_and_never_overwritten() -> None:
     one = room(20.0)
     assert isinstance(one._simulation, Simulation)
     other = one._simulation.device(RayLidar, one._simulation.stage.find("/Lidar"))

@@ -116,7 +116,7 @@ def test_a_radar_that_is_turned_measures_in_its_own_frame() -> None:
     np.testing.assert_allclose(sample.radial_velocities, [1.2 * x for x, _, _ in AHEAD], atol=1e-6)
 
 
-def test_power_falls_with_the_fourth_power_of_the_distance_to_0_db_at_the_largest_one() -> None:
+def test_power_falls_with_the_fourth_power_of_the_distance_to_0_db_at_the_maximum_range() -> None:
     beam: dict[str, Any] = {"angles": (0.0, 0.1, 0.1), "elevations": (0.0,)}
     near, half, far = (radar_of(wall(d), **beam).detections().intensities[0] for d in (12.5, 25.0, 49.99))
     assert far == pytest.approx(0.0, abs=0.01)
@@ -124,7 +124,7 @@ def test_power_falls_with_the_fourth_power_of_the_distance_to_0_db_at_the_larges
     assert near - half == pytest.approx(12.04, abs=0.02)
 
 
-def test_what_is_out_of_range_is_no_detection() -> None:
+def test_objects_out_of_range_are_not_detected() -> None:
     for bodies in ("", wall(60.0), wall(0.4)):
         sample = radar_of(bodies).detections()
         assert (sample.points.shape, rows(sample)) == ((0, 3), [])

@@ -45,7 +45,7 @@ def test_a_wall_ahead_is_as_far_as_it_stands(rays: RaysChoice, distance: float) 
 
 
 @pytest.mark.parametrize(("distance", "range_"), [(4.001, math.inf), (0.099, -math.inf)])
-def test_what_is_out_of_range_is_infinite_as_rep_117_has_it(distance: float, range_: float) -> None:
+def test_out_of_range_is_infinity_as_in_rep_117(distance: float, range_: float) -> None:
     noisy = looking_at(wall(distance), noise_std=0.5)
     assert noisy.reading().range == range_
     assert looking_at("").reading().range == math.inf
@@ -53,7 +53,7 @@ def test_what_is_out_of_range_is_infinite_as_rep_117_has_it(distance: float, ran
 
 @either_rays
 @pytest.mark.parametrize("turn", [{"yaw": 0.6}, {"yaw": -0.6}, {"pitch": 0.6}, {"pitch": -0.6}])
-def test_a_tilted_wall_is_as_far_as_the_edge_of_the_cone_is_that_meets_it_first(
+def test_a_tilted_wall_is_measured_where_the_edge_of_the_cone_meets_it(
     rays: RaysChoice, turn: dict[str, float]
 ) -> None:
     nearest = 2.0 * math.cos(0.6) / math.cos(0.6 - HALF)
@@ -111,7 +111,7 @@ def test_noise_has_the_standard_deviation_it_is_given() -> None:
     assert np.mean(errors) == pytest.approx(0.0, abs=0.002)
 
 
-def test_a_distance_is_a_multiple_of_the_resolution_the_nearest_one() -> None:
+def test_a_distance_is_rounded_to_the_nearest_multiple_of_the_resolution() -> None:
     assert looking_at(wall(2.1), resolution=0.25).reading().range == 2.0
     assert looking_at(wall(2.2), resolution=0.25).reading().range == 2.25
 

@@ -113,7 +113,7 @@ def test_paths_of_bodies_are_reported_if_asked_for() -> None:
 
 
 @either_rays
-def test_what_ends_before_the_least_range_is_not_seen(rays: RaysChoice) -> None:
+def test_objects_nearer_than_the_minimum_range_are_not_seen(rays: RaysChoice) -> None:
     near = '<geom type="box" size=".1 .1 .1" pos=".2 0 0"/>'
     assert cast(near + BOX.format("3 0 0"), rays).depths == pytest.approx([2.5])
     assert cast(near, rays).depths == pytest.approx([100.0])

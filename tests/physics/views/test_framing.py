@@ -121,7 +121,7 @@ def test_an_arm_is_shown_in_full_and_not_from_behind(project: Project, name: str
     assert 0.25 < np.ptp(rows) / 90 < 0.5
 
 
-def test_what_points_fill_is_exactly_the_part_that_they_should() -> None:
+def test_the_view_frames_exactly_the_given_points() -> None:
     generator = np.random.default_rng(3)
     points, back = generator.normal(size=(50, 3)), framing.direction(0.7, 0.4)
     offset = framing.fitting_offset(points, np.zeros(3), back, (0.4, 0.2))

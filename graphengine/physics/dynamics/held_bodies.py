@@ -9,7 +9,6 @@ inertia it would give way, and a heavy body would sink through a light one.
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -18,11 +17,6 @@ from graphengine.devices import rotation
 from graphengine.devices.rotation import NOWHERE, Pose, Quaternion, Vector3, pose_of, vector
 from graphengine.devices.stage import Prim, Stage
 from graphengine.format.errors import PhysicsError
-from graphengine.physics.core.handle_table import Handle
-
-if TYPE_CHECKING:
-    from graphengine.physics.core.simulation_core import SimulationCore
-
 
 _FREE, _SLIDE = mujoco.mjtJoint.mjJNT_FREE.value, mujoco.mjtJoint.mjJNT_SLIDE.value
 _PLACEABLE = (_FREE, _SLIDE, mujoco.mjtJoint.mjJNT_HINGE.value)
@@ -53,20 +47,29 @@ def find_mover(model: mujoco.MjModel, stage: Stage, prim: Prim) -> tuple[int, Po
     return (body, pose) if len(joints) == 1 and joints[0] in _PLACEABLE else None
 
 
-class PlacedBody(Handle):
-    """A handle that places a prim and holds its body there until the simulation is reset."""
+class HeldBody:
+    """A body that is held at a pose.
 
-    kept = ("_coordinates",)
+    Args:
+        model: compiled model.
+        data: state of the model.
+        stage: prims of the model.
+        prim: the prim that is placed; `find_mover` must find a body for it.
+        coordinates: coordinates of the joint at which the body is already held; None if it is not held yet.
+    """
 
-    def __init__(self, simulation: SimulationCore, prim: Prim) -> None:
-        self._coordinates: Floats | None = None
+    def __init__(
+        self, model: mujoco.MjModel, data: mujoco.MjData, stage: Stage, prim: Prim, coordinates: Floats | None = None
+    ) -> None:
+        self.coordinates = coordinates
+        self._stage, self._prim = stage, prim
         self._loose: list[Floats] = []
-        super().__init__(simulation, prim)
+        self.bind(model, data)
 
-    def bind(self) -> None:
-        """Look up the body that moves with the prim, and its joint; a body that is held becomes firm in the new model."""
-        model, data = self._simulation.model, self._simulation.data
-        mover = find_mover(model, self._simulation.stage, self._prim)
+    def bind(self, model: mujoco.MjModel, data: mujoco.MjData) -> None:
+        """Look up the body that moves with the prim, and its joint, in a model; if the body is held, make it firm."""
+        self._model, self._data = model, data
+        mover = find_mover(model, self._stage, self._prim)
         assert mover is not None
         self.body, self._offset = mover
         body = self.body
@@ -75,15 +78,11 @@ class PlacedBody(Handle):
         place, dof = int(model.jnt_qposadr[joint]), int(model.jnt_dofadr[joint])
         self._dofs = slice(dof, dof + (6 if free else 1))
         self._position, self._velocity = data.qpos[place : place + (7 if free else 1)], data.qvel[self._dofs]
-        if self._coordinates is not None:
-            self._make_firm()
+        if self.coordinates is not None:
+            self.make_firm()
 
-    def place(self, position: Vector3, orientation: Quaternion) -> None:
-        """Place the prim at rest and hold its body at this pose; all handles then return the new pose.
-
-        Args:
-            position: position in the world frame, m.
-            orientation: unit quaternion (x, y, z, w) in the world frame.
+    def aim(self, position: Vector3, orientation: Quaternion) -> None:
+        """Set the pose in the world frame at which `hold` holds the prim.
 
         Raises:
             PhysicsError: a number is outside MuJoCo's range; nothing has changed.
@@ -93,32 +92,21 @@ class PlacedBody(Handle):
         )
         if not np.abs(coordinates).max() <= mujoco.mjMAXVAL:
             legal = f"coordinates must be at most {mujoco.mjMAXVAL:g} m"
-            raise PhysicsError(f"{self.prim_path} cannot be put at {position}, {orientation}; {legal}")
-        if self._coordinates is None:
-            self._simulation.let_go(self.body)  # another prim may have put it elsewhere
-            self._simulation.held.append(self)
-            self._make_firm()
-        self._coordinates = coordinates
-        self.hold()
-        self._simulation.refresh()
+            raise PhysicsError(f"{self._prim.path} cannot be put at {position}, {orientation}; {legal}")
+        self.coordinates = coordinates
 
     def hold(self) -> None:
         """Write the held pose and zero velocity to the state."""
-        if self._coordinates is not None:
-            self._position[:] = self._coordinates
-            self._velocity[:] = 0.0
-
-    def release(self) -> None:
-        """Stop holding the body, so that physics moves it again."""
-        self._coordinates = None
-        self.soften()
+        self._position[:] = self.coordinates
+        self._velocity[:] = 0.0
 
     def soften(self) -> None:
         """Restore the body's own inertia and inverse weights in the model."""
         for (array, where, _, _), loose in zip(self._weights(), self._loose, strict=True):
             array[where] = loose
 
-    def _make_firm(self) -> None:
+    def make_firm(self) -> None:
+        """Give the body its large inertia and small inverse weights in the model."""
         self._loose = [np.copy(array[where]) for array, where, _, _ in self._weights()]
         for array, where, factor, more in self._weights():
             array[where] = array[where] * factor + more
@@ -131,7 +119,7 @@ class PlacedBody(Handle):
         inverse weights, which soften contacts. They must not become zero: the contact force on a body that is held inside the
         ground would be unbounded.
         """
-        model = self._simulation.model
+        model = self._model
         return [
             (model.dof_armature, self._dofs, 1.0, _FIRM),
             (model.dof_M0, self._dofs, 1.0, _FIRM),
@@ -141,7 +129,7 @@ class PlacedBody(Handle):
 
     def _towards(self, position: Vector3, orientation: Quaternion) -> Floats:
         """Return the joint coordinates that bring the body to a pose in the world, or as close to it as the joint allows."""
-        model, data, body, joint = self._simulation.model, self._simulation.data, self.body, self._joint
+        model, data, body, joint = self._model, self._data, self.body, self._joint
         x, y, z, w = orientation
         if model.jnt_type[joint] == _FREE:
             return np.array((*position, w, x, y, z))
