@@ -112,7 +112,7 @@ def _joints(sim: Session, robot: RobotInstance) -> list[str]:
     hanging: list[tuple[str, float]] = []
     sagging: list[tuple[str, float]] = []
     for name, joint in sim.robots[robot.name].joints.items():
-        described = robot.urdf.joints[name]
+        described = robot.description.joints[name]
         if math.isfinite(targets[name]):
             sagging.append((name, joint.position - targets[name]))
         elif (
@@ -122,7 +122,7 @@ def _joints(sim: Session, robot: RobotInstance) -> list[str]:
         ):
             hanging.append((name, joint.position - robot.starts.get(name, 0.0)))
     without = "joints without a drive hang, rad or m: {}; --position-drives holds joints that take efforts"
-    if robot.urdf.mjcf is not None:
+    if robot.description.mjcf is not None:
         without = "joints without a position servo move, rad or m: {}"
     return [
         *_worst(without, hanging, HANGING),

@@ -23,15 +23,15 @@ WIDEST = 160
 
 def report(imported: Imported, findings: Findings) -> list[str]:
     """Return the lines of the report on an imported robot."""
-    robot, urdf = imported.robot, imported.robot.urdf
+    robot, description = imported.robot, imported.robot.description
     draft = imported.draft
     base = "free" if imported.free else "fixed to the world"
     if imported.free and not draft.wheels:
         base += "; --fixed-base fixes it to the world"
-    links, joints = counted(len(urdf.links), "link"), counted(len(urdf.joints), "joint")
+    links, joints = counted(len(description.links), "link"), counted(len(description.joints), "joint")
     lines = [f"wrote {', '.join(near(str(path)) for path in imported.files)}"]
-    lines += [f"{links}, {joints} of which {len(robot.moving)} move, {urdf.mass:.4g} kg"]
-    lines += [f"base link {urdf.root}, {base}"]
+    lines += [f"{links}, {joints} of which {len(robot.moving)} move, {description.mass:.4g} kg"]
+    lines += [f"base link {description.root}, {base}"]
     if imported.lowest is not None:
         pose = "all joints at zero" if robot.keyframe is None else f"joints as in keyframe {robot.spec.start}"
         lines.append(f"lowest collider at z = {imported.lowest:.4f} m, {pose}")

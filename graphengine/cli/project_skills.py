@@ -16,7 +16,7 @@ from graphengine.format.yaml_text import flow
 
 if TYPE_CHECKING:
     from graphengine.bringup.robots.import_robot import Imported
-    from graphengine.descriptions.urdf.urdf import UrdfJoint
+    from graphengine.descriptions.robot_description import Joint
 
 TEMPLATES = Path(__file__).with_name("project_files")
 _BASE, _STAND, _TRAJECTORY = "base", "stand", "arm/trajectory.yaml"
@@ -54,9 +54,9 @@ def skills_of(imported: Imported) -> Skills:
     return Skills(drives, stands, reaches=reaches, examples=examples)
 
 
-def commanded(imported: Imported) -> list[UrdfJoint]:
+def commanded(imported: Imported) -> list[Joint]:
     """Return the joints that take commands from a topic, without the joints of a base."""
-    return [imported.robot.urdf.joints[name] for name in imported.draft.commanded]
+    return [imported.robot.description.joints[name] for name in imported.draft.commanded]
 
 
 def is_arm(imported: Imported) -> bool:
@@ -100,7 +100,7 @@ def _reach(imported: Imported, name: str, parameters: Mapping[str, Any]) -> tupl
     controller = parameters.get("controller", "joint_trajectory_controller")
     lines = "".join(f"        {json.dumps(joint)}: {position!r},\n" for joint, position in pose.items())
     # The servos of a MuJoCo model sag under the weight of the arm, as its author chose.
-    within, error = ("two_milliradians", 0.002) if imported.robot.urdf.mjcf is None else ("five_degrees", 0.087)
+    within, error = ("two_milliradians", 0.002) if imported.robot.description.mjcf is None else ("five_degrees", 0.087)
     test = filled(
         TEMPLATES / "reach_test.txt",
         name=re.sub(r"\W", "_", name),

@@ -9,6 +9,7 @@ from graphengine.descriptions.files.packages import Packages
 from graphengine.descriptions.files.references import Library
 from graphengine.descriptions.files.xml import Element, parse
 from graphengine.descriptions.mjcf.mjcf import read_mjcf
+from graphengine.descriptions.robot_description import RobotDescription
 from graphengine.descriptions.robot_files.default_drives import add_wheel_drives
 from graphengine.descriptions.robot_files.draft import Draft
 from graphengine.descriptions.robot_files.mjcf_parts import add_model_parts
@@ -16,7 +17,6 @@ from graphengine.descriptions.robot_files.robot_file import RobotFile
 from graphengine.descriptions.sdf.sdf_files import SUFFIXES as SDF_SUFFIXES
 from graphengine.descriptions.sdf.sdf_files import is_sdf
 from graphengine.descriptions.sdf.sdf_reader import read_sdf
-from graphengine.descriptions.urdf.urdf import Urdf
 from graphengine.descriptions.urdf.urdf_reader import read_urdf
 from graphengine.descriptions.xacro import xacro
 from graphengine.format.diagnostics import Findings
@@ -31,7 +31,7 @@ MJCF_SUFFIX = ".xml"
 SUFFIXES = (".urdf", xacro.SUFFIX, MJCF_SUFFIX, *SDF_SUFFIXES)
 
 
-def read_description(file: RobotFile, library: Library) -> Urdf | None:
+def read_description(file: RobotFile, library: Library) -> RobotDescription | None:
     """Read the description that a robot file names by `urdf` or `mjcf`, and return its links and joints.
 
     Return None after an error; errors are added to the findings of the library.
@@ -63,14 +63,14 @@ def read_description(file: RobotFile, library: Library) -> Urdf | None:
     return _converted(path, root, packages, findings)
 
 
-def _converted(path: Path, root: Element | None, packages: Packages, findings: Findings) -> Urdf | None:
+def _converted(path: Path, root: Element | None, packages: Packages, findings: Findings) -> RobotDescription | None:
     """Return the links and joints of a parsed URDF or SDF file; None after an error."""
     if root is None:
         return None
     return read_sdf(path, root, packages, findings) if is_sdf(root) else read_urdf(root, packages, findings)
 
 
-def _read_model(file: RobotFile, library: Library) -> Urdf | None:
+def _read_model(file: RobotFile, library: Library) -> RobotDescription | None:
     """Return the MuJoCo model that a robot file names by `mjcf`; None after an error."""
     for key in ("urdf", "xacro_arguments", "package_paths"):
         if getattr(file.spec, key):
@@ -118,7 +118,7 @@ def is_mjcf(use: str) -> bool:
     return Path(use).suffix == MJCF_SUFFIX
 
 
-def read_bare(use: str, path: Path, library: Library) -> tuple[RobotFile, Urdf] | None:
+def read_bare(use: str, path: Path, library: Library) -> tuple[RobotFile, RobotDescription] | None:
     """Read a description without a robot file; return it with a generated one, or None after an error.
 
     Args:
@@ -128,8 +128,8 @@ def read_bare(use: str, path: Path, library: Library) -> tuple[RobotFile, Urdf] 
     """
     files, findings = library.files, library.findings
     if is_mjcf(use):
-        urdf = read_mjcf(path, library, use if is_text(use) else None)
-        return with_robot_file(urdf, path, findings)
+        description = read_mjcf(path, library, use if is_text(use) else None)
+        return with_robot_file(description, path, findings)
     packages = Packages(path.parent, (), files)
     root = parse(use.encode(), path.name, findings, "S103") if is_text(use) else read_root(path, findings)
     if root is not None and not is_text(use) and xacro.is_xacro(path, root):
@@ -137,22 +137,24 @@ def read_bare(use: str, path: Path, library: Library) -> tuple[RobotFile, Urdf] 
     return with_robot_file(_converted(path, root, packages, findings), path, findings)
 
 
-def with_robot_file(urdf: Urdf | None, path: Path, findings: Findings) -> tuple[RobotFile, Urdf] | None:
+def with_robot_file(
+    description: RobotDescription | None, path: Path, findings: Findings
+) -> tuple[RobotFile, RobotDescription] | None:
     """Return a description together with a minimal generated robot file; None if there is no description.
 
     The robot file adds velocity drives for wheels to a URDF or SDF description. A MuJoCo model defines its drives itself; its
     cameras and IMUs become sensors of the robot file.
     """
-    if urdf is None:
+    if description is None:
         return None
-    draft = Draft(urdf, "bare", path.name, path.name)
-    if urdf.mjcf is not None:
+    draft = Draft(description, "bare", path.name, path.name)
+    if description.mjcf is not None:
         add_model_parts(draft)
     else:
-        draft.fixed_base = any(each.first("static") is not None for each in urdf.element.all("gazebo"))
+        draft.fixed_base = any(each.first("static") is not None for each in description.element.all("gazebo"))
         add_wheel_drives(draft)
     file = robot_file(draft, findings)
-    return (file, urdf) if file is not None else None
+    return (file, description) if file is not None else None
 
 
 def robot_file(draft: Draft, findings: Findings, document: Document | None = None) -> RobotFile | None:
@@ -163,7 +165,7 @@ def robot_file(draft: Draft, findings: Findings, document: Document | None = Non
         findings: receives errors.
         document: positions of the values; without it, findings refer to the root element of the description.
     """
-    span = draft.urdf.element.span
+    span = draft.description.element.span
     document = document or Document(span.source, Value(span, {}), 0)
     spec = validate(RobotSpec, document, read_back(draft.data()), findings)
     return RobotFile(spec, (Loaded(spec, document),)) if spec is not None else None

@@ -146,8 +146,8 @@ BOUNDS_NO_INPUT = {
         "view.scene.viewer_controls.FARTHEST",
     ),
     "a value above or below which a warning suggests another unit; it is used as it is": (
-        "descriptions.urdf.joint_units._MOST_DEGREES",
-        "descriptions.urdf.joint_units._MOST_TURNS",
+        "descriptions.joint_units._MOST_DEGREES",
+        "descriptions.joint_units._MOST_TURNS",
         "descriptions.files.flat_meshes._FARTHEST",
         "physics.model.mesh_units.LARGEST",
         "physics.model.mesh_units.SMALLEST",

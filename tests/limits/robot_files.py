@@ -13,19 +13,20 @@ import pytest
 
 from graphengine.bringup.robots import arm_gains, controllers_file
 from graphengine.bringup.robots.gazebo_profiles import NO_LIKE
+from graphengine.descriptions import link_tree
 from graphengine.descriptions.files import bounds, conversion, meshes, references, xml
 from graphengine.descriptions.files.meshes import MeshError
 from graphengine.descriptions.files.packages import Packages
 from graphengine.descriptions.files.references import Library
 from graphengine.descriptions.mjcf import mjcf_trial
+from graphengine.descriptions.robot_description import Link
 from graphengine.descriptions.robot_files import default_drives
 from graphengine.descriptions.robot_files.robot_file import read_robot
 from graphengine.descriptions.sdf import sdf_files, sdf_values
 from graphengine.descriptions.sdf.sdf_geoms import GeomWriter
 from graphengine.descriptions.sdf.sdf_values import SdfError
-from graphengine.descriptions.urdf import link_tree, urdf_reader
-from graphengine.descriptions.urdf.shapes import Mesh
-from graphengine.descriptions.urdf.urdf import UrdfLink
+from graphengine.descriptions.shapes import Mesh
+from graphengine.descriptions.urdf import urdf_reader
 from graphengine.descriptions.xacro import absent_packages, dom, xacro
 from graphengine.descriptions.xacro.xacro_macros import robot_macros
 from graphengine.format.diagnostics import Findings, Source, Span
@@ -59,15 +60,15 @@ def parsed(text: str) -> tuple[Any, Findings]:
     return xml.parse(text.encode(), "a.xml", findings, "S103"), findings
 
 
-@limit("descriptions.urdf.link_tree.MAX_LINKS", at=3)
+@limit("descriptions.link_tree.MAX_LINKS", at=3)
 def _(links: int) -> bool:
     elements = "".join(f'<link name="l{number}"/>' for number in range(links))
     root, findings = parsed(f"<robot>{elements}</robot>")
-    made = [UrdfLink(element.get("name"), element, None, ()) for element in root.children]
+    made = [Link(element.get("name"), element, None, ()) for element in root.children]
     return len(link_tree._by_name(made, "link", findings)) == links and not findings.items
 
 
-@limit("descriptions.urdf.shapes.MAX_COLOUR", step=1e30)
+@limit("descriptions.shapes.MAX_COLOUR", step=1e30)
 def _(red: float) -> bool:
     root, findings = parsed(f'<robot><material name="m"><color rgba="{red!r} 0 0 1"/></material></robot>')
     urdf_reader.check_numbers(root.children[0], findings)

@@ -210,7 +210,7 @@ def _command(claims: Sequence[EndpointClaim], missing: list[str]) -> EndpointCla
 def _description_edges(claims: Sequence[EndpointClaim], robot: RobotInstance) -> Iterator[tuple[str, str]]:
     """Yield the transforms, as (parent, child) frames, of the robot description, if a topic publishes the description."""
     if any(claim.topic.endswith("/robot_description") for claim in claims):
-        yield from ((joint.parent, joint.child) for joint in robot.urdf.joints.values())
+        yield from ((joint.parent, joint.child) for joint in robot.description.joints.values())
 
 
 def _base_frame(

@@ -18,8 +18,8 @@ import numpy as np
 
 from graphengine.bringup.robots.trial import trial
 from graphengine.descriptions.engine import mujoco
+from graphengine.descriptions.robot_description import Joint
 from graphengine.descriptions.robot_files.draft import Draft, rounded
-from graphengine.descriptions.urdf.urdf import UrdfJoint
 
 DEVIATION = 0.01
 """Deviation at which a drive exerts its full effort, rad or m."""
@@ -56,7 +56,7 @@ def set_gains(draft: Draft) -> None:
 
     Gravity compensation and interpolation of set points are enabled for these drives.
     """
-    joints = [draft.urdf.joints[name] for name in draft.servos]
+    joints = [draft.description.joints[name] for name in draft.servos]
     loads = _loads(draft, joints) if joints else None
     if loads is None:
         return
@@ -90,7 +90,7 @@ def set_gains(draft: Draft) -> None:
         draft.notice(text, joints[0].element.span)
 
 
-def _stopping(joint: UrdfJoint, load: Load) -> float:
+def _stopping(joint: Joint, load: Load) -> float:
     """Return the way (rad or m) on which a joint stops from its speed limit with its full effort; 0 without these limits."""
     if not joint.effort or not joint.velocity:
         return 0.0
@@ -98,7 +98,7 @@ def _stopping(joint: UrdfJoint, load: Load) -> float:
     return joint.velocity**2 * load.inertia / (2.0 * free) if free > 0.0 else math.inf
 
 
-def _gains(joint: UrdfJoint, load: Load) -> tuple[float, float]:
+def _gains(joint: Joint, load: Load) -> tuple[float, float]:
     """Return the stiffness (N m/rad or N/m) and bandwidth (Hz) of the drive of a joint."""
     fastest = 2 * math.pi * FASTEST
     most = joint.effort or max(load.weight, load.coupled * fastest**2 * DEVIATION)
@@ -109,7 +109,7 @@ def _gains(joint: UrdfJoint, load: Load) -> tuple[float, float]:
     return stiffness, min(natural, fastest) / (2 * math.pi)
 
 
-def _loads(draft: Draft, joints: Sequence[UrdfJoint]) -> list[Load] | None:
+def _loads(draft: Draft, joints: Sequence[Joint]) -> list[Load] | None:
     """Return the largest loads of each joint in a fixed set of poses; None if the robot cannot be compiled."""
     if (model := trial(draft)) is None:
         return None

@@ -10,8 +10,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any, Literal
 
+from graphengine.descriptions.robot_description import Joint
 from graphengine.descriptions.robot_files.draft import RobotWheel
-from graphengine.descriptions.urdf.urdf import UrdfJoint
 from graphengine.devices.rotation import Vector3
 from graphengine.format.diagnostics import Span
 
@@ -97,7 +97,7 @@ class Drivetrain:
 
     base: Base
     wheels: tuple[RobotWheel, ...]
-    steering: tuple[UrdfJoint, ...]
+    steering: tuple[Joint, ...]
     parameters: dict[str, Any]
     grip: Mapping[str, Vector3] = field(default_factory=dict)
     skid: Grip | None = None

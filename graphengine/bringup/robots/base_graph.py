@@ -85,13 +85,13 @@ def _limits_of_wheels(draft: Draft, drivetrain: Drivetrain, defaults: Mapping[st
     text += f"or turns on the spot at up to {rim / lever:.3g} rad/s; the graph scales faster commands down"
     limits = {name: rounded(value) for name, value in found.items() if name not in known}
     claim: Claim = {("graphs", GRAPH, "parameters", name): value for name, value in limits.items()}
-    draft.carry(text, draft.urdf.joints[slowest.joint].element.span, claim)
+    draft.carry(text, draft.description.joints[slowest.joint].element.span, claim)
     return limits
 
 
 def _slowest_wheel(draft: Draft, drivetrain: Drivetrain) -> tuple[RobotWheel, float]:
     """Return the driven wheel whose rim is the slowest at the velocity limit of its joint, and that limit, rad/s."""
-    joints = draft.urdf.joints
+    joints = draft.description.joints
     speeds = {each: min(joints[each.joint].velocity or FASTEST_WHEEL, FASTEST_WHEEL) for each in drivetrain.wheels}
     slowest = min(speeds, key=lambda wheel: speeds[wheel] * wheel.radius)
     return slowest, speeds[slowest]
@@ -149,7 +149,7 @@ def _grip(draft: Draft, drivetrain: Drivetrain) -> None:
         directed: MaterialKeys = {
             "across": across,
             "direction": [rounded(part, 6) for part in direction],
-            "expressed_in": draft.urdf.root,
+            "expressed_in": draft.description.root,
         }
         if skid is not None:
             directed["steady_sliding"] = True

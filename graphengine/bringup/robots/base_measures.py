@@ -10,8 +10,8 @@ from typing import Any
 from graphengine.bringup.robots.base import Base, Drivetrain
 from graphengine.bringup.robots.base_wheels import friction_direction
 from graphengine.bringup.robots.skid_steering import casters, choose_grip, controller_track, effective_track
+from graphengine.descriptions.robot_description import Joint
 from graphengine.descriptions.robot_files.draft import Draft, Remark, RobotWheel, rounded
-from graphengine.descriptions.urdf.urdf import UrdfJoint
 from graphengine.devices.rotation import Vector3, rotate
 
 _SAME = 0.005
@@ -33,7 +33,7 @@ def measured(draft: Draft, base: Base, wheels: Sequence[RobotWheel]) -> Drivetra
     found = {wheel.joint: wheel for wheel in wheels}
     if base.kinematics == "ackermann":
         base = _without_virtual_wheels(draft, base, wheels)
-    joints = [joint for joint in dict.fromkeys(base.driven) if draft.urdf.joints[joint].mimic is None]
+    joints = [joint for joint in dict.fromkeys(base.driven) if draft.description.joints[joint].mimic is None]
     driven = [found.get(joint) or _declared(draft, base, joint) for joint in joints]
     if not driven:
         return _undriven(draft, base, "its wheels only follow other joints")
@@ -60,11 +60,11 @@ def _declared(draft: Draft, base: Base, joint: str) -> RobotWheel:
 
     If the wheel has no round collider, its radius is that of the base's source, and its centre the origin of the joint.
     """
-    urdf = draft.urdf
-    about = urdf.joints[joint]
+    description = draft.description
+    about = description.joints[joint]
     if (known := draft.wheels.get(joint)) is not None:
         return known
-    pose = urdf.pose_in_root(about.child)
+    pose = description.pose_in_root(about.child)
     centre, axle = pose[0], rotate(pose[1], about.axis)
     return RobotWheel(joint, about.child, base.radius or 0.0, 0.0, 0.0, axle, centre, "", on_floor=False)
 
@@ -116,7 +116,7 @@ def _skidding(draft: Draft, found: Drivetrain, wheels: Sequence[RobotWheel]) -> 
     length = max(max(ends) - min(ends), _BESIDE)
     links = list(dict.fromkeys(wheel.link for wheel in wheels))
     middle = (min(wheel.centre[1] for wheel in wheels) + max(wheel.centre[1] for wheel in wheels)) / 2.0
-    skid = choose_grip(draft, base, links, track, length, abs(draft.urdf.centre_of_mass()[1] - middle))
+    skid = choose_grip(draft, base, links, track, length, abs(draft.description.centre_of_mass()[1] - middle))
     told = None if skid.replaces_track else controller_track(base, track)
     draft.controller_track = told is not None
     if told is not None:
@@ -178,7 +178,7 @@ def _grip(draft: Draft, wheel: RobotWheel, base: Base) -> Vector3:
     It is the axis of the roller that touches the floor: of a roller in the description, else the direction in Gazebo's `fdir1`,
     else diagonal for a mecanum wheel, and the rolling direction for an omni wheel.
     """
-    told = wheel.rollers.axis or friction_direction(draft.urdf, wheel)
+    told = wheel.rollers.axis or friction_direction(draft.description, wheel)
     if told is not None:
         return told
     if base.kinematics == "omni":
@@ -207,20 +207,22 @@ def _without_virtual_wheels(draft: Draft, base: Base, wheels: Sequence[RobotWhee
 def _ackermann(
     draft: Draft, base: Base, driven: Sequence[RobotWheel], wheels: Sequence[RobotWheel]
 ) -> Drivetrain | None:
-    urdf = draft.urdf
+    description = draft.description
     rolling = {wheel.joint: wheel for wheel in (*wheels, *driven) if not wheel.caster}.values()
     steered = [wheel for wheel in rolling if wheel.swivel and wheel.swivel in base.steering]
     fixed = [wheel for wheel in rolling if not wheel.swivel]
-    pivots = [urdf.joints[joint] for joint in dict.fromkeys(base.steering) if urdf.joints[joint].mimic is None]
-    pivots.sort(key=lambda joint: -urdf.pose_in_root(joint.child)[0][1])
-    axes = urdf.axes_in_root()
+    pivots = [
+        description.joints[joint] for joint in dict.fromkeys(base.steering) if description.joints[joint].mimic is None
+    ]
+    pivots.sort(key=lambda joint: -description.pose_in_root(joint.child)[0][1])
+    axes = description.axes_in_root()
     upward = {axes[joint.name][2] > 0 for joint in pivots}
     if not pivots or not steered or not fixed or not all(wheel.sideways for wheel in driven):
         return _undriven(draft, base, "no wheels are found on the steering joints, or none beside them")
     if len(upward) > 1:
         return _undriven(draft, base, "its steering joints turn about opposite axes")
     ahead = _mean(wheel.centre[0] for wheel in steered) - _mean(wheel.centre[0] for wheel in fixed)
-    sides = [urdf.pose_in_root(joint.child)[0][1] for joint in pivots]
+    sides = [description.pose_in_root(joint.child)[0][1] for joint in pivots]
     _compare(draft, base, "wheelbase", base.wheelbase, abs(ahead))
     if track := _spread(fixed) or _spread(steered):
         _compare(draft, base, "track", base.track, track)
@@ -251,7 +253,7 @@ def _ackermann(
     return Drivetrain(base, tuple(driven), tuple(pivots), parameters | base.parameters)
 
 
-def _steering_limit(pivots: Sequence[UrdfJoint]) -> float:
+def _steering_limit(pivots: Sequence[Joint]) -> float:
     """Return the largest angle that all steering joints reach to both sides, rad; 0, i.e. no limit, if no joint has limits."""
     ends = [min(-joint.limits[0], joint.limits[1]) for joint in pivots if joint.limits is not None]
     return max(min(ends), _LEAST_STEERING) if ends else 0.0

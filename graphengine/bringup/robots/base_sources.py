@@ -108,7 +108,7 @@ def topics_of_plugins(draft: Draft) -> dict[str, float | str]:
 
 def _plugins(draft: Draft) -> Iterator[tuple[Element, str]]:
     """Yield each plugin, with its file name and name in lower case."""
-    for plugin in (element for element in draft.urdf.element.walk() if element.tag == "plugin"):
+    for plugin in (element for element in draft.description.element.walk() if element.tag == "plugin"):
         told = f"{plugin.get('filename')} {plugin.get('name')}".lower()
         yield plugin, told.replace("-publisher", "_publisher")
 
@@ -162,10 +162,10 @@ def _remapped(plugin: Element, name: str) -> str:
 
 def _flaw(draft: Draft, base: Base) -> str:
     """Return the reason why the joints of a base cannot drive it; empty if they can."""
-    joints = draft.urdf.joints
+    joints = draft.description.joints
     for name in (*base.driven, *base.steering):
         if name not in joints:
-            return no_joint(draft.urdf, name)
+            return no_joint(draft.description, name)
         if not joints[name].moves:
             return f"joint {printable(name)!r} is fixed"
     return "" if base.driven else "it names no wheels"

@@ -8,8 +8,8 @@ from dataclasses import replace
 from graphengine.bringup.robots.base import Base
 from graphengine.bringup.robots.skid_steering import SMALL
 from graphengine.descriptions.files.xml import numbers
+from graphengine.descriptions.robot_description import TURNING, Joint, RobotDescription
 from graphengine.descriptions.robot_files.draft import ALIGNED, Draft, RobotWheel
-from graphengine.descriptions.urdf.urdf import TURNING, Urdf, UrdfJoint
 from graphengine.devices.rotation import Vector3, rotate
 
 _HOLONOMIC = ("mecanum", "omni_wheel", "omniwheel", "omni-wheel")
@@ -29,19 +29,25 @@ def wheels_on_floor(draft: Draft, commanded: Collection[str]) -> list[RobotWheel
         draft: draft with the wheels found in the description.
         commanded: names of joints that take commands; such a joint cannot be the swivel of a caster.
     """
-    urdf, axes = draft.urdf, draft.urdf.axes_in_root()
+    description, axes = draft.description, draft.description.axes_in_root()
     shapes = [shape for shape in draft.wheels.values() if shape.on_floor]
-    swivels = [_swivel(urdf, urdf.joints[shape.joint], axes) for shape in shapes]
+    swivels = [_swivel(description, description.joints[shape.joint], axes) for shape in shapes]
     swivelling = [shape for shape, swivel in zip(shapes, swivels, strict=True) if swivel is not None]
-    return [_wheel(urdf, shape, swivel, commanded, swivelling) for shape, swivel in zip(shapes, swivels, strict=True)]
+    return [
+        _wheel(description, shape, swivel, commanded, swivelling) for shape, swivel in zip(shapes, swivels, strict=True)
+    ]
 
 
 def _wheel(
-    urdf: Urdf, shape: RobotWheel, swivel: UrdfJoint | None, commanded: Collection[str], others: Iterable[RobotWheel]
+    description: RobotDescription,
+    shape: RobotWheel,
+    swivel: Joint | None,
+    commanded: Collection[str],
+    others: Iterable[RobotWheel],
 ) -> RobotWheel:
     caster = False
     if swivel is not None and swivel.name not in commanded:
-        (x, y, _), (pivot_x, pivot_y, _) = shape.centre, urdf.pose_in_root(swivel.child)[0]
+        (x, y, _), (pivot_x, pivot_y, _) = shape.centre, description.pose_in_root(swivel.child)[0]
         trail = abs((x - pivot_x) * shape.axle[1] - (y - pivot_y) * shape.axle[0])  # across the axle
         caster = trail > _TRAIL * shape.radius or (shape.swivels and not any(_mirrors(shape, each) for each in others))
     return replace(shape, swivel=swivel.name if swivel is not None else "", caster=caster)
@@ -54,9 +60,9 @@ def _mirrors(one: RobotWheel, other: RobotWheel) -> bool:
     return abs(x - other_x) < near and abs(y + other_y) < near and abs(y) > near
 
 
-def _swivel(urdf: Urdf, joint: UrdfJoint, axes: Mapping[str, Vector3]) -> UrdfJoint | None:
+def _swivel(description: RobotDescription, joint: Joint, axes: Mapping[str, Vector3]) -> Joint | None:
     """Return the nearest rotating joint with a vertical axis above a wheel's joint; None if there is none."""
-    turning = (carrier for carrier in urdf.carriers(joint.parent) if carrier.type in TURNING)
+    turning = (carrier for carrier in description.carriers(joint.parent) if carrier.type in TURNING)
     return next((carrier for carrier in turning if abs(axes[carrier.name][2]) > ALIGNED), None)
 
 
@@ -74,7 +80,7 @@ def base_of_wheels(draft: Draft, wheels: Sequence[RobotWheel], commanded: Collec
     driven = [wheel for wheel in rolling if wheel.joint in commanded] or fixed
     if not rolling or not driven:
         return None
-    span = draft.urdf.joints[driven[0].joint].element.span
+    span = draft.description.joints[driven[0].joint].element.span
     names = tuple(wheel.joint for wheel in driven)
     if steered:
         pivots = tuple(dict.fromkeys(wheel.swivel for wheel in steered))
@@ -86,10 +92,10 @@ def base_of_wheels(draft: Draft, wheels: Sequence[RobotWheel], commanded: Collec
         draft.lose(f"a base {which} steered: no graph drives it", span)
         return None
     driven = _without_casters(driven, commanded)
-    names, span = tuple(wheel.joint for wheel in driven), draft.urdf.joints[driven[0].joint].element.span
+    names, span = tuple(wheel.joint for wheel in driven), draft.description.joints[driven[0].joint].element.span
     if all(wheel.sideways for wheel in driven):
         if max(wheel.centre[1] for wheel in driven) - min(wheel.centre[1] for wheel in driven) > driven[0].radius / 2:
-            if len(driven) >= 4 and is_mecanum(draft.urdf, driven):
+            if len(driven) >= 4 and is_mecanum(draft.description, driven):
                 return Base("mecanum", names, (), "the wheels, which are mecanum wheels", span, guessed=True)
             return Base("differential", names, (), "the wheels, which are parallel", span, guessed=True)
         draft.lose("wheels on one side only: no graph drives them", span)
@@ -111,28 +117,28 @@ def _without_casters(wheels: Sequence[RobotWheel], commanded: Collection[str]) -
     return [each for each in wheels if each.sideways or each.joint in commanded or each.radius >= limit]
 
 
-def is_mecanum(urdf: Urdf, wheels: Sequence[RobotWheel]) -> bool:
+def is_mecanum(description: RobotDescription, wheels: Sequence[RobotWheel]) -> bool:
     """Return whether wheels are mecanum wheels.
 
     They are if the rollers of a wheel or Gazebo's friction have a diagonal direction, or if the name of the robot or of a wheel's
     joint, link or mesh calls it a mecanum or omni wheel.
     """
-    if any(is_diagonal(wheel.rollers.axis) or friction_direction(urdf, wheel) is not None for wheel in wheels):
+    if any(is_diagonal(wheel.rollers.axis) or friction_direction(description, wheel) is not None for wheel in wheels):
         return True
-    return any(word in name.lower() for name in _names(urdf, wheels) for word in _HOLONOMIC)
+    return any(word in name.lower() for name in _names(description, wheels) for word in _HOLONOMIC)
 
 
-def friction_direction(urdf: Urdf, wheel: RobotWheel) -> Vector3 | None:
+def friction_direction(description: RobotDescription, wheel: RobotWheel) -> Vector3 | None:
     """Return Gazebo's friction direction `fdir1` of a wheel in the root link's frame; None unless it is a diagonal direction."""
-    for gazebo in urdf.element.all("gazebo"):
+    for gazebo in description.element.all("gazebo"):
         if gazebo.get("reference") != wheel.link:
             continue
         for element in (each for each in gazebo.walk() if each.tag == "fdir1"):
             frame = next((value for key, value in element.attributes.items() if key.endswith("expressed_in")), "")
             direction = numbers(element.text or element.get("value"), 3)
-            if direction is None or frame not in urdf.links:
+            if direction is None or frame not in description.links:
                 continue
-            turned = rotate(urdf.pose_in_root(frame)[1], (direction[0], direction[1], direction[2]))
+            turned = rotate(description.pose_in_root(frame)[1], (direction[0], direction[1], direction[2]))
             if is_diagonal(turned):
                 return turned
     return None
@@ -144,8 +150,8 @@ def is_diagonal(direction: Vector3 | None) -> bool:
     return min(x, y) > _DIAGONAL * max(x, y)
 
 
-def _names(urdf: Urdf, wheels: Sequence[RobotWheel]) -> Iterator[str]:
-    yield urdf.element.get("name")
+def _names(description: RobotDescription, wheels: Sequence[RobotWheel]) -> Iterator[str]:
+    yield description.element.get("name")
     for wheel in wheels:
-        meshes = (each.get("filename") for each in urdf.links[wheel.link].element.walk() if each.tag == "mesh")
+        meshes = (each.get("filename") for each in description.links[wheel.link].element.walk() if each.tag == "mesh")
         yield from (wheel.joint, wheel.link, *meshes)

@@ -9,15 +9,15 @@ from pathlib import Path
 
 from graphengine.descriptions.files.packages import Packages, package_of
 from graphengine.descriptions.files.references import Library
+from graphengine.descriptions.robot_description import RobotDescription
 from graphengine.descriptions.robot_files.draft import Draft, shipped_graph
-from graphengine.descriptions.urdf.urdf import Urdf
 from graphengine.format.files import shipped
 
 MESHES = "meshes"
 """Folder beside the description for copies of meshes to which it refers by path."""
 
 
-def bundle_meshes(urdf: Urdf) -> dict[Path, Path]:
+def bundle_meshes(description: RobotDescription) -> dict[Path, Path]:
     """Choose a path beside the description for a copy of each mesh, and change the references in the description.
 
     References into packages stay unchanged, because other ROS programs read them too. All other references are changed to the
@@ -27,9 +27,9 @@ def bundle_meshes(urdf: Urdf) -> dict[Path, Path]:
         the file to copy for each mesh, by the path of the copy relative to the description.
     """
     sources: dict[Path, Path] = {}
-    for element in (each for each in urdf.element.walk() if each.tag == "mesh" and each.get("filename")):
+    for element in (each for each in description.element.walk() if each.tag == "mesh" and each.get("filename")):
         reference = element.get("filename")
-        source = _find(reference, urdf.packages)
+        source = _find(reference, description.packages)
         if source is None:
             continue
         parts = reference.rpartition("://")[2].strip("/").split("/")

@@ -139,7 +139,7 @@ def _flat(value: Value) -> dict[str, Value]:
 def _named(draft: Draft) -> Iterator[Document]:
     """Yield each parameter file that a ros2_control plugin of Gazebo names, once."""
     seen: set[str] = set()
-    for plugin in (element for element in draft.urdf.element.walk() if element.tag == "plugin"):
+    for plugin in (element for element in draft.description.element.walk() if element.tag == "plugin"):
         name = plugin.get("filename") + plugin.get("name")
         if not any(part in name for part in _CONTROL_PLUGINS):
             continue
@@ -154,7 +154,7 @@ def _named(draft: Draft) -> Iterator[Document]:
 
 def _open(draft: Draft, reference: str, span: Span) -> Document | None:
     """Return the parameter file to which a plugin refers; None if it cannot be read, which is added to `draft.lost`."""
-    packages = draft.urdf.packages
+    packages = draft.description.packages
     told = f"the controllers of {printable(reference)}"
     path = next(iter(packages.places(reference)), packages.folder / reference)
     if reference.startswith(_FIND):

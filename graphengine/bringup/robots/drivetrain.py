@@ -14,8 +14,8 @@ from graphengine.bringup.robots.controllers_file import Controller, controllers
 from graphengine.bringup.robots.joint_commands import joint_commands
 from graphengine.bringup.robots.joint_drives import add_drives
 from graphengine.bringup.robots.joint_graphs import add_joint_graphs
+from graphengine.descriptions.robot_description import WORLD
 from graphengine.descriptions.robot_files.draft import Draft, RobotWheel
-from graphengine.descriptions.urdf.urdf import WORLD
 from graphengine.format.wording import printable
 
 _ACROSS = 0.7
@@ -38,11 +38,11 @@ def add_drivetrain(draft: Draft) -> None:
     if drivetrain is not None:
         _mark_dragging(draft, drivetrain)
         add_base_graph(draft, drivetrain)
-    if draft.urdf.mjcf is None:  # a MuJoCo model has its own drives
+    if draft.description.mjcf is None:  # a MuJoCo model has its own drives
         add_drives(draft, commands, wheels, drivetrain)
     add_joint_graphs(draft, known, drivetrain)
     _tell_fixed(draft, wheels)
-    if drivetrain is None and draft.urdf.mjcf is None:
+    if drivetrain is None and draft.description.mjcf is None:
         _tell_undriven(draft, efforts=[joint for joint, each in commands.items() if "effort" in each.ranges])
 
 
@@ -75,9 +75,9 @@ def _sliding(base: Base, wheels: Sequence[RobotWheel]) -> list[RobotWheel]:
 def _tell_fixed(draft: Draft, wheels: Sequence[RobotWheel]) -> None:
     """Add a remark if fixed joints connect a base on wheels to the link `world`, so that its wheels cannot move it."""
     rolling = [wheel for wheel in wheels if not wheel.caster]
-    if draft.urdf.root != WORLD or len(rolling) < 2:
+    if draft.description.root != WORLD or len(rolling) < 2:
         return
-    above = list(draft.urdf.carriers(draft.urdf.joints[rolling[0].joint].parent))
+    above = list(draft.description.carriers(draft.description.joints[rolling[0].joint].parent))
     if above and all(carrier.type == "fixed" for carrier in above):
         first = above[-1]
         text = f"joint {first.name} fixes the base to the link {WORLD!r}, so its wheels do not move it"
@@ -92,10 +92,10 @@ def _tell_undriven(draft: Draft, efforts: Sequence[str]) -> None:
         draft: receives the remark.
         efforts: names of the joints that take effort commands.
     """
-    moving = draft.urdf.moving()
+    moving = draft.description.moving()
     if any("drive" in entry.value for entry in draft.joints.values()):
         return
-    if not (draft.fixed_base or draft.urdf.root == WORLD):
+    if not (draft.fixed_base or draft.description.root == WORLD):
         joints = "its joints have no drives" if moving else "none of its joints moves"
         text = f"nothing moves or holds the robot: {joints}, and no wheels that drive a base were found"
     elif moving:
@@ -104,7 +104,7 @@ def _tell_undriven(draft: Draft, efforts: Sequence[str]) -> None:
         return
     if efforts:
         text += "; --position-drives holds joints that take efforts"
-    draft.notice(text, draft.urdf.links[draft.urdf.root].element.span)
+    draft.notice(text, draft.description.links[draft.description.root].element.span)
 
 
 def _bases(

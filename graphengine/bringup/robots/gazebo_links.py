@@ -6,9 +6,9 @@ from typing import Any
 
 from graphengine.bringup.robots.gazebo_values import Subject, UnusableError, Values
 from graphengine.descriptions.files.xml import Element, numbers
+from graphengine.descriptions.robot_description import RobotDescription
 from graphengine.descriptions.robot_files.draft import Draft
 from graphengine.descriptions.robot_files.entries import Entry, MaterialKeys, material
-from graphengine.descriptions.urdf.urdf import Urdf
 from graphengine.devices.rotation import rotate
 from graphengine.format.prim_paths import prim_name
 from graphengine.format.wording import printable
@@ -50,9 +50,9 @@ def add_link_settings(draft: Draft) -> None:
     """Add materials, colours and settings of links, and settings of the whole robot, to the draft."""
     surfaces: _Surfaces = {}
     _static(draft)
-    for element in draft.urdf.element.all("gazebo"):
+    for element in draft.description.element.all("gazebo"):
         name = element.get("reference")
-        if name in draft.urdf.links:
+        if name in draft.description.links:
             subject, values = Subject(draft, "link", name, element.span), Values(element)
             for part, tags in _PARTS.items():
                 draft.use_parts(element, *tags)
@@ -77,7 +77,7 @@ def _friction(subject: Subject, values: Values, surfaces: _Surfaces) -> None:
     across = values.number(*path, "mu2", default=along)
     if min(along, across) < 0.0:
         raise UnusableError("the friction is below zero", subject.span)
-    if not draft.urdf.links[link].colliders:
+    if not draft.description.links[link].colliders:
         subject.lost("friction: it has no collider")
         return
     direction = values.find(*path, "fdir1")
@@ -92,12 +92,14 @@ def _friction(subject: Subject, values: Values, surfaces: _Surfaces) -> None:
             f"mu2 {across:g}: {reason}; mu1 {along:g} holds in all directions, but mu2 across skid-steered wheels"
         )
     else:
-        vector, frame = _direction(draft.urdf, link, direction, subject)
+        vector, frame = _direction(draft.description, link, direction, subject)
         surfaces.setdefault(link, (along, across, vector, frame))
         subject.carried(f"friction {along:g} along fdir1, {across:g} across it", {("friction", link): (along, across)})
 
 
-def _direction(urdf: Urdf, link: str, element: Element, subject: Subject) -> tuple[tuple[float, ...], str]:
+def _direction(
+    description: RobotDescription, link: str, element: Element, subject: Subject
+) -> tuple[tuple[float, ...], str]:
     """Return the direction of the friction `mu1`, and the name of the link in whose frame the direction is given.
 
     If the direction would turn with a moving link, such as a wheel, it is converted to the frame of the parent link.
@@ -112,11 +114,11 @@ def _direction(urdf: Urdf, link: str, element: Element, subject: Subject) -> tup
         )
     vector = (given[0], given[1], given[2])
     frame = next((element.get(key) for key in element.attributes if key.endswith("expressed_in")), "")
-    if frame in urdf.links:
+    if frame in description.links:
         return vector, frame
     if frame:
         raise UnusableError(f"fdir1 is expressed in {printable(frame[:60])!r}, which is not a link", element.span)
-    carrier = urdf.links[link].carrier
+    carrier = description.links[link].carrier
     if carrier is None or not carrier.moves:
         return vector, link
     subject.guessed("fdir1 turns with the link in Gazebo; here it stays as at joint position zero")
@@ -150,7 +152,7 @@ def _solver(subject: Subject, values: Values, _: _Surfaces) -> None:
 
 def _colour(subject: Subject, values: Values, _: _Surfaces) -> None:
     """Add the colour of a link if it has visuals without a material."""
-    links, link = subject.draft.urdf.links, subject.name
+    links, link = subject.draft.description.links, subject.name
     name = values.text("material", "script", "name") or values.text("visual", "material", "script", "name")
     name = name or values.text("material")
     diffuse = values.text("visual", "material", "diffuse") or values.text("material", "diffuse")
@@ -185,7 +187,7 @@ _PARTS = {
 
 def _static(draft: Draft) -> None:
     """Fix the base of the robot to the world if Gazebo's settings make the robot static."""
-    for gazebo in draft.urdf.element.all("gazebo"):
+    for gazebo in draft.description.element.all("gazebo"):
         static = gazebo.first("static") if not gazebo.get("reference") else None
         if static is not None and static.text.strip().lower() in ("true", "1"):
             draft.fixed_base = True
@@ -197,13 +199,13 @@ def _static(draft: Draft) -> None:
 def _self_collision(draft: Draft) -> None:
     """Enable self-collision if the settings of the robot, or of all links with colliders, request it; else report it as lost."""
     asking: list[Subject] = []
-    for element in draft.urdf.element.all("gazebo"):
+    for element in draft.description.element.all("gazebo"):
         name, values = element.get("reference"), Values(element)
-        if values.flag("selfCollide|self_collide") and (not name or name in draft.urdf.links):
+        if values.flag("selfCollide|self_collide") and (not name or name in draft.description.links):
             asking.append(Subject(draft, "link", name, element.span))
-        if not name or name in draft.urdf.links:
+        if not name or name in draft.description.links:
             draft.use_parts(element, "selfCollide", "self_collide")
-    solid = {name for name, link in draft.urdf.links.items() if link.colliders}
+    solid = {name for name, link in draft.description.links.items() if link.colliders}
     names = {subject.name for subject in asking}
     if "" in names or (names and names >= solid):
         draft.settings["self_collision"] = True
@@ -213,7 +215,7 @@ def _self_collision(draft: Draft) -> None:
 
 
 def _wheel_slip(draft: Draft) -> None:
-    for element in draft.urdf.element.all("gazebo"):
+    for element in draft.description.element.all("gazebo"):
         for plugin in element.all("plugin"):
             if "wheelslip" in (plugin.get("name") + plugin.get("filename")).lower().replace("-", "").replace("_", ""):
                 draft.use(plugin)

@@ -23,17 +23,17 @@ from graphengine.bringup.robots.resting import add_rest
 from graphengine.bringup.robots.robot_source import WRAPPER
 from graphengine.bringup.robots.trial import checked_spec
 from graphengine.bringup.robots.wheels import add_wheel_material, find_wheels
+from graphengine.descriptions.element_marks import called, marked
 from graphengine.descriptions.engine import REFUSALS, body_names, collides, compiled, mujoco
 from graphengine.descriptions.files.packages import Packages, package_of
 from graphengine.descriptions.files.references import Library
 from graphengine.descriptions.files.xml import Element, mujoco_says, write
 from graphengine.descriptions.geoms import extents
 from graphengine.descriptions.mjcf.mjcf import read_mjcf
+from graphengine.descriptions.robot_description import RobotDescription
 from graphengine.descriptions.robot_files.draft import Draft
 from graphengine.descriptions.robot_files.mjcf_parts import add_model_parts
 from graphengine.descriptions.robot_files.writer import render
-from graphengine.descriptions.urdf.element_marks import called, marked
-from graphengine.descriptions.urdf.urdf import Urdf
 from graphengine.descriptions.urdf.urdf_reader import read_urdf
 from graphengine.descriptions.xacro.xacro import is_xacro
 from graphengine.descriptions.xacro.xacro_macros import literal
@@ -171,20 +171,20 @@ def import_robot(origin: Origin, findings: Findings) -> Imported | None:
     library = Library(files, findings)
     model_files: dict[Path, Path] = {}
     if origin.model is None:
-        urdf = read_urdf(origin.element, origin.packages, findings)
+        description = read_urdf(origin.element, origin.packages, findings)
     else:
-        urdf = read_mjcf(origin.model, library)
+        description = read_mjcf(origin.model, library)
         model_files = bundle_model(origin.model, library, name) if origin.bundled else {}
-    if urdf is None:
+    if description is None:
         return None
-    packages = [] if origin.bundled else list(_used_packages(urdf))
+    packages = [] if origin.bundled else list(_used_packages(description))
     path = origin.path or written_to
     if origin.model is not None:
         copied = next((to for to, source in model_files.items() if source == origin.model.resolve()), None)
         path = folder / copied if copied is not None else origin.model
     told = [_near(each, origin.target) for each in packages]
     near = _near(path, origin.target)
-    draft = Draft(urdf, name, origin.told, near, told, origin.fixed_base, origin.controllers, library)
+    draft = Draft(description, name, origin.told, near, told, origin.fixed_base, origin.controllers, library)
     draft.position_drives = origin.position_drives
     for add_part in _PARTS if origin.model is None else _PARTS_OF_MODELS:
         add_part(draft)
@@ -202,9 +202,11 @@ def import_robot(origin: Origin, findings: Findings) -> Imported | None:
     add_robot(Stage(), robot, bodies, findings)
     if len(findings.errors) > before:
         return None
-    meshes = bundle_meshes(urdf) if origin.bundled and origin.model is None else model_files
+    meshes = bundle_meshes(description) if origin.bundled and origin.model is None else model_files
     written = (
-        {} if origin.path is not None or origin.model is not None else {path: _portable(urdf, meshes, path.parent)}
+        {}
+        if origin.path is not None or origin.model is not None
+        else {path: _portable(description, meshes, path.parent)}
     )
     if origin.wrapper:
         written = {origin.target.with_suffix(WRAPPER): origin.wrapper, **written}
@@ -222,20 +224,20 @@ def import_robot(origin: Origin, findings: Findings) -> Imported | None:
 
 
 def _compiled(spec: mujoco.MjSpec, draft: Draft, findings: Findings) -> mujoco.MjModel | None:
-    urdf = draft.urdf
+    description = draft.description
     try:
         model, told = compiled(spec)
     except REFUSALS as error:
         message, name, _ = mujoco_says(error)
-        if (known := marked(error, [urdf.element])) is not None:
+        if (known := marked(error, [description.element])) is not None:
             findings.add("S106", f"MuJoCo: {message}: {called(known) or name!r}", known.span)
             return None
         owners = (name, name.rsplit(".", 2)[0])  # geoms are named LINK.NUMBER.NUMBER
-        places = (element.span for element in urdf.element.walk() if element.get("name") in owners)
-        findings.add("S106", f"MuJoCo: {message}: {name!r}", next(places, urdf.element.span))
+        places = (element.span for element in description.element.walk() if element.get("name") in owners)
+        findings.add("S106", f"MuJoCo: {message}: {name!r}", next(places, description.element.span))
         return None
     for text in draft.mujoco_warnings | dict.fromkeys(told):
-        findings.add("W205", f"MuJoCo: {text}", urdf.element.span)
+        findings.add("W205", f"MuJoCo: {text}", description.element.span)
     return model
 
 
@@ -252,32 +254,32 @@ def _lowest(model: mujoco.MjModel, robot: RobotInstance) -> float | None:
     return float(found[0][2]) if found is not None else None
 
 
-def _used_packages(urdf: Urdf) -> Iterator[Path]:
+def _used_packages(description: RobotDescription) -> Iterator[Path]:
     """Yield the folder of each package with meshes of the robot, except installed packages, which are always found."""
-    meshes = (element.get("filename") for element in urdf.element.walk() if element.tag in _MESHES)
+    meshes = (element.get("filename") for element in description.element.walk() if element.tag in _MESHES)
     names = dict.fromkeys(name for reference in meshes if (name := package_of(reference)) is not None)
     for name in names:
-        folder = urdf.packages.find(name)
-        if folder is not None and not any(folder.is_relative_to(i) for i in urdf.packages.files.installed):
+        folder = description.packages.find(name)
+        if folder is not None and not any(folder.is_relative_to(i) for i in description.packages.files.installed):
             yield folder.resolve()
 
 
-def _portable(urdf: Urdf, beside: Collection[Path], folder: Path) -> str:
+def _portable(description: RobotDescription, beside: Collection[Path], folder: Path) -> str:
     """Return the text of the description for a file in the given folder.
 
     Relative references become absolute, except those to files copied beside the description, whose paths are in `beside`. Texts
     that are absolute paths, which xacro writes for `$(find NAME)`, become references to packages or relative paths.
     """
-    escaped = is_xacro(Path("robot.urdf"), urdf.element)  # the written file would be expanded again
-    for element in urdf.element.walk():
+    escaped = is_xacro(Path("robot.urdf"), description.element)  # the written file would be expanded again
+    for element in description.element.walk():
         reference = element.get("filename")
         if element.tag in _MESHES and reference and "://" not in reference and Path(reference) not in beside:
-            element.attributes["filename"] = (urdf.packages.folder / reference).resolve().as_uri()
-        element.text = urdf.packages.reference(element.text, folder)
+            element.attributes["filename"] = (description.packages.folder / reference).resolve().as_uri()
+        element.text = description.packages.reference(element.text, folder)
         if escaped:
             element.text = literal(element.text)
             element.attributes |= {name: literal(value) for name, value in element.attributes.items()}
-    return '<?xml version="1.0"?>\n' + write(urdf.element)[0] + "\n"
+    return '<?xml version="1.0"?>\n' + write(description.element)[0] + "\n"
 
 
 def _near(path: Path, target: Path) -> str:

@@ -12,10 +12,10 @@ from dataclasses import dataclass
 
 from graphengine.bringup.robots.base import Drivetrain
 from graphengine.bringup.robots.joint_commands import KINDS, JointCommands
+from graphengine.descriptions.robot_description import Joint
 from graphengine.descriptions.robot_files.default_drives import WHEEL_DAMPING, gain, servo
 from graphengine.descriptions.robot_files.draft import Claim, Draft, Remark, RobotWheel
 from graphengine.descriptions.robot_files.entries import DriveKeys, JointKeys
-from graphengine.descriptions.urdf.urdf import UrdfJoint
 from graphengine.format.wording import printable
 
 _SPEED_ERROR = 0.01
@@ -47,14 +47,14 @@ def add_drives(
         wheels: wheels on the floor.
         drivetrain: drivetrain of the base; None for a robot without a base.
     """
-    decisions: dict[_Decision, list[UrdfJoint]] = {}
+    decisions: dict[_Decision, list[Joint]] = {}
     carrying = _carrying(draft) if drivetrain is not None else {}
     driven = [wheel.joint for wheel in drivetrain.wheels] if drivetrain is not None else []
     ranged = [joint for joint in driven if joint in commands and any(commands[joint].ranges.get("velocity", ()))]
     if ranged:
         text = f"velocity ranges of {', '.join(map(printable, ranged))}: by default, ros2_control does not enforce them"
         draft.lose(text, commands[ranged[0]].span)
-    for joint in draft.urdf.moving():
+    for joint in draft.description.moving():
         if joint.mimic is not None:
             continue
         decision = _decide(draft, joint, commands, wheels, drivetrain, carrying)
@@ -65,7 +65,7 @@ def add_drives(
         if decision.kind == "position" and (drivetrain is None or joint not in drivetrain.steering):
             draft.servos.append(joint.name)
         if decision.why == _CASTERS:
-            entry.value["armature"] = gain(_LIGHTEST * draft.urdf.mass * carrying[joint.name] ** 2)
+            entry.value["armature"] = gain(_LIGHTEST * draft.description.mass * carrying[joint.name] ** 2)
         if decision.kind not in ("velocity", "position"):
             entry.hint = _TOLD[decision.kind]
         if joint.name in commands:
@@ -87,7 +87,7 @@ def add_drives(
         (draft.guessed if decision.guessed else draft.carried).append(Remark(text, joints[0].element.span, claim))
 
 
-def _tell_braking(draft: Draft, joints: Sequence[UrdfJoint], wheels: Sequence[RobotWheel]) -> None:
+def _tell_braking(draft: Draft, joints: Sequence[Joint], wheels: Sequence[RobotWheel]) -> None:
     """Add a remark on wheels on the floor with velocity drives that no graph commands: they brake the base."""
     standing = {wheel.joint for wheel in wheels}
     if braking := [joint for joint in joints if joint.name in standing]:
@@ -100,12 +100,12 @@ def _carrying(draft: Draft) -> dict[str, float]:
     """Return the height above the floor (m) of each joint between the root link and a link that stands on the floor, by name."""
     found: dict[str, float] = {}
     for link, lowest in draft.standing.items():
-        for carrier in draft.urdf.carriers(link) if link in draft.urdf.links else ():
-            found[carrier.name] = draft.urdf.pose_in_root(carrier.child)[0][2] - lowest
+        for carrier in draft.description.carriers(link) if link in draft.description.links else ():
+            found[carrier.name] = draft.description.pose_in_root(carrier.child)[0][2] - lowest
     return found
 
 
-def _drives(joints: Sequence[UrdfJoint], kind: str) -> Claim:
+def _drives(joints: Sequence[Joint], kind: str) -> Claim:
     """Return the claim that joints have drives of a kind, or none for a kind without a drive."""
     gains = {
         "damping": ... if kind in ("velocity", "position") else None,
@@ -133,7 +133,7 @@ _TOLD = {
 
 def _decide(
     draft: Draft,
-    joint: UrdfJoint,
+    joint: Joint,
     commands: Mapping[str, JointCommands],
     wheels: Sequence[RobotWheel],
     drivetrain: Drivetrain | None,
@@ -186,13 +186,13 @@ def _of_base(kind: str, role: str, kinds: Mapping[str, object], source: str) -> 
 
 
 def _drive(
-    draft: Draft, joint: UrdfJoint, kind: str, wheels: Sequence[RobotWheel], drivetrain: Drivetrain | None
+    draft: Draft, joint: Joint, kind: str, wheels: Sequence[RobotWheel], drivetrain: Drivetrain | None
 ) -> DriveKeys | None:
     """Return the drive of a joint in the robot file; None for a joint without a drive."""
     driven = drivetrain.wheels if drivetrain is not None else ()
     wheel = next((wheel for wheel in driven if wheel.joint == joint.name), None)
     radii = [each.radius for each in wheels if not each.caster] or [each.radius for each in driven]
-    scrub = draft.urdf.mass * _GRAVITY * max(radii) / len(radii) if radii else 0.0
+    scrub = draft.description.mass * _GRAVITY * max(radii) / len(radii) if radii else 0.0
     if kind == "velocity":
         drive: DriveKeys = {"damping": gain(max(WHEEL_DAMPING, scrub / _SPEED_ERROR))}
         if drivetrain is not None and wheel is not None and drivetrain.base.kinematics in ("mecanum", "omni"):
@@ -208,7 +208,7 @@ def _drive(
     return None
 
 
-def _bounds(joint: UrdfJoint, drive: DriveKeys | None, commands: JointCommands) -> JointKeys:
+def _bounds(joint: Joint, drive: DriveKeys | None, commands: JointCommands) -> JointKeys:
     """Return the start position and limits that commands give a joint, as keys of the joint in the robot file.
 
     A velocity range is written into `drive` as `max_velocity`.

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from graphengine.descriptions.files.xml import Element, number
+from graphengine.descriptions.robot_description import Joint
 from graphengine.descriptions.robot_files.draft import Claim, Draft
-from graphengine.descriptions.urdf.urdf import UrdfJoint
 from graphengine.format.wording import printable
 
 _FAST = 1.0
@@ -15,8 +15,8 @@ _FAST = 1.0
 
 def add_joint_dynamics(draft: Draft) -> None:
     """Add soft limits, springs, velocity limits of drives, and start positions within the limits to the draft."""
-    joints = {joint.name: joint for joint in draft.urdf.moving()}
-    for gazebo in draft.urdf.element.all("gazebo"):
+    joints = {joint.name: joint for joint in draft.description.moving()}
+    for gazebo in draft.description.element.all("gazebo"):
         if gazebo.get("reference") in joints:
             _spring(draft, joints[gazebo.get("reference")], gazebo)
     for joint in joints.values():
@@ -25,7 +25,7 @@ def add_joint_dynamics(draft: Draft) -> None:
     _velocities(draft, list(joints.values()))
 
 
-def _soft_limits(draft: Draft, joint: UrdfJoint) -> None:
+def _soft_limits(draft: Draft, joint: Joint) -> None:
     """Add the soft limits of a `<safety_controller>`, cut to the joint's limits; a range such as 0 to 0 means none."""
     safety, limits = joint.element.first("safety_controller"), _limits(draft, joint)
     if safety is None or limits is None:
@@ -41,13 +41,13 @@ def _soft_limits(draft: Draft, joint: UrdfJoint) -> None:
         draft.carry(f"joint {joint.name}: soft limits {low:g} to {high:g}", safety.span, claim)
 
 
-def _limits(draft: Draft, joint: UrdfJoint) -> tuple[float, float] | None:
+def _limits(draft: Draft, joint: Joint) -> tuple[float, float] | None:
     """Return the limits of a joint in the robot file, else in the description; None without limits."""
     low, high = draft.joints[joint.name].value.get("limits") or joint.limits or (None, None)
     return (low, high) if low is not None and high is not None else None
 
 
-def _spring(draft: Draft, joint: UrdfJoint, gazebo: Element) -> None:
+def _spring(draft: Draft, joint: Joint, gazebo: Element) -> None:
     """Add the spring that a `<gazebo>` element gives a joint, e.g. for a wheel drop sensor."""
     stiffness, rest = gazebo.first("springStiffness"), gazebo.first("springReference")
     force = number(stiffness.text) if stiffness is not None else None
@@ -62,7 +62,7 @@ def _spring(draft: Draft, joint: UrdfJoint, gazebo: Element) -> None:
     draft.use_parts(gazebo, "springStiffness", "springReference", "implicitSpringDamper", "provideFeedback")
 
 
-def _start(draft: Draft, joint: UrdfJoint) -> None:
+def _start(draft: Draft, joint: Joint) -> None:
     """If the start position of a joint (by default zero) is outside of its limits, set it to the nearest limit."""
     limits, entry = _limits(draft, joint), draft.joints[joint.name]
     if joint.mimic is not None or limits is None:
@@ -75,7 +75,7 @@ def _start(draft: Draft, joint: UrdfJoint) -> None:
         draft.guess(text, joint.element.span)
 
 
-def _velocities(draft: Draft, joints: Sequence[UrdfJoint]) -> None:
+def _velocities(draft: Draft, joints: Sequence[Joint]) -> None:
     """Add the velocity limits of the description to drives; a joint without a drive has no set point to limit."""
     bounded: dict[str, tuple[float, Element]] = {}
     for joint in joints:
@@ -95,8 +95,8 @@ def _velocities(draft: Draft, joints: Sequence[UrdfJoint]) -> None:
 
 def report_weak_wheels(draft: Draft) -> None:
     """Add a remark on driven wheels whose effort limit is too low for a speed of 1 m/s, considering only their own losses."""
-    slow: dict[str, list[UrdfJoint]] = {}
-    for joint in draft.urdf.moving():
+    slow: dict[str, list[Joint]] = {}
+    for joint in draft.description.moving():
         wheel = draft.wheels.get(joint.name)
         if wheel is None or "drive" not in draft.joints[joint.name].value or joint.effort is None:
             continue

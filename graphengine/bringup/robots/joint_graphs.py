@@ -47,17 +47,17 @@ def add_joint_graphs(draft: Draft, controllers: Sequence[Controller], drivetrain
         return
     draft.commanded = list(driven)
     draft.add_graph("joint_commands", "graphs/joint_commands.yaml", {})
-    bolted = draft.fixed_base or not draft.urdf.moves_freely
+    bolted = draft.fixed_base or not draft.description.moves_freely
     moved = _add_arms(draft, held, controllers, guess=bolted or drivetrain is not None)
     _add_grippers(draft, held, controllers, guess=bool(moved))
 
 
 def _drives(draft: Draft) -> tuple[Collection[str], Collection[str]]:
     """Return the names of the joints that take commands, and the names of those that take position commands."""
-    model = draft.urdf.mjcf
+    model = draft.description.mjcf
     if model is not None:
         actuators = {actuator.joint: actuator.kind for actuator in model.actuators}
-        driven = [joint.name for joint in draft.urdf.moving() if joint.name in actuators]
+        driven = [joint.name for joint in draft.description.moving() if joint.name in actuators]
         return driven, [each.joint for each in model.actuators if each.kind == "position" and each.joint in driven]
     drives = {name: entry.value["drive"] for name, entry in draft.joints.items() if "drive" in entry.value}
     return drives, [name for name, drive in drives.items() if "stiffness" in drive]
@@ -123,8 +123,8 @@ def _flaw(draft: Draft, joints: Sequence[str], held: Collection[str]) -> str:
         held: names of joints that take position commands.
     """
     for name in joints:
-        if name not in draft.urdf.joints:
-            return no_joint(draft.urdf, name)
+        if name not in draft.description.joints:
+            return no_joint(draft.description, name)
         if name not in held:
             return f"joint {printable(name)!r} has no drive that takes positions"
     return "" if joints else "it names no joints"
@@ -174,13 +174,13 @@ def _parameters(controller: Controller, joints: Sequence[str]) -> dict[str, Any]
 
 def _arms_of_chains(draft: Draft, held: Collection[str]) -> Iterator[_Limb]:
     """Yield an arm for each chain of joints that looks like one."""
-    arms = arm_chains(draft.urdf, held)
+    arms = arm_chains(draft.description, held)
     names = [_common_words(arm) or f"arm_{number}" for number, arm in enumerate(arms, 1)]
     if len(set(names)) < len(names):
         names = [f"arm_{number}" for number, _ in enumerate(arms, 1)]
     for name, joints in zip(names, arms, strict=True):
         controller = _ARM_CONTROLLER if len(arms) == 1 else f"{name}_controller"
-        span = draft.urdf.joints[joints[0]].element.span
+        span = draft.description.joints[joints[0]].element.span
         yield _Limb(controller, joints, "the chain of joints with position drives", span, guessed=True)
 
 
@@ -220,7 +220,7 @@ def _press(draft: Draft, name: str) -> str:
 
     Return this as text for a message; empty if the joint has no limits or no drive in the robot file.
     """
-    joint, drive = draft.urdf.joints[name], draft.joints[name].value.get("drive")
+    joint, drive = draft.description.joints[name], draft.joints[name].value.get("drive")
     if joint.limits is None or drive is None:
         return ""
     drive["overtravel"] = DEVIATION
@@ -240,17 +240,17 @@ def _grippers_of_controllers(draft: Draft, held: Collection[str], controllers: I
 
 
 def _grippers_of_fingers(draft: Draft, held: Collection[str]) -> Iterator[_Limb]:
-    joints = gripper_joints(draft.urdf, held)
+    joints = gripper_joints(draft.description, held)
     for number, joint in enumerate(joints, 1):
         name = _GRIPPER_CONTROLLER if len(joints) == 1 else f"gripper_{number}_controller"
-        span = draft.urdf.joints[joint].element.span
+        span = draft.description.joints[joint].element.span
         yield _Limb(name, (joint,), "the fingers that follow it", span, guessed=True)
 
 
 def _add_stand(draft: Draft) -> None:
     """Add the graph if the robot can move freely, has the keyframe `home`, and has motors but no servos on its joints."""
-    model = draft.urdf.mjcf
-    joints = [joint for joint in draft.urdf.moving() if joint.mimic is None]
+    model = draft.description.mjcf
+    joints = [joint for joint in draft.description.moving() if joint.mimic is None]
     if model is None or KEYFRAME not in model.keyframes or not model.free or draft.fixed_base:
         return
     motors = {actuator.joint for actuator in model.actuators if actuator.kind == "effort"}
@@ -262,7 +262,7 @@ def _add_stand(draft: Draft) -> None:
     torque = min((joint.effort for joint in held if joint.effort), default=10.0)
     stiffness = rounded(torque / _ANGLE, 2)
     parameters = {
-        "base": in_path(draft.urdf.root),
+        "base": in_path(draft.description.root),
         "joints": [joint.name for joint in held],
         "positions": [rounded(coordinates[joint.name][0]) for joint in held],
         "stiffness": stiffness,

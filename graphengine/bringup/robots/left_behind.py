@@ -12,20 +12,22 @@ from graphengine.format.yaml_text import scalar
 
 def report_unused(draft: Draft) -> None:
     """Add a remark to `draft.lost` for each kind of element that was not used."""
-    root = draft.urdf.element
+    root = draft.description.element
     unused = [element for element in root.children if not draft.used(element)]
     for tag in ("transmission", "ros2_control"):
         if found := [element for element in unused if element.tag == tag]:
             names = _names([each.get("name") for each in found])
             draft.lose(f"{tag} {names}: it lists no moving joint", found[0].span)
     _gazebo(draft, [element for element in unused if element.tag == "gazebo"])
-    parts = [part for joint in draft.urdf.joints.values() for part in joint.element.children if not draft.used(part)]
+    parts = [
+        part for joint in draft.description.joints.values() for part in joint.element.children if not draft.used(part)
+    ]
     for tag in ("safety_controller", "calibration"):
         if found := [part for part in parts if part.tag == tag]:
             draft.lose(f"{tag} of joints", found[0].span)
     if textures := [element for element in root.walk() if element.tag == "texture"]:
         draft.lose("textures of materials", textures[0].span)
-    moving = [part for joint in draft.urdf.moving() for part in joint.element.children if not draft.used(part)]
+    moving = [part for joint in draft.description.moving() for part in joint.element.children if not draft.used(part)]
     if fast := [p for p in moving if p.tag == "limit" and (number(p.get("velocity")) or 0.0) > 0]:
         draft.lose("velocity limits of joints without a drive, which have no set point to limit", fast[0].span)
 

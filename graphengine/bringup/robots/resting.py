@@ -17,9 +17,9 @@ from graphengine.bringup.robots.skid_steering import GRAVITY, OFF_CENTRE
 from graphengine.bringup.robots.trial import FLOOR_FRICTION, trial_model, trial_spec
 from graphengine.descriptions.engine import Floats, body_names, collides, mujoco
 from graphengine.descriptions.geoms import extents
+from graphengine.descriptions.robot_description import WORLD
 from graphengine.descriptions.robot_files.draft import Draft, RobotWheel
 from graphengine.descriptions.robot_files.entries import Entry, MaterialKeys, material
-from graphengine.descriptions.urdf.urdf import WORLD
 from graphengine.format.wording import printable
 from graphengine.physics.dynamics.contact_forces import contact_points
 from graphengine.physics.model.robot import RobotInstance
@@ -53,12 +53,12 @@ def add_rest(draft: Draft) -> None:
     """Add remarks on how a wheeled robot rests on a floor; links that rest but do not roll forward become frictionless."""
     standing = [wheel for wheel in draft.wheels.values() if wheel.on_floor and not wheel.drags]
     driven = [wheel for wheel in standing if not wheel.swivels]
-    if draft.fixed_base or draft.urdf.root == WORLD:
+    if draft.fixed_base or draft.description.root == WORLD:
         return
     _tell_lifted(draft)
     if not driven:
         return
-    if len(draft.urdf.moving()) > MOST_JOINTS:
+    if len(draft.description.moving()) > MOST_JOINTS:
         draft.notice(f"with more than {MOST_JOINTS} moving joints the robot is not simulated on a floor")
         return
     trial = trial_spec(draft)
@@ -66,10 +66,10 @@ def add_rest(draft: Draft) -> None:
     if model is None:
         return
     data = _at_rest(model)
-    if data is None or data.body(draft.urdf.root).xmat[8] < FALLEN:
+    if data is None or data.body(draft.description.root).xmat[8] < FALLEN:
         draft.notice("on a flat floor the robot does not come to rest on its wheels")
         return
-    tilt = math.degrees(math.acos(min(float(data.body(draft.urdf.root).xmat[8]), 1.0)))
+    tilt = math.degrees(math.acos(min(float(data.body(draft.description.root).xmat[8]), 1.0)))
     if tilt > LEANING:
         draft.notice(f"on a flat floor the robot leans by {tilt:.1f} degrees")
     _tell_centre(draft, model, data, driven)
@@ -91,7 +91,7 @@ def _model(draft: Draft, spec: mujoco.MjSpec, robot: RobotInstance) -> mujoco.Mj
     options.cone, options.impratio = mujoco.mjtCone.mjCONE_ELLIPTIC, 10.0
     carrying: set[str] = set()
     for wheel in draft.wheels.values():
-        carrying |= {*wheel.rollers.joints, *(joint.name for joint in draft.urdf.carriers(wheel.link))}
+        carrying |= {*wheel.rollers.joints, *(joint.name for joint in draft.description.carriers(wheel.link))}
     for moving in robot.moving:
         if moving.name not in carrying and moving.name not in robot.drives:
             spec.joint(moving.name).damping[0] = STIFF
@@ -140,7 +140,7 @@ def _tell_lifted(draft: Draft) -> None:
         return
     height = min(wheel.centre[2] - wheel.radius for wheel in driven) - draft.standing[lowest]
     text = f"the driven wheels are {1000 * height:.3g} mm above the lowest collider, that of {printable(lowest)}"
-    colliders = draft.urdf.links[lowest].colliders
+    colliders = draft.description.links[lowest].colliders
     draft.notice(f"{text}; they may not reach the floor", colliders[0].span if colliders else None)
 
 
@@ -216,7 +216,7 @@ def _near(draft: Draft, model: mujoco.MjModel, data: mujoco.MjData) -> list[str]
     """Return the names of links whose colliders reach down to less than `NEAR` above the floor."""
     floor, solid = data.geom_xpos[model.geom_bodyid == 0][0][2], np.flatnonzero(collides(model))
     found: list[str] = []
-    for link in draft.urdf.links:
+    for link in draft.description.links:
         body = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_BODY, link)
         reach = extents(model, data, solid[model.geom_bodyid[solid] == body]) if body > 0 else None
         if reach is not None and reach[0][2] < floor + NEAR:
@@ -238,7 +238,7 @@ def _free(draft: Draft, forces: dict[str, float], near: list[str], weight: float
     for link, force in resting.items():
         rolls = "rolls only sideways" if link in dragging else "does not roll"
         text = f"{force:.3g} N, {force / weight:.0%} of the weight, rest on {link}, which {rolls}"
-        colliders = draft.urdf.links[link].colliders
+        colliders = draft.description.links[link].colliders
         draft.notice(text, colliders[0].span if colliders else None)
     _slide(draft, resting)
     if links := [link for link in dict.fromkeys([*resting, *near]) if link not in draft.bound()]:
@@ -256,7 +256,7 @@ def _slide(draft: Draft, resting: Collection[str]) -> None:
         steady: MaterialKeys = {
             "across": friction,
             "direction": [1.0, 0.0, 0.0],
-            "expressed_in": draft.urdf.root,
+            "expressed_in": draft.description.root,
             "steady_sliding": True,
             "bind": links,
         }
@@ -267,7 +267,7 @@ def _slide(draft: Draft, resting: Collection[str]) -> None:
 
 def _tell_centre(draft: Draft, model: mujoco.MjModel, data: mujoco.MjData, driven: list[RobotWheel]) -> None:
     """Add remarks on a centre of mass to one side of the wheels' middle, and ahead of or behind it for skid-steered bases."""
-    root = data.body(draft.urdf.root)
+    root = data.body(draft.description.root)
     centre = root.xmat.reshape(3, 3).T @ (data.subtree_com[model.body_rootid[root.id]] - root.xpos)
     axle, places = np.array(driven[0].axle), np.array([wheel.centre for wheel in driven])
     off = _off_centre(places @ axle, float(centre @ axle))

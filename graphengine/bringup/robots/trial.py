@@ -44,7 +44,7 @@ def checked_spec(
     """
     file = robot_file(draft, library.findings, document)
     (placement,) = place(draft.name, RobotUse(use=use))
-    robot = load_robot(placement, file, library, draft.urdf) if file is not None else None
+    robot = load_robot(placement, file, library, draft.description) if file is not None else None
     spec = robot_spec(robot, library, FLOOR_FRICTION, library.findings) if robot is not None else None
     return (spec, robot) if spec is not None and robot is not None else None
 

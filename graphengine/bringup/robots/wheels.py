@@ -12,11 +12,11 @@ import numpy as np
 from graphengine.bringup.robots.trial import trial
 from graphengine.descriptions.engine import Floats, body_names, collides, mujoco
 from graphengine.descriptions.geoms import extents, mesh_vertices
+from graphengine.descriptions.robot_description import TURNING, Joint
 from graphengine.descriptions.robot_files.draft import ALIGNED, Draft, Remark, RobotWheel, rounded
 from graphengine.descriptions.robot_files.entries import Entry, WheelKeys, material
-from graphengine.descriptions.urdf.rollers import NO_ROLLERS, rollers_of
-from graphengine.descriptions.urdf.shapes import Cylinder, kind_of
-from graphengine.descriptions.urdf.urdf import TURNING, UrdfJoint
+from graphengine.descriptions.rollers import NO_ROLLERS, rollers_of
+from graphengine.descriptions.shapes import Cylinder, kind_of
 from graphengine.devices.rotation import Vector3, rotate
 from graphengine.format.wording import printable
 
@@ -56,12 +56,12 @@ def find_wheels(draft: Draft) -> None:
         geoms[int(model.geom_bodyid[geom])].append(geom)
     for body, colliders in geoms.items():
         if (reach := extents(model, data, colliders)) is not None and reach[0][2] < below[0][2] + STANDING:
-            draft.standing[model.body(body).name] = float(reach[0][2] - data.body(draft.urdf.root).xpos[2])
-    axes = draft.urdf.axes_in_root()
-    swivelling, rollers = _swivelling(draft, axes), rollers_of(draft.urdf)
+            draft.standing[model.body(body).name] = float(reach[0][2] - data.body(draft.description.root).xpos[2])
+    axes = draft.description.axes_in_root()
+    swivelling, rollers = _swivelling(draft, axes), rollers_of(draft.description)
     rolling = {name for each in rollers.values() for name in each.joints}
     known = set(body_names(model))
-    for joint in filter(turns_on, draft.urdf.moving()):
+    for joint in filter(turns_on, draft.description.moving()):
         if joint.child not in known or joint.name in rolling:  # a frame between two joints of one body
             continue
         own = rollers.get(joint.name, NO_ROLLERS)
@@ -86,7 +86,7 @@ def _equalize(draft: Draft) -> None:
         draft.wheels[wheel.joint] = replace(wheel, radius=sum(alike) / len(alike))
 
 
-def turns_on(joint: UrdfJoint) -> bool:
+def turns_on(joint: Joint) -> bool:
     """Return whether a joint is a rotating joint without limits, or with a range larger than `WIDE`."""
     limits = joint.limits
     return joint.type in TURNING and (limits is None or limits[1] - limits[0] > WIDE)
@@ -94,7 +94,7 @@ def turns_on(joint: UrdfJoint) -> bool:
 
 def _wheel(
     draft: Draft,
-    joint: UrdfJoint,
+    joint: Joint,
     axis: Vector3,
     model: mujoco.MjModel,
     data: mujoco.MjData,
@@ -122,14 +122,14 @@ def _wheel(
             draft.noticed.append(crooked)
         return None
     points = [_surface(model, data, geom) for geom in geoms]
-    root = data.body(draft.urdf.root)
+    root = data.body(draft.description.root)
     axle, joint_at = root.xmat.reshape(3, 3) @ np.array(axis), data.xpos[body]
     if not points or (size := _size(np.concatenate(points) - joint_at, axle, rollers=rollers)) is None:
         return None
     radius, width, offset = size
     centre = joint_at + axle * offset
     on_floor = bool(centre[2] - radius < lowest + 0.25 * radius + 0.002 and abs(axle[2]) < LEVEL)
-    kinds = {kind_of(collider.geometry) for collider in draft.urdf.links[joint.child].colliders}
+    kinds = {kind_of(collider.geometry) for collider in draft.description.links[joint.child].colliders}
     tag = kinds.pop() if len(kinds) == 1 else "mesh"
     if not on_floor and not rollers and (tag not in ("cylinder", "sphere") or joint.type != "continuous"):
         return None  # a roll of an arm, a lidar that spins
@@ -182,8 +182,8 @@ def _size(points: Floats, axle: Floats, *, rollers: bool) -> tuple[float, float,
 def _swivelling(draft: Draft, axes: Mapping[str, Vector3]) -> set[str]:
     """Return the names of joints that swivel: uncommanded vertical joints without limits, and uncommanded joints below them."""
     commanded, found = _commanded(draft), set[str]()
-    for joint in (joint for link in draft.urdf.depth_first() for joint in link.below):
-        above = draft.urdf.links[joint.parent].carrier
+    for joint in (joint for link in draft.description.depth_first() for joint in link.below):
+        above = draft.description.links[joint.parent].carrier
         hangs = above is not None and above.name in found
         if joint.name not in commanded and (hangs or (turns_on(joint) and abs(axes[joint.name][2]) > PLUMB)):
             found.add(joint.name)
@@ -196,7 +196,7 @@ def _commanded(draft: Draft) -> set[str]:
     The result also contains other texts of the plugins.
     """
     found: set[str] = set()
-    for owner in draft.urdf.element.children:
+    for owner in draft.description.element.children:
         if owner.tag == "transmission":
             found |= {joint.get("name") for joint in owner.all("joint")}
         elif owner.tag == "ros2_control":
@@ -214,7 +214,7 @@ def _shape(draft: Draft, wheel: RobotWheel) -> None:
 
     The corners of a mesh and the rims of a cylinder would not roll smoothly.
     """
-    colliders = draft.urdf.links[wheel.link].colliders
+    colliders = draft.description.links[wheel.link].colliders
     if not wheel.on_floor or wheel.collider == "sphere" or wheel.rollers.links:
         return
     why = "ellipsoids touch the floor at one point each; the rims of a cylinder would scrub in a turn"
@@ -230,9 +230,9 @@ def _shape(draft: Draft, wheel: RobotWheel) -> None:
     draft.guess(text, colliders[0].span)
 
 
-def _crooked(draft: Draft, joint: UrdfJoint) -> Remark | None:
+def _crooked(draft: Draft, joint: Joint) -> Remark | None:
     """Return a remark if a joint turns a cylinder about an axis other than the cylinder's own; else None."""
-    colliders = draft.urdf.links[joint.child].colliders
+    colliders = draft.description.links[joint.child].colliders
     if len(colliders) != 1 or not isinstance(colliders[0].geometry, Cylinder):
         return None
     own = rotate(colliders[0].pose[1], (0.0, 0.0, 1.0))

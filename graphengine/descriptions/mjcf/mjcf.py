@@ -15,11 +15,11 @@ from graphengine.descriptions.engine import REFUSALS, compiled, mujoco
 from graphengine.descriptions.files.packages import Packages
 from graphengine.descriptions.files.references import Library
 from graphengine.descriptions.files.xml import Element, mujoco_says, place_of, write
+from graphengine.descriptions.link_tree import MAX_LINKS, check_limits
 from graphengine.descriptions.mjcf.mjcf_links import MjcfLinks
 from graphengine.descriptions.mjcf.mjcf_preparation import name_bodies, prepare
 from graphengine.descriptions.mjcf.mjcf_trial import MAX_MEMORY_BYTES, reason_against
-from graphengine.descriptions.urdf.link_tree import MAX_LINKS, check_limits
-from graphengine.descriptions.urdf.urdf import WORLD, Urdf
+from graphengine.descriptions.robot_description import WORLD, RobotDescription
 from graphengine.descriptions.urdf.urdf_reader import check_numbers
 from graphengine.descriptions.urdf.urdf_writer import as_urdf
 from graphengine.format.diagnostics import Findings, Span
@@ -30,7 +30,7 @@ _LIMITS = f"legal: up to {MAX_CPU_SECONDS} s of CPU time and {MAX_MEMORY_BYTES >
 _ENDLESS = (mujoco.mjtGeom.mjGEOM_PLANE, mujoco.mjtGeom.mjGEOM_HFIELD)
 
 
-def read_mjcf(path: Path, library: Library, text: str | None = None) -> Urdf | None:
+def read_mjcf(path: Path, library: Library, text: str | None = None) -> RobotDescription | None:
     """Return the links and joints of a robot's MuJoCo model, with the model itself in `mjcf`; None after an error.
 
     Args:
@@ -71,7 +71,7 @@ def read_mjcf(path: Path, library: Library, text: str | None = None) -> Urdf | N
     if len(findings.errors) > before:
         return None
     mjcf = MjcfModel(spec, root, links.free, read_actuators(model), keyframes)
-    return Urdf(document, packages, links.links, links.joints, links.root, mjcf)
+    return RobotDescription(document, packages, links.links, links.joints, links.root, mjcf)
 
 
 def is_safe(root: Element, library: Library, what: str = "model") -> bool:

@@ -10,10 +10,10 @@ from typing import Any
 
 from graphengine.descriptions.files.references import Library
 from graphengine.descriptions.files.xml import Element
+from graphengine.descriptions.robot_description import WORLD, RobotDescription
 from graphengine.descriptions.robot_files import entries
 from graphengine.descriptions.robot_files.entries import Entry
-from graphengine.descriptions.urdf.rollers import NO_ROLLERS, Rollers
-from graphengine.descriptions.urdf.urdf import WORLD, Urdf
+from graphengine.descriptions.rollers import NO_ROLLERS, Rollers
 from graphengine.devices.rotation import Vector3
 from graphengine.format.diagnostics import Findings, Span
 from graphengine.format.document import Document, load
@@ -58,9 +58,9 @@ def graph_defaults(use: str) -> dict[str, Any]:
     return {name: declared["default"] for name, declared in shipped_graph(use)["parameters"].items()}
 
 
-def no_joint(urdf: Urdf, name: str) -> str:
+def no_joint(description: RobotDescription, name: str) -> str:
     """Return a text that a description has no joint with a name, and which names are similar."""
-    near = did_you_mean(name, urdf.joints)
+    near = did_you_mean(name, description.joints)
     return f"the description has no joint {printable(name)!r}" + (f"; {near}" if near else "")
 
 
@@ -142,7 +142,7 @@ class Draft:
     """A robot file that will be written.
 
     Attributes:
-        urdf: the parsed description.
+        description: the parsed description.
         name: name of the robot.
         source: where the description comes from, as text for comments and messages.
         path: path of the description, as written in the robot file.
@@ -173,7 +173,7 @@ class Draft:
         mujoco_warnings: MuJoCo's warnings about models compiled from the draft, as keys; the values are None.
     """
 
-    urdf: Urdf
+    description: RobotDescription
     name: str
     source: str
     path: str
@@ -206,7 +206,7 @@ class Draft:
 
     def __post_init__(self) -> None:
         """Create an entry for each moving joint."""
-        self.joints = {joint.name: Entry({}) for joint in self.urdf.moving()}
+        self.joints = {joint.name: Entry({}) for joint in self.description.moving()}
 
     def bound(self) -> dict[str, entries.MaterialKeys]:
         """Return the material of each link to which the draft binds one."""
@@ -221,13 +221,13 @@ class Draft:
 
     def data(self) -> dict[str, Any]:
         """Return the values of the robot file, in its order; texts of which a reader substitutes nothing are references."""
-        urdf = self.urdf
-        path = {"mjcf" if urdf.mjcf is not None else "urdf": Reference(self.path)}
+        description = self.description
+        path = {"mjcf" if description.mjcf is not None else "urdf": Reference(self.path)}
         head: dict[str, Any] = {"format": 1, "robot": Reference(self.name)} | path
         if self.package_paths:
             head["package_paths"] = [Reference(folder) for folder in self.package_paths]
-        head["base_link"] = Reference(urdf.root)
-        if self.fixed_base and urdf.moves_freely and urdf.root != WORLD:
+        head["base_link"] = Reference(description.root)
+        if self.fixed_base and description.moves_freely and description.root != WORLD:
             head["fixed_base"] = True
         sections = {name: {key: each.value for key, each in getattr(self, name).items()} for name in SECTIONS}
         return head | self.settings | {name: section for name, section in sections.items() if section}
@@ -256,8 +256,8 @@ class Draft:
             parameters: parameters of the graph.
             comments: comment lines above the entry.
         """
-        if self.urdf.root != "base_link":  # the default of the graphs
-            parameters = {"base": in_path(self.urdf.root)} | parameters
+        if self.description.root != "base_link":  # the default of the graphs
+            parameters = {"base": in_path(self.description.root)} | parameters
         value: entries.GraphKeys = {"use": use, "parameters": parameters} if parameters else {"use": use}
         self.graphs[name] = Entry(value, list(comments))
 

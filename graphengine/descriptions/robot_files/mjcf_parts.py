@@ -31,7 +31,7 @@ _PIXELS = (640, 480)
 
 def add_model_parts(draft: Draft) -> None:
     """List the actuators of each joint, and add a sensor for each camera and IMU of the model."""
-    model = draft.urdf.mjcf
+    model = draft.description.mjcf
     assert model is not None
     _joints(draft, model)
     for actuator in model.actuators:
@@ -48,12 +48,12 @@ def add_model_parts(draft: Draft) -> None:
 
 
 def _joints(draft: Draft, model: MjcfModel) -> None:
-    names = {joint.name: joint.type == "prismatic" for joint in draft.urdf.moving()}
+    names = {joint.name: joint.type == "prismatic" for joint in draft.description.moving()}
     driven: dict[str, list[str]] = {}
     for actuator in model.actuators:
         about = _about(actuator.name, actuator.drive, names.get(actuator.joint, False))
         driven.setdefault(actuator.joint, []).append(about)
-    for joint in draft.urdf.moving():
+    for joint in draft.description.moving():
         entry = draft.joints[joint.name]
         entry.hint = "; ".join(driven.get(joint.name, [])) or (
             "" if joint.mimic is not None else "no actuator: takes efforts"
@@ -61,7 +61,7 @@ def _joints(draft: Draft, model: MjcfModel) -> None:
     for kind in _KINDS:
         if found := [actuator.joint for actuator in model.actuators if actuator.joint and actuator.kind == kind]:
             draft.carry(f"{_KINDS[kind]}s of the model: {', '.join(map(printable, found))}")
-    if floating := [joint.name for joint in draft.urdf.joints.values() if joint.type == "floating"]:
+    if floating := [joint.name for joint in draft.description.joints.values() if joint.type == "floating"]:
         draft.notice(
             f"ball and free joints, which graphs cannot read or command: {', '.join(map(printable, floating))}"
         )
@@ -123,7 +123,7 @@ def _link(draft: Draft, name: str, kind: str) -> str:
     if not name:
         return ""
     given = f"{name}_{kind}"
-    return given if given in draft.urdf.links else name if name in draft.urdf.links else ""
+    return given if given in draft.description.links else name if name in draft.description.links else ""
 
 
 def _mount(draft: Draft, name: str, value: SensorKeys) -> Claim:

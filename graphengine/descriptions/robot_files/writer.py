@@ -9,10 +9,10 @@ from itertools import accumulate
 from pathlib import Path
 from typing import Any
 
+from graphengine.descriptions.robot_description import WORLD, Joint, RobotDescription
 from graphengine.descriptions.robot_files.draft import SECTIONS, Draft, Remark
 from graphengine.descriptions.robot_files.entries import Entry
-from graphengine.descriptions.urdf.shapes import Box, Capsule, Cylinder, Mesh, Shape, Sphere, kind_of
-from graphengine.descriptions.urdf.urdf import WORLD, Urdf, UrdfJoint
+from graphengine.descriptions.shapes import Box, Capsule, Cylinder, Mesh, Shape, Sphere, kind_of
 from graphengine.format.diagnostics import Source, Span
 from graphengine.format.document import Document, Value
 from graphengine.format.wording import printable
@@ -28,20 +28,26 @@ def render(draft: Draft, path: Path) -> Document:
         draft: draft of the robot file.
         path: path of the robot file.
     """
-    urdf, page = draft.urdf, _Page([f"# Imported by `graphrun import-robot` from {printable(draft.source)}."])
+    description, page = (
+        draft.description,
+        _Page([f"# Imported by `graphrun import-robot` from {printable(draft.source)}."]),
+    )
     data = draft.data()
     for key in [key for key in data if key not in SECTIONS]:
         page.add((key,), data[key])
-        if key == "base_link" and urdf.root == WORLD:
+        if key == "base_link" and description.root == WORLD:
             page.lines[-1] += "    # which is the world itself: the robot is bolted to it"
-    page.lines += ["", f"# {len(urdf.links)} links, {urdf.mass:g} kg, and the shapes that they collide with, in m"]
-    page.lines += [f"#   {line}" for line in _links(urdf)]
-    page.lines += ["", f"# {len(urdf.joints)} joints; origins, axes and limits are those of the description"]
+    page.lines += [
+        "",
+        f"# {len(description.links)} links, {description.mass:g} kg, and the shapes that they collide with, in m",
+    ]
+    page.lines += [f"#   {line}" for line in _links(description)]
+    page.lines += ["", f"# {len(description.joints)} joints; origins, axes and limits are those of the description"]
     if "joints" in data:
         page.open(("joints",))
-    for joint in urdf.moving():
+    for joint in description.moving():
         page.add_entry("joints", joint.name, draft.joints[joint.name], _about(joint))
-    page.lines += [f"# {printable(_about(joint))}" for joint in urdf.joints.values() if not joint.moves]
+    page.lines += [f"# {printable(_about(joint))}" for joint in description.joints.values() if not joint.moves]
     for section in [key for key in SECTIONS[1:] if key in data]:
         page.lines.append("")
         page.open((section,))
@@ -124,8 +130,8 @@ def _remarks(title: str, remarks: Sequence[Remark]) -> Iterator[str]:
         )
 
 
-def _links(urdf: Urdf) -> Iterator[str]:
-    for link in urdf.depth_first():
+def _links(description: RobotDescription) -> Iterator[str]:
+    for link in description.depth_first():
         shapes = [_shape(collider) for collider in link.colliders]
         mass = f"{link.mass:g} kg" if link.mass else "no mass"
         yield printable(", ".join([f"{scalar(link.name)}: {mass}", *shapes]))
@@ -144,7 +150,7 @@ def _shape(collider: Shape) -> str:
             return f"{kind} of radius {radius:.12g} and length {length:.12g}"
 
 
-def _about(joint: UrdfJoint) -> str:
+def _about(joint: Joint) -> str:
     parts = [f"{scalar(joint.name)}: {joint.type}, {scalar(joint.parent)} -> {scalar(joint.child)}"]
     unit, force = ("m", "N") if joint.type == "prismatic" else ("rad", "N m")
     if joint.moves:

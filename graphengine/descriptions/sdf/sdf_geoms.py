@@ -15,7 +15,7 @@ from graphengine.descriptions.sdf.sdf_frames import SdfFrame, place_of
 from graphengine.descriptions.sdf.sdf_shapes import colour_of, friction_of, mesh_of, shape_of, solid_of
 from graphengine.descriptions.sdf.sdf_shells import MAX_PLATES, hollow_triangles, plates
 from graphengine.descriptions.sdf.sdf_values import SdfError, numbers_at, placed, reported, written
-from graphengine.descriptions.urdf.shapes import Mesh, sizes_of
+from graphengine.descriptions.shapes import Mesh, sizes_of
 from graphengine.devices.rotation import Quaternion, Vector3, multiply, relative
 from graphengine.format.diagnostics import Findings
 from graphengine.format.wording import printable

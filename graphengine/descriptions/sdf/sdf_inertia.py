@@ -9,6 +9,8 @@ import numpy as np
 
 from graphengine.descriptions.engine import Floats
 from graphengine.descriptions.files.xml import Element
+from graphengine.descriptions.inertia import WATER, matrix_of, moments_of
+from graphengine.descriptions.robot_description import TERMS, Inertial, Moments
 from graphengine.descriptions.sdf.sdf_frames import SdfFrame, place_of
 from graphengine.descriptions.sdf.sdf_shapes import shape_of, solid_of
 from graphengine.descriptions.sdf.sdf_values import (
@@ -21,9 +23,7 @@ from graphengine.descriptions.sdf.sdf_values import (
     seen_from,
     text_at,
 )
-from graphengine.descriptions.urdf.inertia import WATER, matrix_of, moments_of
-from graphengine.descriptions.urdf.shapes import Box, Capsule, Cylinder, Sphere
-from graphengine.descriptions.urdf.urdf import TERMS, Inertial, Moments
+from graphengine.descriptions.shapes import Box, Capsule, Cylinder, Sphere
 from graphengine.devices.rotation import IDENTITY, Pose, Quaternion, compose, relative, rotate
 from graphengine.format.wording import printable
 

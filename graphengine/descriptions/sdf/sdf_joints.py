@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterator, Mapping
 
 from graphengine.descriptions.files.xml import Element
+from graphengine.descriptions.robot_description import WORLD, Bounds, Joint, Link, Mimic
 from graphengine.descriptions.sdf.sdf_frames import FIRST_WITH_FRAMES, SdfFrame, place_of
 from graphengine.descriptions.sdf.sdf_shapes import shape_of
 from graphengine.descriptions.sdf.sdf_values import (
@@ -19,7 +20,6 @@ from graphengine.descriptions.sdf.sdf_values import (
     seen_from,
     text_at,
 )
-from graphengine.descriptions.urdf.urdf import WORLD, Bounds, Mimic, UrdfJoint, UrdfLink
 from graphengine.devices.rotation import NOWHERE, Pose, Vector3, rotate, unrotate
 from graphengine.format.diagnostics import Findings
 from graphengine.format.wording import did_you_mean, listing, printable
@@ -64,7 +64,7 @@ def fastened(joint: SdfFrame) -> tuple[SdfFrame | None, SdfFrame]:
 
 def parts_of(
     joint: SdfFrame, frames: Mapping[SdfFrame, Pose], carries: Mapping[SdfFrame, SdfFrame], findings: Findings
-) -> Iterator[UrdfLink | UrdfJoint | Element]:
+) -> Iterator[Link | Joint | Element]:
     """Yield an SDF joint as a joint of a robot, then `<gazebo>` elements that refer to it or to its child link.
 
     A ball joint of a caster ball becomes a fixed joint, and the ball loses its friction; a joint with two axes becomes two joints
@@ -106,9 +106,7 @@ def parts_of(
     yield from _for_gazebo(joint, element.first("axis"))
 
 
-def _two_joints(
-    joint: SdfFrame, pose: Pose, ends: tuple[str, str], findings: Findings
-) -> Iterator[UrdfLink | UrdfJoint]:
+def _two_joints(joint: SdfFrame, pose: Pose, ends: tuple[str, str], findings: Findings) -> Iterator[Link | Joint]:
     """Yield the two joints of a joint with two axes, and the link between them.
 
     The joint about `axis` keeps the name; the joint about `axis2`, which moves the child link, gets the name with `_axis2`.
@@ -117,7 +115,7 @@ def _two_joints(
     between, second = f"{name}_cross", f"{name}_axis2"
     text = f"joint {printable(name)!r}: type {element.get('type')} becomes two revolute joints"
     findings.add("N103", text, element.span, f"{printable(name)} turns about <axis>, {printable(second)} about <axis2>")
-    yield UrdfLink(between, Element("link", {"name": between}, element.span), None, ())
+    yield Link(between, Element("link", {"name": between}, element.span), None, ())
     for tag, made, at, links in (
         ("axis", name, pose, (parent, between)),
         ("axis2", second, NOWHERE, (between, child)),
@@ -126,7 +124,7 @@ def _two_joints(
         yield _joint(joint, made, "continuous" if _is_limitless(axis) else "revolute", at, links, axis)
 
 
-def _joint(joint: SdfFrame, name: str, kind: str, pose: Pose, ends: tuple[str, str], axis: Element | None) -> UrdfJoint:
+def _joint(joint: SdfFrame, name: str, kind: str, pose: Pose, ends: tuple[str, str], axis: Element | None) -> Joint:
     """Return a joint of a robot.
 
     Args:
@@ -137,7 +135,7 @@ def _joint(joint: SdfFrame, name: str, kind: str, pose: Pose, ends: tuple[str, s
         ends: names of the parent and the child link.
         axis: element of the SDF joint with the axis.
     """
-    made = UrdfJoint(name, kind, *ends, pose, Element("joint", {"name": name, "type": kind}, joint.element.span))
+    made = Joint(name, kind, *ends, pose, Element("joint", {"name": name, "type": kind}, joint.element.span))
     if kind != "fixed":
         made.stated_axis = _direction(joint, axis)
         made.bounds = _bounds(axis, find(axis, "limit") or axis or joint.element)

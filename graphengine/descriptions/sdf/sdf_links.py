@@ -9,12 +9,12 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 
 from graphengine.descriptions.files.xml import Element
+from graphengine.descriptions.robot_description import Link
 from graphengine.descriptions.sdf.sdf_frames import SdfFrame, place_of
 from graphengine.descriptions.sdf.sdf_inertia import inertial_of, is_mere_frame
 from graphengine.descriptions.sdf.sdf_shapes import colour_of, mesh_of, shape_of, solid_of, surface_for_gazebo, textured
 from graphengine.descriptions.sdf.sdf_values import SdfError, find, flag_at, leaf, reported, seen_from, text_at, written
-from graphengine.descriptions.urdf.shapes import Geometry, Shape
-from graphengine.descriptions.urdf.urdf import UrdfLink
+from graphengine.descriptions.shapes import Geometry, Shape
 from graphengine.devices.rotation import NOWHERE, Pose, to_rpy
 from graphengine.format.diagnostics import Findings
 from graphengine.format.wording import printable
@@ -39,10 +39,10 @@ class LinkReader:
     images: list[Element] = field(default_factory=list)
     mere_frames: list[SdfFrame] = field(default_factory=list)
 
-    def link(self, link: SdfFrame) -> UrdfLink:
+    def link(self, link: SdfFrame) -> Link:
         """Return an SDF link as a link of a robot; errors are added to `findings`."""
         shapes: list[Shape] = []
-        made = UrdfLink(link.full_name, Element("link", {"name": link.full_name}, link.element.span), None, shapes)
+        made = Link(link.full_name, Element("link", {"name": link.full_name}, link.element.span), None, shapes)
         if is_mere_frame(link):
             self.mere_frames.append(link)
             return made

@@ -7,13 +7,13 @@ from pathlib import Path
 
 from graphengine.descriptions.files.packages import Packages
 from graphengine.descriptions.files.xml import Element
+from graphengine.descriptions.link_tree import assembled
+from graphengine.descriptions.robot_description import WORLD, Joint, Link, RobotDescription
 from graphengine.descriptions.sdf.sdf_files import SdfFiles
 from graphengine.descriptions.sdf.sdf_frames import Scope, SdfFrame
 from graphengine.descriptions.sdf.sdf_joints import fastened, is_moving, parts_of
 from graphengine.descriptions.sdf.sdf_links import LinkReader
 from graphengine.descriptions.sdf.sdf_values import SdfError, flag_at, leaf, reported
-from graphengine.descriptions.urdf.link_tree import assembled
-from graphengine.descriptions.urdf.urdf import WORLD, Urdf, UrdfJoint, UrdfLink
 from graphengine.descriptions.urdf.urdf_writer import as_urdf
 from graphengine.devices.rotation import Pose
 from graphengine.format.diagnostics import Findings
@@ -23,7 +23,9 @@ _CONVERTED = ("link", "joint", "frame", "model", "include", "pose", "static", "s
 _NO_EFFECT = ("allow_auto_disable", "enable_wind")
 
 
-def read_sdf(path: Path, root: Element, packages: Packages, findings: Findings, name: str = "") -> Urdf | None:
+def read_sdf(
+    path: Path, root: Element, packages: Packages, findings: Findings, name: str = ""
+) -> RobotDescription | None:
     """Return the links and joints of a model of an SDF file; None after an error.
 
     Args:
@@ -78,7 +80,7 @@ def _chosen(models: list[Scope], root: Element, name: str) -> Scope:
     return robots[0]
 
 
-def _robot(model: Scope, packages: Packages, findings: Findings, before: int) -> Urdf | None:
+def _robot(model: Scope, packages: Packages, findings: Findings, before: int) -> RobotDescription | None:
     """Return the links and joints of a model; None if there are more than `before` errors then."""
     joints, links = model.all_joints(), model.all_links()
     carriers: dict[SdfFrame, SdfFrame] = {}
@@ -98,9 +100,9 @@ def _robot(model: Scope, packages: Packages, findings: Findings, before: int) ->
     if len(findings.errors) > before:
         return None
     reader, span = LinkReader(frames, findings), model.element.span
-    parts: list[UrdfLink | UrdfJoint | Element] = []
+    parts: list[Link | Joint | Element] = []
     if bolted:
-        parts.append(UrdfLink(WORLD, Element("link", {"name": WORLD}, span), None, ()))
+        parts.append(Link(WORLD, Element("link", {"name": WORLD}, span), None, ()))
     parts += [reader.link(link) for link in links]
     for joint in joints:
         with reported(findings):
@@ -108,8 +110,8 @@ def _robot(model: Scope, packages: Packages, findings: Findings, before: int) ->
     parts += [element for link in links for element in reader.for_gazebo(link)]
     parts += [element for scope in model.walk() for element in _for_gazebo(scope)]
     _tell(reader, findings)
-    found = [part for part in parts if isinstance(part, UrdfLink)]
-    made = [part for part in parts if isinstance(part, UrdfJoint)]
+    found = [part for part in parts if isinstance(part, Link)]
+    made = [part for part in parts if isinstance(part, Joint)]
     document = as_urdf(model.name, found, made, span, [part for part in parts if isinstance(part, Element)])
     return assembled(document, packages, found, made, findings, before)
 

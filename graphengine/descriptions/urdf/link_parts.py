@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping
 
 from graphengine.descriptions.files.xml import Element, number, numbers
-from graphengine.descriptions.urdf.shapes import Box, Capsule, Colour, Cylinder, Geometry, Mesh, Shape, Sphere
-from graphengine.descriptions.urdf.urdf import TERMS, Inertial
+from graphengine.descriptions.robot_description import TERMS, Inertial
+from graphengine.descriptions.shapes import Box, Capsule, Colour, Cylinder, Geometry, Mesh, Shape, Sphere
 from graphengine.devices.rotation import NOWHERE, Pose, from_rpy
 from graphengine.format.diagnostics import Findings
 from graphengine.format.wording import did_you_mean, listing

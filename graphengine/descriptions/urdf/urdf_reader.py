@@ -10,10 +10,10 @@ import math
 
 from graphengine.descriptions.files.packages import Packages
 from graphengine.descriptions.files.xml import Element, number, numbers
+from graphengine.descriptions.link_tree import LEGAL, assembled
+from graphengine.descriptions.robot_description import MOVING, Bounds, Joint, Link, Mimic, RobotDescription
+from graphengine.descriptions.shapes import MAX_COLOUR
 from graphengine.descriptions.urdf.link_parts import MADE, colours_by_name, inertial_of, number_at, origin_of, shapes_of
-from graphengine.descriptions.urdf.link_tree import LEGAL, assembled
-from graphengine.descriptions.urdf.shapes import MAX_COLOUR
-from graphengine.descriptions.urdf.urdf import MOVING, Bounds, Mimic, Urdf, UrdfJoint, UrdfLink
 from graphengine.devices.rotation import Vector3
 from graphengine.format.diagnostics import Findings
 from graphengine.format.wording import did_you_mean, listing
@@ -38,7 +38,7 @@ _SINGLE = {
 _IN_WORDS = {1: "a number", 3: "three numbers", 4: "four numbers"}
 
 
-def read_urdf(root: Element, packages: Packages, findings: Findings) -> Urdf | None:
+def read_urdf(root: Element, packages: Packages, findings: Findings) -> RobotDescription | None:
     """Return the links and joints of a description; None after an error, which is added to `findings`."""
     if root.tag != "robot":
         findings.add("S103", f"a robot description begins with <robot>, not <{root.tag[:40]}>", root.span)
@@ -53,7 +53,7 @@ def read_urdf(root: Element, packages: Packages, findings: Findings) -> Urdf | N
             check_numbers(owner, findings)
     colours = colours_by_name(root)
     links = [
-        UrdfLink(each.get("name"), each, inertial_of(each, findings), list(shapes_of(each, colours, findings)))
+        Link(each.get("name"), each, inertial_of(each, findings), list(shapes_of(each, colours, findings)))
         for each in root.all("link")
     ]
     joints = [joint for each in root.all("joint") if (joint := _joint(each, findings)) is not None]
@@ -86,7 +86,7 @@ def _leave_one_shape(link: Element, findings: Findings) -> None:
             del geometry.children[1:]
 
 
-def _joint(element: Element, findings: Findings) -> UrdfJoint | None:
+def _joint(element: Element, findings: Findings) -> Joint | None:
     name, kind = element.get("name"), element.get("type")
     if kind not in (*LEGAL, "floating", "planar"):
         near = did_you_mean(kind, LEGAL) or listing(LEGAL)
@@ -103,7 +103,7 @@ def _joint(element: Element, findings: Findings) -> UrdfJoint | None:
     bounds = Bounds(lower, upper, effort, velocity, limit)
     losses = number_at(dynamics, "damping") or 0.0, number_at(dynamics, "friction") or 0.0
     mimic = _mimic(element) if kind in MOVING else None
-    return UrdfJoint(name, kind, parent, child, pose, element, stated, bounds, losses, mimic)
+    return Joint(name, kind, parent, child, pose, element, stated, bounds, losses, mimic)
 
 
 def _mimic(joint: Element) -> Mimic | None:

@@ -6,21 +6,21 @@ from collections.abc import Iterable, Iterator
 from dataclasses import replace
 
 from graphengine.descriptions.files.xml import Element, write
+from graphengine.descriptions.robot_description import TERMS, Inertial, Joint, Link, RobotDescription
+from graphengine.descriptions.shapes import Box, Capsule, Cylinder, Geometry, Mesh, Shape, Sphere, kind_of
 from graphengine.descriptions.urdf.link_parts import number_at, origin_of
-from graphengine.descriptions.urdf.shapes import Box, Capsule, Cylinder, Geometry, Mesh, Shape, Sphere, kind_of
-from graphengine.descriptions.urdf.urdf import TERMS, Inertial, Urdf, UrdfJoint, UrdfLink
 from graphengine.devices.rotation import NOWHERE, Pose, to_rpy
 from graphengine.format.diagnostics import Span
 
 
-def description_text(urdf: Urdf) -> str:
+def description_text(description: RobotDescription) -> str:
     """Return the text of a description as URDF, with the positions, limits and types that its joints have by now."""
-    now = {joint.element: _as_now(joint) for joint in urdf.joints.values()}
-    root = replace(urdf.element, children=[now.get(child, child) for child in urdf.element.children])
+    now = {joint.element: _as_now(joint) for joint in description.joints.values()}
+    root = replace(description.element, children=[now.get(child, child) for child in description.element.children])
     return f'<?xml version="1.0"?>\n{write(root)[0]}\n'
 
 
-def _as_now(joint: UrdfJoint) -> Element:
+def _as_now(joint: Joint) -> Element:
     """Return the element of a joint; if the joint has been changed since it was read, a changed copy."""
     element, changes = joint.element, dict[str, dict[str, str]]()
     if (origin_of(element) or NOWHERE)[0] != joint.pose[0]:
@@ -35,7 +35,7 @@ def _as_now(joint: UrdfJoint) -> Element:
 
 
 def as_urdf(
-    name: str, links: Iterable[UrdfLink], joints: Iterable[UrdfJoint], span: Span, others: Iterable[Element] = ()
+    name: str, links: Iterable[Link], joints: Iterable[Joint], span: Span, others: Iterable[Element] = ()
 ) -> Element:
     """Return the `robot` element of a description.
 
@@ -99,7 +99,7 @@ def _sizes(geometry: Geometry) -> Iterator[tuple[str, Iterable[float]]]:
             yield from (("radius", (radius,)), ("length", (length,)))
 
 
-def _joint(joint: UrdfJoint) -> Iterator[Element]:
+def _joint(joint: Joint) -> Iterator[Element]:
     span, bounds = joint.element.span, joint.bounds
     yield _origin(joint.pose, span)
     yield from (Element("parent", {"link": joint.parent}, span), Element("child", {"link": joint.child}, span))

@@ -143,7 +143,7 @@ def tell_limits(limits: ForceLimits, robots: Mapping[str, RobotInstance], findin
         if (id(robot.file), joint) in told or drive is None or drive.max_force is None:
             continue
         told.add((id(robot.file), joint))
-        sliding = robot.urdf.joints[joint].type == "prismatic"
+        sliding = robot.description.joints[joint].type == "prismatic"
         force, mass, slope = ("N", "kg", "m/s2") if sliding else ("N m", "kg m2", "rad/s2")
         most = drive.max_force
         text = (

@@ -45,7 +45,7 @@ def test_at_half_its_speed_a_joints_own_losses_cause_an_error_of_2_5_mrad(tmp_pa
     lossy = robot(limb("j", 6)).replace("</joint>", '<dynamics damping="10" friction="3"/></joint>')
     found = imported(tmp_path, lossy)
     for name, effort in zip(joints_of(), EFFORTS, strict=True):
-        speed = found.draft.urdf.joints[name].velocity
+        speed = found.draft.description.joints[name].velocity
         assert speed is not None
         assert drives(found)[name]["stiffness"] == pytest.approx(max(effort / 0.01, (5 * speed + 3) / 0.0025), rel=1e-3)
 

@@ -42,9 +42,9 @@ def test_a_finding_on_values_without_a_text_refers_to_the_description(tmp_path: 
     findings, text = Findings(), "<?xml version='1.0'?>\n  <robot name='cart'><link name='base_link'/></robot>"
     root = parse(text.encode(), "cart.urdf", findings, "S103")
     assert root is not None
-    urdf = read_urdf(root, Packages(tmp_path, (), Files((tmp_path,))), findings)
-    assert urdf is not None
-    draft = Draft(urdf, "cart", "cart.urdf", "cart.urdf")
+    description = read_urdf(root, Packages(tmp_path, (), Files((tmp_path,))), findings)
+    assert description is not None
+    draft = Draft(description, "cart", "cart.urdf", "cart.urdf")
     assert robot_file(draft, findings) is not None
     draft.settings["self_collision"] = "perhaps"
     assert robot_file(draft, findings) is None

@@ -8,10 +8,10 @@ import pytest
 
 from graphengine.descriptions.files.packages import Packages
 from graphengine.descriptions.files.xml import parse
+from graphengine.descriptions.robot_description import RobotDescription
 from graphengine.descriptions.sdf.sdf_files import SdfFiles
 from graphengine.descriptions.sdf.sdf_frames import Scope, SdfFrame
 from graphengine.descriptions.sdf.sdf_reader import read_sdf
-from graphengine.descriptions.urdf.urdf import Urdf
 from graphengine.devices.rotation import Pose, to_rpy
 from graphengine.format.diagnostics import Findings
 from graphengine.format.files import Files
@@ -77,7 +77,7 @@ def place(within: Scope, name: str) -> object:
     return pytest.approx(six(frame(within, name).place), abs=1e-9)
 
 
-def converted(folder: Path, text: str, name: str = "") -> tuple[Urdf | None, Findings]:
+def converted(folder: Path, text: str, name: str = "") -> tuple[RobotDescription | None, Findings]:
     """A model of a file in a folder as links and joints."""
     findings = Findings()
     root = parse(text.encode(), str(folder / "main.sdf"), findings, "S103")
@@ -85,7 +85,7 @@ def converted(folder: Path, text: str, name: str = "") -> tuple[Urdf | None, Fin
     return read_sdf(folder / "main.sdf", root, packages(folder), findings, name), findings
 
 
-def urdf(folder: Path, text: str, name: str = "") -> Urdf:
+def urdf(folder: Path, text: str, name: str = "") -> RobotDescription:
     """A model of a file in a folder as links and joints; it must have no errors."""
     found, findings = converted(folder, text, name)
     assert found is not None, [error.render() for error in findings.errors]

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from graphengine.descriptions.urdf.shapes import Box, Capsule, Cylinder, Geometry, Mesh, Sphere
-from graphengine.descriptions.urdf.urdf import UrdfJoint
+from graphengine.descriptions.robot_description import Joint
+from graphengine.descriptions.shapes import Box, Capsule, Cylinder, Geometry, Mesh, Sphere
 from graphengine.devices.rotation import Vector3, compose, from_rpy, rotate
 from tests.descriptions.sdf.harness import BALL, converted, document, errors, joint, link, model, pose, urdf
 from tests.physics.harness import SCENE, Project
@@ -17,7 +17,7 @@ QUARTER = math.pi / 2
 TWO = link("base") + link("arm", pose(0, 0, 1))
 
 
-def only_joint(folder: Path, content: str, version: str = "1.9") -> UrdfJoint:
+def only_joint(folder: Path, content: str, version: str = "1.9") -> Joint:
     """The only joint of a model."""
     (found,) = urdf(folder, document(model(content), version)).joints.values()
     return found

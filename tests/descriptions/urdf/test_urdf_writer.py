@@ -25,7 +25,7 @@ def test_a_changed_joint_is_changed_in_the_text_alone(project: Project) -> None:
     assert joints["arm_joint"]["origin"] == {"xyz": "0.5 0.0 0.25"}
     assert joints["arm_joint"]["limit"] == {"lower": "-0.5", "upper": "0.75", "effort": "40", "velocity": "1"}
     assert joints["plate_joint"]["origin"] == {"xyz": "0 0 .3", "rpy": "0 0 1.5707963267948966"}
-    kept = project.load().robots["bot"].urdf.joints["arm_joint"].element.first("origin")
+    kept = project.load().robots["bot"].description.joints["arm_joint"].element.first("origin")
     assert isinstance(kept, Element)
     assert kept.attributes == {"xyz": ".1 0 .1"}
 

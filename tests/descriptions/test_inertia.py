@@ -10,7 +10,7 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 
 from graphengine.descriptions.engine import mujoco
-from graphengine.descriptions.urdf.inertia import LEAST_MOMENT, mended, possible
+from graphengine.descriptions.inertia import LEAST_MOMENT, mended, possible
 from tests.physics.harness import Project
 
 terms = st.floats(-10, 10, allow_subnormal=False)

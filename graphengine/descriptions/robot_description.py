@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from graphengine.descriptions.files.packages import Packages
 from graphengine.descriptions.files.xml import Element
-from graphengine.descriptions.urdf.shapes import Cylinder, Shape, Sphere
+from graphengine.descriptions.shapes import Cylinder, Shape, Sphere
 from graphengine.devices.rotation import NOWHERE, Pose, Vector3, compose, multiply, rotate
 
 if TYPE_CHECKING:
@@ -41,16 +41,16 @@ class Inertial:
 
 
 @dataclass(slots=True, eq=False)
-class UrdfLink:
+class Link:
     """A link of a robot description, with its colliders and visuals in order of the file."""
 
     name: str
     element: Element
     inertial: Inertial | None
     shapes: Sequence[Shape]
-    carrier: UrdfJoint | None = None
+    carrier: Joint | None = None
     """The joint that connects this link to its parent; None for the root."""
-    below: list[UrdfJoint] = field(default_factory=list)
+    below: list[Joint] = field(default_factory=list)
     """The joints that connect the children of this link, in order of the file."""
 
     @property
@@ -94,7 +94,7 @@ class Mimic:
 
 
 @dataclass(slots=True, eq=False)
-class UrdfJoint:
+class Joint:
     """A joint. `pose` is the pose of the child link in the parent link's frame at joint position zero."""
 
     name: str
@@ -153,7 +153,7 @@ class Wheel:
 
 
 @dataclass(slots=True, eq=False)
-class Urdf:
+class RobotDescription:
     """A robot description whose links form one tree.
 
     Attributes:
@@ -168,8 +168,8 @@ class Urdf:
 
     element: Element
     packages: Packages
-    links: dict[str, UrdfLink]
-    joints: dict[str, UrdfJoint]
+    links: dict[str, Link]
+    joints: dict[str, Joint]
     root: str
     mjcf: MjcfModel | None = None
 
@@ -193,7 +193,7 @@ class Urdf:
             x, y, z = x + share * place[0], y + share * place[1], z + share * place[2]
         return x, y, z
 
-    def depth_first(self, start: str = "") -> Iterator[UrdfLink]:
+    def depth_first(self, start: str = "") -> Iterator[Link]:
         """Yield a link (by default the root) and all links below it, depth first; parents come before their children."""
         pending = [self.links[start or self.root]]
         while pending:
@@ -201,14 +201,14 @@ class Urdf:
             yield link
             pending.extend(self.links[joint.child] for joint in reversed(link.below))
 
-    def moving(self) -> list[UrdfJoint]:
+    def moving(self) -> list[Joint]:
         """Return the moving joints breadth first from the root, which is the order of a PhysX articulation."""
         links = [self.links[self.root]]
         for link in links:
             links.extend(self.links[joint.child] for joint in link.below)
         return [link.carrier for link in links if link.carrier is not None and link.carrier.moves]
 
-    def carriers(self, link: str) -> Iterator[UrdfJoint]:
+    def carriers(self, link: str) -> Iterator[Joint]:
         """Yield the joints between a link and the root link, starting with the joint that carries the link."""
         while (carrier := self.links[link].carrier) is not None:
             yield carrier
@@ -238,7 +238,7 @@ class Urdf:
         return axes
 
     def wheels(
-        self, joints: Iterable[UrdfJoint], shapes: Mapping[str, tuple[float, float]] = MappingProxyType({})
+        self, joints: Iterable[Joint], shapes: Mapping[str, tuple[float, float]] = MappingProxyType({})
     ) -> list[Wheel]:
         """Return the wheels on the given joints, in the same order; joints without a wheel are skipped.
 
@@ -259,12 +259,12 @@ class Urdf:
             found.append(Wheel(joint.name, wheel[0], sum(a * b for a, b in zip(wheel[1], axle, strict=True))))
         return found
 
-    def _given_wheel(self, joint: UrdfJoint, radius: float, offset: float) -> tuple[float, Vector3]:
+    def _given_wheel(self, joint: Joint, radius: float, offset: float) -> tuple[float, Vector3]:
         x, y, z = joint.axis
         centre = compose(self.pose_in_root(joint.child), ((x * offset, y * offset, z * offset), NOWHERE[1]))
         return radius, centre[0]
 
-    def _wheel(self, joint: UrdfJoint) -> tuple[float, Vector3] | None:
+    def _wheel(self, joint: Joint) -> tuple[float, Vector3] | None:
         """Return radius (m) and centre (m, in the root link's frame) of the wheel on a joint; None if there is no wheel.
 
         A wheel is a spherical collider, or a cylindrical one about the joint's axis, on a continuous joint.

@@ -8,12 +8,12 @@ from typing import TypeVar
 
 from graphengine.descriptions.files.packages import Packages
 from graphengine.descriptions.files.xml import Element
-from graphengine.descriptions.urdf.joint_units import check_degrees, swapped_limits
-from graphengine.descriptions.urdf.urdf import MOVING, Mimic, Urdf, UrdfJoint, UrdfLink
+from graphengine.descriptions.joint_units import check_degrees, swapped_limits
+from graphengine.descriptions.robot_description import MOVING, Joint, Link, Mimic, RobotDescription
 from graphengine.format.diagnostics import Findings
 from graphengine.format.wording import did_you_mean, listing
 
-Part = TypeVar("Part", UrdfLink, UrdfJoint)
+Part = TypeVar("Part", Link, Joint)
 LEGAL = (*MOVING, "fixed")
 MAX_LINKS = 2000
 """Maximum number of links of a description, and maximum number of its joints."""
@@ -22,11 +22,11 @@ MAX_LINKS = 2000
 def assembled(
     element: Element,
     packages: Packages,
-    all_links: Iterable[UrdfLink],
-    all_joints: Iterable[UrdfJoint],
+    all_links: Iterable[Link],
+    all_joints: Iterable[Joint],
     findings: Findings,
     before: int,
-) -> Urdf | None:
+) -> RobotDescription | None:
     """Return the description that consists of the given links and joints; None after an error.
 
     Args:
@@ -50,10 +50,10 @@ def assembled(
         if joint.mimic is not None:
             _check_mimic(joint, joint.mimic, joints, findings)
     check_limits(joints.values(), findings)
-    return Urdf(element, packages, links, joints, top) if len(findings.errors) == before else None
+    return RobotDescription(element, packages, links, joints, top) if len(findings.errors) == before else None
 
 
-def _connect(joint: UrdfJoint, links: Mapping[str, UrdfLink], findings: Findings) -> None:
+def _connect(joint: Joint, links: Mapping[str, Link], findings: Findings) -> None:
     """Connect the two links of a joint; it is an error if one of them does not exist, or if another joint carries the child."""
     for tag, link in (("parent", joint.parent), ("child", joint.child)):
         if link not in links:
@@ -70,7 +70,7 @@ def _connect(joint: UrdfJoint, links: Mapping[str, UrdfLink], findings: Findings
     links[joint.parent].below.append(joint)
 
 
-def check_limits(joints: Iterable[UrdfJoint], findings: Findings) -> None:
+def check_limits(joints: Iterable[Joint], findings: Findings) -> None:
     """Add warnings on limits that are probably swapped or in degrees, and a note on joints without limits."""
     joints = list(joints)
     for joint in joints:
@@ -102,7 +102,7 @@ def _by_name(parts: Iterable[Part], tag: str, findings: Findings) -> dict[str, P
     return found
 
 
-def _tree(root: Element, links: dict[str, UrdfLink], findings: Findings) -> str:
+def _tree(root: Element, links: dict[str, Link], findings: Findings) -> str:
     """Return the name of the root link; empty if the links do not form a single tree, after adding an error."""
     if not links:
         findings.add("S103", "the description has no link", root.span)
@@ -122,7 +122,7 @@ def _tree(root: Element, links: dict[str, UrdfLink], findings: Findings) -> str:
     return tops[0].name
 
 
-def _release(top: str, links: dict[str, UrdfLink], joints: dict[str, UrdfJoint], findings: Findings) -> str:
+def _release(top: str, links: dict[str, Link], joints: dict[str, Joint], findings: Findings) -> str:
     """Remove a floating joint below an empty root link, together with that link, and return the name of the new root link.
 
     Such a joint is superfluous, because the simulator lets every robot move freely. Otherwise nothing changes.
@@ -137,7 +137,7 @@ def _release(top: str, links: dict[str, UrdfLink], joints: dict[str, UrdfJoint],
     return joint.child
 
 
-def _not_simulated(joint: UrdfJoint, findings: Findings) -> None:
+def _not_simulated(joint: Joint, findings: Findings) -> None:
     remedies = {
         "planar": "write two prismatic joints and a continuous one, with an empty link between each",
         "floating": "only the joint between an empty root link and the rest of the robot can be floating",
@@ -146,7 +146,7 @@ def _not_simulated(joint: UrdfJoint, findings: Findings) -> None:
     findings.add("S103", text, joint.element.place("type"), remedies[joint.type])
 
 
-def _check_mimic(joint: UrdfJoint, mimic: Mimic, joints: Mapping[str, UrdfJoint], findings: Findings) -> None:
+def _check_mimic(joint: Joint, mimic: Mimic, joints: Mapping[str, Joint], findings: Findings) -> None:
     """Add an error if the leader of a joint is not a moving joint or follows this joint, or if the law is not numeric."""
     leader, span = mimic.leader, mimic.element.place("joint")
     if leader not in joints or not joints[leader].moves:
@@ -159,7 +159,7 @@ def _check_mimic(joint: UrdfJoint, mimic: Mimic, joints: Mapping[str, UrdfJoint]
         findings.add("S103", f"joint {joint.name!r} mimics itself", span)
 
 
-def _follows(follower: str, leader: str, joints: Mapping[str, UrdfJoint]) -> bool:
+def _follows(follower: str, leader: str, joints: Mapping[str, Joint]) -> bool:
     """Return whether joint `follower` mimics joint `leader`, directly or through further joints."""
     seen: set[str] = set()
     while follower not in seen:

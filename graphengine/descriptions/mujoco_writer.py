@@ -13,9 +13,9 @@ from graphengine.descriptions.files.bounds import PART, memory_of_file
 from graphengine.descriptions.files.mesh_file import MeshFile
 from graphengine.descriptions.files.references import Library
 from graphengine.descriptions.files.xml import Element, number
-from graphengine.descriptions.urdf.inertia import inertials
-from graphengine.descriptions.urdf.shapes import Box, Capsule, Colour, Cylinder, Mesh, Shape, Sphere, sizes_of
-from graphengine.descriptions.urdf.urdf import WORLD, Inertial, Urdf, UrdfJoint
+from graphengine.descriptions.inertia import inertials
+from graphengine.descriptions.robot_description import WORLD, Inertial, Joint, RobotDescription
+from graphengine.descriptions.shapes import Box, Capsule, Colour, Cylinder, Mesh, Shape, Sphere, sizes_of
 from graphengine.devices.rotation import NOWHERE, Pose, Quaternion, Vector3, relative
 from graphengine.format.diagnostics import Findings
 
@@ -48,7 +48,7 @@ Meshes = dict[str, dict[Vector3, mujoco.MjsMesh]]
 
 
 def write_robot(
-    urdf: Urdf,
+    description: RobotDescription,
     name: str,
     library: Library,
     findings: Findings,
@@ -60,7 +60,7 @@ def write_robot(
     """Return a description as an MjSpec with a body for each link; None after an error.
 
     Args:
-        urdf: robot description; it is not changed.
+        description: robot description; it is not changed.
         name: name of the robot.
         library: reads the meshes and keeps their data.
         findings: receives errors, and notes on changed masses and inertias and on shapes that are left out.
@@ -72,33 +72,35 @@ def write_robot(
     before = len(findings.errors)
     spec = mujoco.MjSpec()
     spec.modelname, spec.compiler.degree = name, False
-    _set_compiler(spec, urdf, findings)
-    masses = inertials(urdf, free=free_link is not None, findings=findings)
-    every = (shape for link in urdf.links.values() for shape in link.shapes)
+    _set_compiler(spec, description, findings)
+    masses = inertials(description, free=free_link is not None, findings=findings)
+    every = (shape for link in description.links.values() for shape in link.shapes)
     meshes = [(mesh.element, shape.visual) for shape in every if isinstance(mesh := shape.geometry, Mesh)]
-    files = library.meshes(meshes, urdf.packages)
-    shapes = {name: list(_parts(link.shapes, files, findings)) for name, link in urdf.links.items()}
-    if len(findings.errors) > before or not library.add_memory(_memory(urdf, shapes, library, more), "S103"):
+    files = library.meshes(meshes, description.packages)
+    shapes = {name: list(_parts(link.shapes, files, findings)) for name, link in description.links.items()}
+    if len(findings.errors) > before or not library.add_memory(_memory(description, shapes, library, more), "S103"):
         return None
     spec.assets = library.assets
-    bodies = _add_bodies(spec, urdf, free_link or urdf.root)
+    bodies = _add_bodies(spec, description, free_link or description.root)
     drawn = {name: (*colour, 1.0) for name, colour in colours.items()}
     made: Meshes = {}
-    for link in urdf.links.values():
+    for link in description.links.values():
         body = bodies[link.name]
         body.info = str(link.element.span)
         if link.name in masses:
             _weigh(body, masses[link.name])
         _add_geoms(spec, body, shapes[link.name], drawn.get(link.name), made)
-    for joint in urdf.joints.values():
+    for joint in description.joints.values():
         if joint.moves:
             _add_joint(bodies[joint.child], joint)
     return spec
 
 
-def _set_compiler(spec: mujoco.MjSpec, urdf: Urdf, findings: Findings) -> None:
+def _set_compiler(spec: mujoco.MjSpec, description: RobotDescription, findings: Findings) -> None:
     """Apply the settings on inertias in the `<mujoco><compiler>` elements of a description; all others are ignored."""
-    settings = [compiler for each in urdf.element.all("mujoco") if (compiler := each.first("compiler")) is not None]
+    settings = [
+        compiler for each in description.element.all("mujoco") if (compiler := each.first("compiler")) is not None
+    ]
     given = {key: compiler for compiler in settings for key in _SETTINGS if key in compiler.attributes}
     for key, compiler in given.items():
         read, legal = _SETTINGS[key]
@@ -123,12 +125,12 @@ def _parts(shapes: Sequence[Shape], files: Mapping[Element, Sequence[MeshFile]],
 
 
 def _memory(
-    urdf: Urdf, shapes: Mapping[str, Sequence[Part]], library: Library, more: float
+    description: RobotDescription, shapes: Mapping[str, Sequence[Part]], library: Library, more: float
 ) -> Iterator[tuple[Element, float]]:
     """Yield the estimated memory (bytes) of each part of a robot, with its element; a mesh counts once for each scale."""
-    yield urdf.element, more
+    yield description.element, more
     shared: set[tuple[str, Vector3]] = set()
-    for link in urdf.links.values():
+    for link in description.links.values():
         yield link.element, PART
         for shape, file, _ in shapes[link.name]:
             yield shape.element, PART
@@ -136,22 +138,22 @@ def _memory(
             if file is not None and isinstance(mesh, Mesh) and (file.key, mesh.scale) not in shared:
                 shared.add((file.key, mesh.scale))
                 yield mesh.element, memory_of_file("mesh", library.assets[file.key])
-    for joint in urdf.joints.values():
+    for joint in description.joints.values():
         yield joint.element, PART
 
 
-def _add_bodies(spec: mujoco.MjSpec, urdf: Urdf, top: str) -> dict[str, mujoco.MjsBody]:
+def _add_bodies(spec: mujoco.MjSpec, description: RobotDescription, top: str) -> dict[str, mujoco.MjsBody]:
     """Add a body for each link below the body of link `top`, depth first; return them by link name.
 
     The fixed joints between `top` and the root are turned round. A link named `world` is the world itself.
     """
-    chain = {joint.name: joint for joint in urdf.carriers(top)}
+    chain = {joint.name: joint for joint in description.carriers(top)}
     turned: dict[str, Pose] = {joint.parent: relative(joint.pose, NOWHERE) for joint in chain.values()}
     if chain:
-        turned[top] = urdf.pose_in_root(top)
+        turned[top] = description.pose_in_root(top)
     poses: dict[str, Pose] = {}
-    below: dict[str, list[str]] = {name: [] for name in urdf.links}
-    for joint in urdf.joints.values():
+    below: dict[str, list[str]] = {name: [] for name in description.links}
+    for joint in description.joints.values():
         parent, child = (joint.child, joint.parent) if joint.name in chain else (joint.parent, joint.child)
         below[parent].append(child)
         if joint.name not in chain:
@@ -232,7 +234,7 @@ def _mesh(spec: mujoco.MjSpec, mesh: Mesh, key: str, made: Meshes) -> str:
     return str(found.name)
 
 
-def _add_joint(body: mujoco.MjsBody, joint: UrdfJoint) -> None:
+def _add_joint(body: mujoco.MjsBody, joint: Joint) -> None:
     kind = mujoco.mjtJoint.mjJNT_SLIDE if joint.type == "prismatic" else mujoco.mjtJoint.mjJNT_HINGE
     made = body.add_joint(name=joint.name, type=kind, axis=joint.stated_axis)
     made.info = str(joint.element.span)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from graphengine.descriptions.urdf.urdf import TURNING, UrdfJoint
+from graphengine.descriptions.robot_description import TURNING, Joint
 from graphengine.format.diagnostics import Findings
 
 _MOST_TURNS = 2
@@ -13,7 +13,7 @@ _WHOLE_DEGREES = 5.0
 _MOST_DEGREES = 720.0
 
 
-def swapped_limits(joint: UrdfJoint, findings: Findings) -> bool:
+def swapped_limits(joint: Joint, findings: Findings) -> bool:
     """Warn about a lower limit above the upper one, and return whether the joint has such limits."""
     limit, lower, upper = joint.bounds.element, joint.bounds.lower or 0.0, joint.bounds.upper or 0.0
     if limit is None or joint.type == "continuous" or lower <= upper:
@@ -24,7 +24,7 @@ def swapped_limits(joint: UrdfJoint, findings: Findings) -> bool:
     return True
 
 
-def check_degrees(joint: UrdfJoint, findings: Findings) -> None:
+def check_degrees(joint: Joint, findings: Findings) -> None:
     """Warn about the limits of a revolute joint that are more than two turns from zero and whole multiples of 5."""
     limit, limits = joint.bounds.element, joint.limits
     if limit is None or limits is None or joint.type not in TURNING:

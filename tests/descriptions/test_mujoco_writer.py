@@ -14,7 +14,7 @@ from graphengine.descriptions.engine import mujoco
 from graphengine.descriptions.files.packages import Packages
 from graphengine.descriptions.files.references import Library
 from graphengine.descriptions.files.xml import number, parse
-from graphengine.descriptions.urdf.mujoco_writer import write_robot
+from graphengine.descriptions.mujoco_writer import write_robot
 from graphengine.descriptions.urdf.urdf_reader import read_urdf
 from graphengine.format.diagnostics import Findings
 from graphengine.format.files import Files

@@ -12,7 +12,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from graphengine.descriptions.urdf.urdf import Inertial, Moments, Urdf, UrdfLink
+from graphengine.descriptions.robot_description import Inertial, Link, Moments, RobotDescription
 from graphengine.format.diagnostics import Findings
 from graphengine.format.wording import listing
 
@@ -25,26 +25,26 @@ LEAST_MOMENT = 1e-14
 _ROUNDING = 1e-9
 
 
-def inertials(urdf: Urdf, *, free: bool, findings: Findings) -> dict[str, Inertial]:
+def inertials(description: RobotDescription, *, free: bool, findings: Findings) -> dict[str, Inertial]:
     """Return mass and inertia by link name; for a link not in the result, MuJoCo derives them from its colliders.
 
     Colliders have the density of water. A link without mass that is fixed to a link with mass stays without mass.
 
     Args:
-        urdf: robot description.
+        description: robot description.
         free: whether the root link can move.
         findings: receives notes on substituted values.
     """
-    links = urdf.links.values()
+    links = description.links.values()
     found = {link.name: _given(link) or _sphere(0.0, 0.0) for link in links}
-    groups = list(_weightless(urdf, free=free))
+    groups = list(_weightless(description, free=free))
     solid = [link for group in groups for link in group if link.colliders]
     bare = [group[0] for group in groups if not any(link.colliders for link in group)]
     for link in solid:
         del found[link.name]
     for link in bare:
         found[link.name] = _sphere(LEAST_MASS, _ball_moment(LEAST_MASS))
-    replaced = [urdf.links[name] for name in found if _mend(found, urdf.links[name])]
+    replaced = [description.links[name] for name in found if _mend(found, description.links[name])]
     _tell("moving links without a mass get the mass of their colliders at 1000 kg/m3", solid, findings)
     _tell(f"moving links without mass and colliders get a mass of {LEAST_MASS * 1000:g} g", bare, findings)
     text = (
@@ -55,29 +55,29 @@ def inertials(urdf: Urdf, *, free: bool, findings: Findings) -> dict[str, Inerti
     return found
 
 
-def _given(link: UrdfLink) -> Inertial | None:
+def _given(link: Link) -> Inertial | None:
     """Return the inertia of a link, if it has a mass above zero or states both mass and inertia."""
     return link.inertial if link.inertial is not None and (link.mass or link.inertial.moments is not None) else None
 
 
-def _tell(text: str, links: list[UrdfLink], findings: Findings) -> None:
+def _tell(text: str, links: list[Link], findings: Findings) -> None:
     if links:
         findings.add("N103", text, links[0].element.span, listing((link.name for link in links), "links"))
 
 
-def _weightless(urdf: Urdf, *, free: bool) -> Iterator[list[UrdfLink]]:
+def _weightless(description: RobotDescription, *, free: bool) -> Iterator[list[Link]]:
     """Yield each group of rigidly connected links that can move but have no mass; the first link carries the others."""
-    for top in urdf.depth_first():
+    for top in description.depth_first():
         if not (top.carrier.moves if top.carrier is not None else free):
             continue
         group = [top]
         for link in group:
-            group.extend(urdf.links[joint.child] for joint in link.below if not joint.moves)
+            group.extend(description.links[joint.child] for joint in link.below if not joint.moves)
         if not any(link.mass for link in group):
             yield group
 
 
-def _mend(found: dict[str, Inertial], link: UrdfLink) -> bool:
+def _mend(found: dict[str, Inertial], link: Link) -> bool:
     """Replace the inertia of a link in `found` if it is physically impossible; return whether it was replaced."""
     inertial = found[link.name]
     if link.mass == 0:
