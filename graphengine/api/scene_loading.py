@@ -97,10 +97,10 @@ def load(
             raise UsageError(f"{name}: expected a list, got {shown(several)}")
     paths = {name: [Path(path) for path in entries] for name, entries in folders.items()}
     for name, entries in paths.items():
-        for path in entries:
+        for place in entries:
             legal = "folder or file" if name == "message_paths" else "folder"
-            if not path.is_dir() and not (path.is_file() and "file" in legal):
-                raise UsageError(f"{name}: there is no {legal} {path}")
+            if not place.is_dir() and not (place.is_file() and "file" in legal):
+                raise UsageError(f"{name}: there is no {legal} {place}")
     options = Options(
         overrides=plain(set),
         allowed=paths["allow"],

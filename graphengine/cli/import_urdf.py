@@ -128,11 +128,11 @@ def import_source(arguments: argparse.Namespace, target: Path, findings: Finding
 
 def corrections(imported: Imported, robot_file: Path) -> list[str]:
     """Measure the track of a skid-steered robot in test drives, and arcs at its limits; return lines on what was written."""
-    from graphengine.bringup.calibration.arc_track import correct_track, lower_turn
-
     told = imported.draft.controller_track
     if told is None or not imported.free:
         return []
+    from graphengine.bringup.calibration.arc_track import correct_track, lower_turn
+
     robot = robot_file, imported.robot.name, imported.lift, imported.outside
     lines: list[str] = []
     with progress("measuring the track"):

@@ -44,7 +44,7 @@ class Skills:
 
 def skills_of(imported: Imported) -> Skills:
     """Return the skills that an imported robot has through its graphs."""
-    graphs, arms, joints = imported.draft.sections["graphs"], _arms(imported), commanded(imported)
+    graphs, arms, joints = imported.draft.graphs, _arms(imported), commanded(imported)
     drives, stands = _BASE in graphs, _STAND in graphs
     if joints and not (drives or stands or arms):
         joint = joints[-1].name
@@ -88,7 +88,7 @@ def test_file(name: str, skills: Skills) -> str:
 
 def _arms(imported: Imported) -> dict[str, Mapping[str, Any]]:
     """Return the parameters of each graph that drives an arm, by the name of the graph."""
-    graphs = imported.draft.sections["graphs"]
+    graphs = imported.draft.graphs
     return {name: each.value["parameters"] for name, each in graphs.items() if each.value["use"].endswith(_TRAJECTORY)}
 
 

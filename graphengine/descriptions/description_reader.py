@@ -10,9 +10,9 @@ from graphengine.descriptions.files.references import Library
 from graphengine.descriptions.files.xml import Element, parse
 from graphengine.descriptions.mjcf.mjcf import read_mjcf
 from graphengine.descriptions.robot_description import RobotDescription
-from graphengine.descriptions.robot_files import mjcf_parts
 from graphengine.descriptions.robot_files.default_drives import add_wheel_drives
 from graphengine.descriptions.robot_files.draft import Draft
+from graphengine.descriptions.robot_files.mjcf_parts import add_model_parts
 from graphengine.descriptions.robot_files.robot_file import RobotFile
 from graphengine.descriptions.sdf.sdf_files import SUFFIXES as SDF_SUFFIXES
 from graphengine.descriptions.sdf.sdf_files import is_sdf
@@ -149,7 +149,7 @@ def with_robot_file(
         return None
     draft = Draft(description, "bare", path.name, path.name)
     if description.mjcf is not None:
-        mjcf_parts.fill(draft)
+        add_model_parts(draft)
     else:
         draft.fixed_base = any(each.first("static") is not None for each in description.element.all("gazebo"))
         add_wheel_drives(draft)

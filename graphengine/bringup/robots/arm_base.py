@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from graphengine.bringup.robots.trial import trial_model, trial_spec
+from graphengine.bringup.robots.trial import trial
 from graphengine.descriptions.engine import mujoco
 from graphengine.descriptions.geoms import extents
 from graphengine.descriptions.robot_description import WORLD, RobotDescription
-from graphengine.descriptions.robot_files.draft import Draft, Remark
+from graphengine.descriptions.robot_files.draft import Draft
 from graphengine.format.wording import printable
 
 CHAIN = 3
@@ -17,10 +17,11 @@ STANDING = 0.05
 """A limb counts as a leg if it reaches down to this height (m) above the robot's lowest point, with all joints at zero."""
 
 
-def fill(draft: Draft) -> None:
+def fix_arm(draft: Draft) -> None:
     """Fix the root link of a robot that has an arm but neither wheels nor legs, and add a remark."""
     description = draft.description
-    if draft.fixed_base or description.root == WORLD or _rolls(draft):
+    rolls = bool(draft.wheels) or any("wheel" in joint.name.lower() for joint in description.moving())
+    if draft.fixed_base or description.root == WORLD or rolls:
         return
     depths = _depths(description)
     limbs = [joint.child for joint in description.moving() if depths[joint.parent] == 0]
@@ -29,11 +30,7 @@ def fill(draft: Draft) -> None:
     draft.fixed_base = True
     text = "the base is fixed to the world: an arm without wheels or legs would fall over; "
     text += f"for a robot whose {description.root} moves, write fixed_base: false"
-    draft.guessed.append(Remark(printable(text), description.links[description.root].element.span))
-
-
-def _rolls(draft: Draft) -> bool:
-    return bool(draft.wheels) or any("wheel" in joint.name.lower() for joint in draft.description.moving())
+    draft.guess(printable(text), description.links[description.root].element.span)
 
 
 def _depths(description: RobotDescription) -> dict[str, int]:
@@ -52,9 +49,7 @@ def _legs(draft: Draft, limbs: list[str]) -> int:
         draft: draft of the robot.
         limbs: names of the first links of the limbs.
     """
-    trial = trial_spec(draft)
-    model = trial_model(draft, trial[0]) if trial is not None else None
-    if model is None:
+    if (model := trial(draft)) is None:
         return 0
     data = mujoco.MjData(model)
     mujoco.mj_kinematics(model, data)

@@ -16,10 +16,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from graphengine.bringup.robots.trial import trial_model, trial_spec
+from graphengine.bringup.robots.trial import trial
 from graphengine.descriptions.engine import mujoco
 from graphengine.descriptions.robot_description import Joint
-from graphengine.descriptions.robot_files.draft import Draft, Remark, rounded
+from graphengine.descriptions.robot_files.draft import Draft, rounded
 
 DEVIATION = 0.01
 """Deviation at which a drive exerts its full effort, rad or m."""
@@ -51,7 +51,7 @@ class Load:
     weight: float
 
 
-def fill(draft: Draft) -> None:
+def set_gains(draft: Draft) -> None:
     """Set the gains of position drives in `draft.servos`, whose gains the description does not give.
 
     Gravity compensation and interpolation of set points are enabled for these drives.
@@ -66,7 +66,7 @@ def fill(draft: Draft) -> None:
     for joint, load in zip(joints, loads, strict=True):
         stiffness, bandwidth = _gains(joint, load)
         bandwidths.append(bandwidth)
-        entry = draft.entry("joints", joint.name)
+        entry = draft.joints[joint.name]
         drive = entry.value["drive"]
         drive["stiffness"], drive["damping"] = stiffness, rounded(stiffness / (math.pi * bandwidth), 3)
         drive |= {"interpolate": True, "gravity_compensation": True}
@@ -79,15 +79,15 @@ def fill(draft: Draft) -> None:
     slowest, fastest = min(bandwidths), max(bandwidths)
     rate = f"{slowest:.1f} to {fastest:.1f} Hz" if f"{slowest:.1f}" != f"{fastest:.1f}" else f"{slowest:.1f} Hz"
     text = f"gains of position drives: {rate}, at least critically damped by the mass matrix; full effort at 10 mrad or 10 mm; "
-    draft.guessed.append(Remark(text + "gravity_compensation and interpolate", joints[0].element.span))
+    draft.guess(text + "gravity_compensation and interpolate", joints[0].element.span)
     if weak:
         text = f"effort limits below the weight that a joint carries in some poses, N m or N: {', '.join(weak)}"
         remedy = "there the joint sinks; max_force of a drive replaces the limit"
-        draft.noticed.append(Remark(f"{text}; {remedy}", joints[0].element.span))
+        draft.notice(f"{text}; {remedy}", joints[0].element.span)
     if slow:
         text = "effort limits with which joints need a long way to stop from their speed limits in some poses, "
         text += f"rad or m: {', '.join(slow)}; they lag behind trajectories that need more acceleration"
-        draft.noticed.append(Remark(text, joints[0].element.span))
+        draft.notice(text, joints[0].element.span)
 
 
 def _stopping(joint: Joint, load: Load) -> float:
@@ -111,9 +111,7 @@ def _gains(joint: Joint, load: Load) -> tuple[float, float]:
 
 def _loads(draft: Draft, joints: Sequence[Joint]) -> list[Load] | None:
     """Return the largest loads of each joint in a fixed set of poses; None if the robot cannot be compiled."""
-    trial = trial_spec(draft)
-    model = trial_model(draft, trial[0]) if trial is not None else None
-    if model is None:
+    if (model := trial(draft)) is None:
         return None
     data, random = mujoco.MjData(model), np.random.default_rng(0)
     scalar = np.flatnonzero(model.jnt_type != mujoco.mjtJoint.mjJNT_FREE)

@@ -26,16 +26,15 @@ def raised_pose(robot: RobotInstance, joints: Sequence[str]) -> dict[str, float]
         joint, start = robot.description.joints[name], robot.starts.get(name, 0.0)
         way = _SLIDE if joint.type == "prismatic" else _TURN
         way = way if _rise(robot.description, joint, axes[name]) >= 0 else -way
-        low, high = _limits(robot, joint)
+        low, high = _limits(joint)
         inside = [end for end in (start + way, start - way) if low <= end <= high]
         found[name] = round(inside[0] if inside else min(max(start, low), high), 3)
     return found
 
 
-def _limits(robot: RobotInstance, joint: Joint) -> tuple[float, float]:
-    """Return the limits of a joint, reduced by a margin: those in the robot file, else those in the description."""
-    stated = robot.spec.joints[joint.name].limits if joint.name in robot.spec.joints else None
-    low, high = stated or joint.limits or (-np.inf, np.inf)
+def _limits(joint: Joint) -> tuple[float, float]:
+    """Return the limits of a joint, which are those of the robot file if it has any, reduced by a margin."""
+    low, high = joint.limits or (-np.inf, np.inf)
     margin = _MARGIN * (high - low) if np.isfinite(high - low) else 0.0
     return low + margin, high - margin
 

@@ -10,7 +10,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from graphengine.descriptions.robot_files.draft import Draft, Remark
+from graphengine.descriptions.robot_files.draft import Draft
 from graphengine.format.diagnostics import Findings, Span
 from graphengine.format.document import Document, Value, load
 from graphengine.format.wording import printable
@@ -161,15 +161,15 @@ def _open(draft: Draft, reference: str, span: Span) -> Document | None:
         package, _, rest = reference.removeprefix(_FIND).partition(")")
         folder = packages.find(package.strip())
         if folder is None:
-            draft.lost.append(Remark(f"{told}: {packages.lacks(package.strip())[0]}", span))
+            draft.lose(f"{told}: {packages.lacks(package.strip())[0]}", span)
             return None
         path = folder / rest.lstrip("/")
     if not packages.files.may_read(path):
-        draft.lost.append(Remark(f"{told}: name the file with --controllers FILE", span))
+        draft.lose(f"{told}: name the file with --controllers FILE", span)
         return None
     findings = Findings()
     packages.files.note(path)
     document = load_parameters(path, findings, str(packages.files.shown(path)))
     for finding in findings.items:
-        draft.lost.append(Remark(f"{told}: {finding.message}", finding.span or span))
+        draft.lose(f"{told}: {finding.message}", finding.span or span)
     return document if not findings.errors else None

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from graphengine.bringup.robots.gazebo_figures import Figures, noise, rate
-from graphengine.bringup.robots.gazebo_values import Subject, Values
+from graphengine.bringup.robots.gazebo_values import Figures, Subject, Values, noise, rate
 
 
 def navsat(values: Values, sensor: Subject) -> Figures:

@@ -10,11 +10,11 @@ from typing import Any
 from pydantic import ValidationError
 
 from graphengine.bringup.robots import gazebo_profiles, gazebo_topics
-from graphengine.bringup.robots.gazebo_figures import Figures
-from graphengine.bringup.robots.gazebo_values import Subject, UnusableError, Values
+from graphengine.bringup.robots.gazebo_values import Figures, Subject, UnusableError, Values
 from graphengine.descriptions.files.xml import Element, numbers
 from graphengine.descriptions.robot_description import RobotDescription
-from graphengine.descriptions.robot_files.draft import Claim, Draft, Remark, RobotData, graph_defaults, says
+from graphengine.descriptions.robot_files.draft import Claim, Draft, graph_defaults
+from graphengine.descriptions.robot_files.entries import Entry, SensorKeys
 from graphengine.devices.camera import LOOKING_FORWARD
 from graphengine.devices.device import Device
 from graphengine.devices.rotation import IDENTITY, NOWHERE, Pose, compose, from_rpy, multiply, relative
@@ -32,7 +32,7 @@ _OPTICAL = multiply(LOOKING_FORWARD, (1.0, 0.0, 0.0, 0.0))
 """Orientation of an optical frame (z forward, x right) in the frame of a camera that looks along its x axis."""
 _SAME = 1e-3
 """Tolerance of equal poses: coordinates differ by less (m), and the scalar product of quaternions exceeds 1 minus its square."""
-_NO_EFFECT = (
+_NO_EFFECT = [
     "visualize",
     "always_on",
     "alwaysOn",
@@ -42,7 +42,7 @@ _NO_EFFECT = (
     "update_rate",
     "bodyName",
     "serviceName",
-)
+]
 """Tags without effect, which are not reported as lost; a plugin's rate is used only if the sensor has none."""
 
 
@@ -59,7 +59,7 @@ class _Found:
     topics: dict[str, str]
 
 
-def fill(draft: Draft) -> None:
+def add_sensors(draft: Draft) -> None:
     """Add a sensor and a graph that publishes it for each Gazebo sensor; types without an equivalent are reported as lost."""
     found = list(_sensors(draft))
     unnamed = Counter(sensor.figures.graph for sensor in found if not sensor.topics)
@@ -76,7 +76,7 @@ def _sensors(draft: Draft) -> Iterator[_Found]:
     taken = {prim_name(name) for name in (*description.links, *description.joints)}
     elements = [each for gazebo in description.element.all("gazebo") for each in _elements(gazebo)]
     if len(elements) > MAX_SENSORS:
-        draft.lost.append(Remark(f"sensors after the first {MAX_SENSORS}", elements[MAX_SENSORS][1].span))
+        draft.lose(f"sensors after the first {MAX_SENSORS}", elements[MAX_SENSORS][1].span)
     for link, element in elements[:MAX_SENSORS]:
         draft.use(element)
         if (found := _read(draft, element, link, taken)) is not None:
@@ -164,15 +164,15 @@ def _one_pose(values: Values, sensor: Subject, *path: str) -> Pose:
 
 
 def _mount(draft: Draft, sensor: _Found) -> None:
-    entry = draft.entry("sensors", sensor.name)
-    entry.value = {"type": sensor.figures.type, "parent": _prim(draft.description, sensor.link)}
+    value: SensorKeys = {"type": sensor.figures.type, "parent": _prim(draft.description, sensor.link)}
     position, orientation = sensor.pose
     if any(position):
-        entry.value["position"] = list(position)
+        value["position"] = list(position)
     if not _close(orientation, IDENTITY):
-        entry.value["orientation"] = {"quaternion_xyzw": [round(part, 9) for part in orientation]}
+        value["orientation"] = {"quaternion_xyzw": [round(part, 9) for part in orientation]}
     if sensor.figures.profile:
-        entry.value["profile"] = sensor.figures.profile
+        value["profile"] = sensor.figures.profile
+    draft.sensors[sensor.name] = Entry(value)
 
 
 def _publish(draft: Draft, sensor: _Found, *, alone: bool) -> None:
@@ -196,26 +196,21 @@ def _publish(draft: Draft, sensor: _Found, *, alone: bool) -> None:
         parameters["frame"] = _frame(draft, sensor)
     if "width" in declared:
         parameters |= dict(zip(("width", "height"), figures.profile["size"], strict=True))
-    _use(draft, sensor.name, use, parameters)
+    graph = _use(draft, sensor.name, use, parameters)
     rate = f" at {figures.profile['rate']:g} Hz" if "rate" in figures.profile else ""
     text = f"{figures.told} on {printable(sensor.link)}{rate}, published on {', '.join(names.values())}"
-    sensor.subject.carried(text, _published(sensor, parameters))
+    claim: Claim = {
+        ("sensors", sensor.name, "profile"): figures.profile or None,
+        ("graphs", graph, "parameters"): parameters,
+    }
+    sensor.subject.carried(text, claim)
 
 
-def _published(sensor: _Found, parameters: dict[str, Any]) -> Claim:
-    """Return the claim that a sensor is mounted on its link with its profile, and that a graph publishes it."""
-    profile = sensor.figures.profile or None
-
-    def holds(data: RobotData) -> bool:
-        graphs = (graph.get("parameters") for graph in data.get("graphs", {}).values())
-        return says("sensors", sensor.name, "profile", value=profile)(data) and parameters in graphs
-
-    return holds
-
-
-def _use(draft: Draft, name: str, graph: str, parameters: dict[str, Any]) -> None:
-    name = _unused(name, "graph", set(draft.sections["graphs"]))
-    draft.entry("graphs", name).value = {"use": graph, "parameters": parameters}
+def _use(draft: Draft, name: str, graph: str, parameters: dict[str, Any]) -> str:
+    """Add a graph, and return its name in the robot file."""
+    name = _unused(name, "graph", set(draft.graphs))
+    draft.graphs[name] = Entry({"use": graph, "parameters": parameters})
+    return name
 
 
 def _frame(draft: Draft, sensor: _Found) -> str:

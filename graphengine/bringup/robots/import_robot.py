@@ -10,25 +10,19 @@ from pathlib import Path
 
 import numpy as np
 
-from graphengine.bringup.robots import (
-    arm_base,
-    arm_gains,
-    drivetrain,
-    effort_limits,
-    gazebo_links,
-    gazebo_sensors,
-    joint_dynamics,
-    left_behind,
-    resting,
-    self_view,
-    wheel_material,
-    wheels,
-)
+from graphengine.bringup.robots.arm_base import fix_arm
+from graphengine.bringup.robots.arm_gains import set_gains
 from graphengine.bringup.robots.bundle import bundle_graphs, bundle_meshes, bundle_model
+from graphengine.bringup.robots.drivetrain import add_drivetrain
+from graphengine.bringup.robots.gazebo_links import add_link_settings
+from graphengine.bringup.robots.gazebo_sensors import add_sensors
 from graphengine.bringup.robots.joint_commands import add_mimics
+from graphengine.bringup.robots.joint_dynamics import add_joint_dynamics, report_weak_wheels
+from graphengine.bringup.robots.left_behind import report_unused
+from graphengine.bringup.robots.resting import add_rest
 from graphengine.bringup.robots.robot_source import WRAPPER
-from graphengine.bringup.robots.trial import FLOOR_FRICTION
-from graphengine.descriptions.description_reader import robot_file
+from graphengine.bringup.robots.trial import checked_spec
+from graphengine.bringup.robots.wheels import add_wheel_material, find_wheels
 from graphengine.descriptions.element_marks import called, marked
 from graphengine.descriptions.engine import REFUSALS, body_names, collides, compiled, mujoco
 from graphengine.descriptions.files.packages import Packages, package_of
@@ -37,8 +31,8 @@ from graphengine.descriptions.files.xml import Element, mujoco_says, write
 from graphengine.descriptions.geoms import extents
 from graphengine.descriptions.mjcf.mjcf import read_mjcf
 from graphengine.descriptions.robot_description import RobotDescription
-from graphengine.descriptions.robot_files import mjcf_parts
 from graphengine.descriptions.robot_files.draft import Draft
+from graphengine.descriptions.robot_files.mjcf_parts import add_model_parts
 from graphengine.descriptions.robot_files.writer import render
 from graphengine.descriptions.urdf.urdf_reader import read_urdf
 from graphengine.descriptions.xacro.xacro import is_xacro
@@ -48,31 +42,37 @@ from graphengine.devices.stage import Stage
 from graphengine.format.diagnostics import Findings
 from graphengine.format.document import Document
 from graphengine.format.files import shipped
-from graphengine.format.spec import RobotUse
 from graphengine.physics.dynamics.keyframes import begin_in
-from graphengine.physics.model.fleet_expansion import place
 from graphengine.physics.model.mesh_units import check_mesh_units
-from graphengine.physics.model.robot import RobotInstance, load_robot
-from graphengine.physics.model.robot_model import robot_spec
+from graphengine.physics.model.robot import RobotInstance
 from graphengine.physics.model.robot_prims import add_robot
 
+
+def _check_self_view(draft: Draft) -> None:
+    """Let ray sensors see through their own robot if it blocks them; only this part needs the simulation."""
+    if draft.sensors:
+        from graphengine.bringup.robots.self_view import check_self_view
+
+        check_self_view(draft)
+
+
 _PARTS = (
-    wheels.fill,
-    gazebo_links.fill,
-    arm_base.fill,
-    drivetrain.fill,
-    joint_dynamics.fill,
-    arm_gains.fill,
-    effort_limits.fill,
-    wheel_material.fill,
-    resting.fill,
-    gazebo_sensors.fill,
-    self_view.fill,
-    left_behind.fill,
+    find_wheels,
+    add_link_settings,
+    fix_arm,
+    add_drivetrain,
+    add_joint_dynamics,
+    set_gains,
+    report_weak_wheels,
+    add_wheel_material,
+    add_rest,
+    add_sensors,
+    _check_self_view,
+    report_unused,
 )
-"""Functions that fill a draft from a URDF description, in order of execution."""
-_PARTS_OF_MODELS = (wheels.fill, mjcf_parts.fill, drivetrain.fill, wheel_material.fill, resting.fill)
-"""Functions that fill a draft from a MuJoCo model, in order of execution; fewer, because the model defines more itself."""
+"""Functions that add to a draft from a URDF description, in order of execution."""
+_PARTS_OF_MODELS = (find_wheels, add_model_parts, add_drivetrain, add_wheel_material, add_rest)
+"""Functions that add to a draft from a MuJoCo model, in order of execution; fewer, because the model defines more itself."""
 _MESHES = ("mesh", "texture")
 
 
@@ -186,18 +186,16 @@ def import_robot(origin: Origin, findings: Findings) -> Imported | None:
     near = _near(path, origin.target)
     draft = Draft(description, name, origin.told, near, told, origin.fixed_base, origin.controllers, library)
     draft.position_drives = origin.position_drives
-    for fill in _PARTS if origin.model is None else _PARTS_OF_MODELS:
-        fill(draft)
+    for add_part in _PARTS if origin.model is None else _PARTS_OF_MODELS:
+        add_part(draft)
     draft.settle()
     graphs = bundle_graphs(draft) if origin.bundled else {}
     document = render(draft, origin.target)
-    file = robot_file(draft, findings, document)
-    (placement,) = place(name, RobotUse(use=str(origin.target)))
-    robot = load_robot(placement, file, library, description) if file is not None else None
-    spec = robot_spec(robot, library, FLOOR_FRICTION, findings) if robot is not None else None
-    model = _compiled(spec, draft, findings) if spec is not None else None
-    if robot is None or model is None:
+    checked = checked_spec(draft, library, str(origin.target), document)
+    model = _compiled(checked[0], draft, findings) if checked is not None else None
+    if checked is None or model is None:
         return None
+    robot = checked[1]
     check_mesh_units(model, [("", robot)], findings)
     bodies = {f"{name}/{body}" for body in body_names(model)}
     before = len(findings.errors)

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 from graphengine.bringup.robots.controllers_file import Controller
 from graphengine.descriptions.files.xml import Element, number
-from graphengine.descriptions.robot_files.draft import Draft, Remark, no_joint
+from graphengine.descriptions.robot_files.draft import Draft, no_joint
 from graphengine.format.diagnostics import Findings, Span
 from graphengine.format.wording import printable
 
@@ -109,13 +109,13 @@ def _ros2_control(draft: Draft, element: Element, found: dict[str, JointCommands
                 if not commanded or kind in commands.ranges:  # a controller uses one of several interfaces
                     commands.ranges[kind] = _parameter(interface, "min"), _parameter(interface, "max")
             else:
-                draft.lost.append(Remark(f"{source}: a drive takes no {kind!r} command", interface.span))
+                draft.lose(f"{source}: a drive takes no {kind!r} command", interface.span)
         states = [state for state in joint.all("state_interface") if state.get("name") == "position"]
         starts = [_parameter(state, "initial_value") for state in states] + [_parameter(joint, "initial_position")]
         commands.start = next((start for start in starts if start is not None), commands.start)
         if draft.description.joints[name].mimic is None and (leader := _text(joint, "mimic")):
             text = f"{source}: {name} follows {leader}: write <mimic> into the joint of the description"
-            draft.lost.append(Remark(printable(text), joint.span))
+            draft.lose(printable(text), joint.span)
 
 
 def _transmission(draft: Draft, element: Element, found: dict[str, JointCommands]) -> None:
@@ -140,7 +140,7 @@ def _unknown(draft: Draft, name: str, source: str, span: Span) -> bool:
     """Return whether the description has no moving joint with this name; add a remark if it has no such joint at all."""
     joint = draft.description.joints.get(name)
     if joint is None:
-        draft.lost.append(Remark(f"{source}: {no_joint(draft.description, name)}", span))
+        draft.lose(f"{source}: {no_joint(draft.description, name)}", span)
     return joint is None or not joint.moves
 
 

@@ -1,4 +1,4 @@
-"""Finds the wheels of a robot, including wheels with mesh colliders, and replaces colliders that do not roll smoothly."""
+"""Finds the wheels of a robot, replaces colliders that do not roll smoothly, and gives wheels a material with full grip."""
 
 from __future__ import annotations
 
@@ -9,14 +9,16 @@ from dataclasses import replace
 
 import numpy as np
 
-from graphengine.bringup.robots.trial import trial_model, trial_spec
+from graphengine.bringup.robots.trial import trial
 from graphengine.descriptions.engine import Floats, body_names, collides, mujoco
 from graphengine.descriptions.geoms import extents, mesh_vertices
 from graphengine.descriptions.robot_description import TURNING, Joint
-from graphengine.descriptions.robot_files.draft import Draft, Remark, WheelShape, rounded
+from graphengine.descriptions.robot_files.draft import ALIGNED, Draft, Remark, RobotWheel, rounded
+from graphengine.descriptions.robot_files.entries import Entry, WheelKeys, material
 from graphengine.descriptions.rollers import NO_ROLLERS, rollers_of
 from graphengine.descriptions.shapes import Cylinder, kind_of
 from graphengine.devices.rotation import Vector3, rotate
+from graphengine.format.wording import printable
 
 WIDE = 8 * math.pi
 """A revolute joint with a larger range (rad) counts as continuous; the value is four turns."""
@@ -28,8 +30,6 @@ EQUAL = 0.005
 """Maximum relative difference of the radii of meshes of equal wheels."""
 LEVEL = 0.3
 """Maximum cosine of the angle between the axis of a wheel on the floor and the vertical."""
-ALIGNED = 0.99
-"""Minimum cosine of the angle between the axis of a cylindrical wheel and the axis of its joint."""
 STANDING = 0.02
 """A link that reaches down to this height (m) above the lowest collider counts as standing on the floor."""
 PLUMB = 0.9
@@ -37,13 +37,13 @@ PLUMB = 0.9
 _DIRECTIONS = np.linspace(0.0, 2 * math.pi, 72, endpoint=False)
 _TURNS = ([0, 1, 2], [2, 0, 1], [1, 2, 0])
 """Orders of coordinates that turn a circle into the planes of the three axes."""
+MATERIAL = "WheelMaterial"
+_FULL_GRIP = 1.0
 
 
-def fill(draft: Draft) -> None:
+def find_wheels(draft: Draft) -> None:
     """Find the wheels, and add `wheel_colliders` entries for wheels whose colliders do not roll smoothly."""
-    trial = trial_spec(draft)
-    model = trial_model(draft, trial[0]) if trial is not None else None
-    if model is None:
+    if (model := trial(draft)) is None:
         return
     data = mujoco.MjData(model)
     mujoco.mj_kinematics(model, data)
@@ -102,7 +102,7 @@ def _wheel(
     lowest: float,
     *,
     rollers: bool,
-) -> WheelShape | None:
+) -> RobotWheel | None:
     """Return the wheel that a joint turns; None if the colliders of the joint's child link are not round about its axis.
 
     Args:
@@ -135,7 +135,7 @@ def _wheel(
         return None  # a roll of an arm, a lidar that spins
     in_root = root.xmat.reshape(3, 3).T @ (centre - root.xpos)
     place = (float(in_root[0]), float(in_root[1]), float(in_root[2]))
-    return WheelShape(joint.name, joint.child, radius, width, offset, axis, place, tag, on_floor)
+    return RobotWheel(joint.name, joint.child, radius, width, offset, axis, place, tag, on_floor)
 
 
 def _surface(model: mujoco.MjModel, data: mujoco.MjData, geom: int) -> Floats:
@@ -209,7 +209,7 @@ def _commanded(draft: Draft) -> set[str]:
     return found
 
 
-def _shape(draft: Draft, wheel: WheelShape) -> None:
+def _shape(draft: Draft, wheel: RobotWheel) -> None:
     """Add an ellipsoid as the collider of a wheel on the floor, unless the wheel is a sphere.
 
     The corners of a mesh and the rims of a cylinder would not roll smoothly.
@@ -217,20 +217,17 @@ def _shape(draft: Draft, wheel: WheelShape) -> None:
     colliders = draft.description.links[wheel.link].colliders
     if not wheel.on_floor or wheel.collider == "sphere" or wheel.rollers.links:
         return
-    first = not draft.sections["wheel_colliders"]
-    entry = draft.entry("wheel_colliders", wheel.link)
-    if first:
-        entry.comments.append(
-            "ellipsoids touch the floor at one point each; the rims of a cylinder would scrub in a turn"
-        )
+    why = "ellipsoids touch the floor at one point each; the rims of a cylinder would scrub in a turn"
+    comments = [] if draft.wheel_colliders else [why]
     if wheel.collider == "cylinder" and len(colliders) == 1:
-        entry.value = "ellipsoid"
+        draft.wheel_colliders[wheel.link] = Entry("ellipsoid", comments)
         return
-    entry.value = {"shape": "ellipsoid", "radius": rounded(wheel.radius, 6), "width": rounded(wheel.width, 6)}
+    value: WheelKeys = {"shape": "ellipsoid", "radius": rounded(wheel.radius, 6), "width": rounded(wheel.width, 6)}
     if abs(wheel.offset) > 1e-4:
-        entry.value["offset"] = rounded(wheel.offset, 6)
+        value["offset"] = rounded(wheel.offset, 6)
+    draft.wheel_colliders[wheel.link] = Entry(value, comments)
     text = f"wheel {wheel.link}: an ellipsoid of radius {wheel.radius:.4g} m rolls in place of its {wheel.collider}"
-    draft.guessed.append(Remark(text, colliders[0].span))
+    draft.guess(text, colliders[0].span)
 
 
 def _crooked(draft: Draft, joint: Joint) -> Remark | None:
@@ -245,3 +242,16 @@ def _crooked(draft: Draft, joint: Joint) -> Remark | None:
     angle = math.degrees(math.acos(cosine))
     text = f"joint {joint.name} turns the cylinder of {joint.child} about an axis {angle:.0f} degrees off its own: no wheel"
     return Remark(text, colliders[0].span)
+
+
+def add_wheel_material(draft: Draft) -> None:
+    """Bind the material to each wheel that rolls on the floor, is not a caster's wheel, and has no material yet."""
+    bound = draft.bound()
+    wheels = [wheel for wheel in draft.wheels.values() if wheel.on_floor and not wheel.swivels and not wheel.drags]
+    links = [link for wheel in wheels for link in wheel.rollers.links or (wheel.link,)]
+    links = [link for link in dict.fromkeys(links) if link not in bound]
+    if not links or MATERIAL in draft.materials:
+        return
+    comment = "full grip; `max` selects the larger of this friction and the floor's"
+    draft.guess(f"friction of wheels: {_FULL_GRIP:g} on any floor: {', '.join(map(printable, links))}")
+    draft.materials[MATERIAL] = Entry(material(_FULL_GRIP, "max", links), [comment])

@@ -10,7 +10,8 @@ from pathlib import Path
 from typing import Any
 
 from graphengine.descriptions.robot_description import WORLD, Joint, RobotDescription
-from graphengine.descriptions.robot_files.draft import SECTIONS, Draft, Entry, Remark
+from graphengine.descriptions.robot_files.draft import SECTIONS, Draft, Remark
+from graphengine.descriptions.robot_files.entries import Entry
 from graphengine.descriptions.shapes import Box, Capsule, Cylinder, Mesh, Shape, Sphere, kind_of
 from graphengine.format.diagnostics import Source, Span
 from graphengine.format.document import Document, Value
@@ -45,12 +46,12 @@ def render(draft: Draft, path: Path) -> Document:
     if "joints" in data:
         page.open(("joints",))
     for joint in description.moving():
-        page.add_entry("joints", joint.name, draft.entry("joints", joint.name), _about(joint))
+        page.add_entry("joints", joint.name, draft.joints[joint.name], _about(joint))
     page.lines += [f"# {printable(_about(joint))}" for joint in description.joints.values() if not joint.moves]
     for section in [key for key in SECTIONS[1:] if key in data]:
         page.lines.append("")
         page.open((section,))
-        for key, entry in draft.sections[section].items():
+        for key, entry in getattr(draft, section).items():
             page.add_entry(section, key, entry)
     page.lines += _remarks("Noticed", draft.noticed)
     page.lines += _remarks("Guessed, as the description does not say", draft.guessed)
@@ -65,7 +66,7 @@ class _Page:
     lines: list[str]
     rows: list[tuple[tuple[str, ...], Any, int]] = field(default_factory=list)
 
-    def add_entry(self, section: str, key: str, entry: Entry, *comments: str) -> None:
+    def add_entry(self, section: str, key: str, entry: Entry[Any], *comments: str) -> None:
         """Add a key of a section, below the given comments and those of its entry."""
         self.lines += [f"  # {printable(comment)}" for comment in (*comments, *entry.comments)]
         number = len(self.lines)

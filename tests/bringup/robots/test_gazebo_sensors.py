@@ -390,7 +390,7 @@ def test_a_sensor_that_cannot_be_is_lost_with_the_reason(
     remark = result.draft.lost[-1]
     assert lost in remark.text
     assert remark.span is not None
-    assert "eye" not in result.draft.sections["sensors"]
+    assert "eye" not in result.draft.sensors
 
 
 def test_unsupported_properties_of_a_sensor_are_reported_as_lost(tmp_path: Path) -> None:
