@@ -90,7 +90,7 @@ class _PrimBuilder:
             wheel_radii=robot.wheel_radii,
             wheel_distance=robot.wheel_distance,
             holonomic_wheels=tuple(holonomic_wheels(robot)),
-            description=robot.urdf_text,
+            urdf=robot.urdf_text,
             fixed_transforms=robot.fixed_transforms,
             **({"actuators": robot.actuators, "other_actuators": robot.other_actuators} if robot.actuators else {}),
             keyframes=robot.description.mjcf.keyframes if robot.description.mjcf is not None else {},
