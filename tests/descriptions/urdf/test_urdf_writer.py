@@ -38,6 +38,12 @@ def test_a_joint_without_an_origin_or_a_limit_gets_them(project: Project) -> Non
     assert joints_of(project)["arm_joint"]["limit"] == {"lower": "-0.5", "upper": "0.75"}
 
 
+def test_the_prim_of_a_robot_has_the_text(project: Project) -> None:
+    """Nodes publish the text from there."""
+    world = project.load()
+    assert world.stage.find("/bot").facts["urdf"] == world.robots["bot"].urdf_text
+
+
 def test_a_welded_joint_is_fixed_in_the_text(project: Project) -> None:
     project.robot("joints: {arm_joint: {enabled: false, weld: true}}")
     joints = joints_of(project)
