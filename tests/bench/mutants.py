@@ -84,17 +84,19 @@ def mutated(root: Path, wanted: Mutant) -> tuple[str, str] | None:
 
 
 def test_files(root: Path, file: str, function: str) -> list[str]:
-    """Files of tests, first those that have the name of a module, import it, or name its functions."""
+    """Files of tests, first those that have the name of a module, import it or an importer of it, or call its function."""
     module, name = Path("graphengine", re.sub("^graphengine/", "", file)).with_suffix(""), function.split(".")[-1]
     stem, dotted = module.name, ".".join(module.parts)
     imported = re.compile(rf"{dotted}\b|{dotted.rpartition('.')[0]} import .*\b{stem}\b")
+    using = [other for other in modules(root) if imported.search((root / other).read_text(encoding="utf-8"))]
+    importers = re.compile("|".join(other[:-3].replace("/", r"\.") + r"\b" for other in using) or "$^")
     scores: dict[str, float] = {}
     for path in (root / "tests").rglob("test_*.py"):
         test, content = str(path.relative_to(root)), path.read_text(encoding="utf-8")
-        alike = map(operator.eq, module.parts[1:], path.relative_to(root / "tests").parts)
-        beside = sum(itertools.accumulate(alike, min))
-        scores[test] = beside + 4 * (path.stem == f"test_{stem}") + 3 * bool(imported.search(content))
-        scores[test] += 2 * (len(name) > 4 and name in content) + (stem in content) + (stem in path.stem)
+        beside = sum(itertools.accumulate(map(operator.eq, module.parts[1:], Path(test).parts[1:]), min))
+        scores[test] = beside + 4 * (path.stem in (f"test_{stem}", f"test_{module.parent.name}"))
+        scores[test] += 3 * bool(imported.search(content)) + 1.5 * bool(importers.search(content))
+        scores[test] += 2 * (len(name) > 4 and f"{name}(" in content) + (stem in path.stem)
     return sorted((test for test in scores if not NO_TESTS_OF.match(test)), key=lambda test: (-scores[test], test))
 
 
@@ -166,9 +168,8 @@ def main() -> None:
     parser.add_argument("verb", choices=("draw", "run"))
     parser.add_argument("file", type=Path)
     parser.add_argument("--revision", default="HEAD")
-    parser.add_argument("--seed", type=int, default=34)
-    parser.add_argument("--count", type=int, default=60)
-    parser.add_argument("--files", type=int, default=12)
+    for option, number in (("--seed", 34), ("--count", 60), ("--files", 12)):
+        parser.add_argument(option, type=int, default=number)
     parser.add_argument("--all", action="store_true")
     arguments = parser.parse_args()
     file, revision, broken = arguments.file, arguments.revision, set[str]()
