@@ -262,7 +262,7 @@ def find_robot(runner: Runner, name: str) -> Prim:
     Raises:
         UnknownEntityError: no robot has the name.
     """
-    prims = {prim.entity_name: prim for prim in runner.session.services.stage.prims("robot")}
+    prims = runner.session.services.stage.robots()
     if name not in prims:
         raise UnknownEntityError(f"no robot {name!r}: it was removed\n  {listing(prims, 'robots')}")
     return prims[name]

@@ -258,6 +258,10 @@ class Stage:
         """Yield all prims, or all prims of one kind, depth first in order of definition."""
         return (prim for prim in self.root.descendants() if kind is None or prim.kind == kind)
 
+    def robots(self) -> dict[str, Prim]:
+        """Return the prims of all robots by the names of the robots in the scene, depth first in order of definition."""
+        return {prim.entity_name: prim for prim in self.prims("robot")}
+
     def robot_of(self, prim: Prim) -> Prim | None:
         """Return the prim of the robot to which a prim belongs, or None if it belongs to none."""
         return next((p for p in prim.ancestors() if p.kind == "robot"), None)

@@ -219,7 +219,7 @@ def lint_claims(context: LintContext) -> None:
 def _check_places(context: LintContext) -> None:
     """Add a warning for each graph of a robot whose prim is outside of the robot, where the robot's namespace does not apply."""
     told: set[str] = set()  # a fleet has one mistake, not one a robot
-    prims = {robot.entity_name: robot.path for robot in context.stage.prims("robot")}
+    prims = {name: robot.path for name, robot in context.stage.robots().items()}
     for graph in context.graphs:
         robot, _, name = graph.name.partition("/")
         path, document = graph.prim_path, graph.flat.loaded.document

@@ -47,7 +47,7 @@ def find_robot(session: SessionCore, name: str) -> Prim:
     Raises:
         UnknownEntityError: no robot has the name.
     """
-    robots = {prim.entity_name: prim for prim in session.services.stage.prims("robot")}
+    robots = session.services.stage.robots()
     if name not in robots:
         raise UnknownEntityError(unknown("robot", name, robots))
     return robots[name]

@@ -65,7 +65,7 @@ class MujocoEntities:
 
     def _prims(self) -> dict[str, Prim]:
         stage = self._simulation.stage
-        prims = {robot.entity_name: robot for robot in stage.prims("robot")}
+        prims = stage.robots()
         world = stage.root.children.get("World")
         for prim in world.children.values() if world is not None else ():
             if prim.kind != "robot" and prim.body is not None:
