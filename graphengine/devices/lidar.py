@@ -36,6 +36,11 @@ class Scan:
         hit = np.isfinite(self.ranges)
         return np.where(hit, self.ranges, np.nan)[:, None] * self.directions
 
+    def points_of(self, beams: NDArray[np.intp]) -> NDArray[np.float64]:
+        """Return the hit points of the beams with the given indices, in the lidar's frame, m, shape (n, 3)."""
+        points: NDArray[np.float64] = self.directions[beams] * self.ranges[beams, None]
+        return points
+
 
 class Lidar(TickSensor, Protocol):
     """A lidar that casts all beams of a scan at the same time."""
