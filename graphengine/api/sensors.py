@@ -19,12 +19,13 @@ if TYPE_CHECKING:
 class RobotSensor(AfterTick):
     """A sensor of a robot, which `Robot.sensors` returns.
 
-    The first call of `sample` makes the sensor wanted, as a subscription does: from then on, the session takes each sample, even
-    if no graph reads the sensor. This changes neither messages nor recordings.
+    The first call of `sample` requests samples, as a subscription requests messages: from then on, the session takes each sample,
+    even if no graph reads the sensor. This changes neither messages nor recordings.
 
     Attributes:
         name: name of the sensor in `Robot.sensors`.
-        kind: kind of the sensor, such as `lidar`, `camera`, `imu`, `range`, `radar`, `contact`, `raycast` or `light_beam`.
+        kind: kind of the sensor: `lidar`, `camera`, `imu`, `range`, `radar`, `contact`, `raycast`, `light_beam`, `navsat`,
+            `force_torque`, or a kind that a package adds.
         prim_path: path of the sensor's prim.
     """
 
@@ -52,7 +53,7 @@ class RobotSensor(AfterTick):
 
         Returns:
             A frozen object with read-only arrays: `Scan` of a lidar, `Picture` of a camera, `ImuSample`, `RangeReading`,
-            `Detections` of a radar, `ContactReading`, `RaycastReading` or `BeamReading`.
+            `Detections` of a radar, `ContactReading`, `RaycastReading`, `BeamReading`, `NavSatReading` or `Wrench`.
 
         Raises:
             UnknownEntityError: the sensor was removed with its robot.

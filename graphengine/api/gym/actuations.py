@@ -44,7 +44,12 @@ class BaseVelocity:
     lateral: float = 0.0
 
     def _open(self, sim: Session) -> Actuation:
-        """Return the action in a session; raise a GraphError if no graph reads such a topic, or a speed has no limit."""
+        """Return the action in a session.
+
+        Raises:
+            MessageError: the topic has another message type.
+            UsageError: no graph reads the topic, or a speed has no limit.
+        """
         claims = sim._runner.session.services.claims
         readers = [claim for claim in claims if claim.topic == self.topic and claim.direction == "subscribe"]
         stamped = any(claim.message_type.endswith("/TwistStamped") for claim in readers)
@@ -54,7 +59,7 @@ class BaseVelocity:
             twist = {"linear": {"x": x, "y": sum(y, 0.0)}, "angular": {"z": turn}}
             sim.publish(self.topic, {"twist": twist} if stamped else twist)
 
-        send(np.zeros(2))  # which refuses a wrong topic
+        send(np.zeros(2))  # raises an error for a wrong topic
         graphs = tuple(f"{claim.graph}/" for claim in readers)
         names, high = ["x, m/s", "turn rate, rad/s"], [self._limit(sim, graphs, name) for name in ("linear", "angular")]
         if self.lateral:
@@ -91,7 +96,11 @@ class JointTargets:
     high: Limit = None
 
     def _open(self, sim: Session) -> Actuation:
-        """Return the action in a session; raise a GraphError if it has no such robot or joint, or a target has no limits."""
+        """Return the action in a session.
+
+        Raises:
+            UsageError: the session has no such robot or joint, or the targets of a joint have no limits.
+        """
         robot = sim.robots[self.robot]
         joints = sim._runner.session.services.world.articulation(find_robot(sim._runner, self.robot))
         names = joints.joint_names if self.joints is None else self.joints
@@ -100,7 +109,7 @@ class JointTargets:
             arguments: dict[str, Any] = {self.quantity: targets}
             robot.command(**arguments, joints=names)
 
-        send(np.zeros(len(names)))  # which refuses wrong joints
+        send(np.zeros(len(names)))  # raises an error for wrong joints
         spans = {"positions": joints.ranges, "velocities": [(-most, most) for most in joints.max_velocities]}
         known = dict(zip(joints.joint_names, spans.get(self.quantity, ()), strict=False))
         low, high = np.transpose([known.get(name, (-math.inf, math.inf)) for name in names])

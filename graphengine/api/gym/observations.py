@@ -35,7 +35,11 @@ class Observation:
     high: Limit = None
 
     def _open(self, sim: Session) -> Signal:
-        """Return the value in a session; raise a GraphError if the session does not have the source."""
+        """Return the observation in a session.
+
+        Raises:
+            UsageError: the session does not have the source.
+        """
         source = self.source
         if not isinstance(source, str):
             return Signal(self, getattr(source, "__name__", "a function"), lambda: source(sim))
@@ -43,7 +47,7 @@ class Observation:
         if found:
             name, _, path = part.partition(".")
             sensor = sim.robots[robot].sensors[name]
-            sensor.sample()  # which makes it wanted
+            sensor.sample()  # the first call requests samples
             return Signal(self, source, lambda: _part(source, sensor.sample(), path))
         if not source.startswith("/"):
             port = find_port_at(sim._runner.session.graphs, source).port
