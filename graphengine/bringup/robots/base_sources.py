@@ -63,7 +63,7 @@ def _positive(controller: Controller, *names: str) -> float | None:
 
 
 def base_of_plugins(draft: Draft) -> Base | None:
-    """Return the base of the first usable drive plugin, with topics of other plugins; None without such a plugin."""
+    """Return the base of the first usable drive plugin, with the topics that other plugins name; None if no plugin is usable."""
     base: Base | None = None
     topics: dict[str, float | str] = {}
     for plugin, told in _plugins(draft):
@@ -127,7 +127,7 @@ def _first(plugin: Element, *tags: str) -> str:
 
 
 def _number(plugin: Element, *tags: str) -> float | None:
-    """Return the absolute value of the first number other than 0 in elements with the given tags; None if there is none."""
+    """Return the magnitude of the first nonzero number in the elements with these tags; None without such a number."""
     values = (number(text) for text in _texts(plugin, *tags))
     return next((abs(value) for value in values if value), None)
 

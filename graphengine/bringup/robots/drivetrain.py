@@ -38,7 +38,7 @@ def add_drivetrain(draft: Draft) -> None:
     if drivetrain is not None:
         _mark_dragging(draft, drivetrain)
         add_base_graph(draft, drivetrain)
-    if draft.description.mjcf is None:  # a MuJoCo model has its own drives
+    if draft.description.mjcf is None:  # the actuators of an MJCF are its drives
         add_drives(draft, commands, wheels, drivetrain)
     add_joint_graphs(draft, known, drivetrain)
     _tell_fixed(draft, wheels)

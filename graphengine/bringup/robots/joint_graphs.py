@@ -101,8 +101,7 @@ def _add_arms(draft: Draft, held: Collection[str], controllers: Iterable[Control
     if not arms and guess:
         arms = list(_arms_of_chains(draft, held))
     for arm in arms:
-        name = "arm" if len(arms) == 1 else printable(arm.controller.removesuffix("_controller"))
-        controller = {"controller": arm.controller} if arm.controller != _ARM_CONTROLLER else {}
+        name, controller = _graph_of(arm, arms, "arm", _ARM_CONTROLLER)
         parameters = controller | {"joints": list(arm.joints)} | arm.parameters
         count = f"{len(arm.joints)} joints"
         draft.add_graph(name, "graphs/arm/trajectory.yaml", parameters, f"{count}, from {arm.source}")
@@ -112,6 +111,19 @@ def _add_arms(draft: Draft, held: Collection[str], controllers: Iterable[Control
         )
         (draft.guessed if arm.guessed else draft.carried).append(remark)
     return {name for arm in arms for name in arm.joints}
+
+
+def _graph_of(limb: _Limb, limbs: Sequence[_Limb], kind: str, default: str) -> tuple[str, dict[str, str]]:
+    """Return the name of a limb's graph, and the graph's parameter `controller` unless it has its default value.
+
+    Args:
+        limb: arm or gripper.
+        limbs: all arms or grippers of the robot; the graph of a single one is named after its kind.
+        kind: `arm` or `gripper`.
+        default: default value of the parameter.
+    """
+    name = kind if len(limbs) == 1 else printable(limb.controller.removesuffix("_controller"))
+    return name, {"controller": limb.controller} if limb.controller != default else {}
 
 
 def _flaw(draft: Draft, joints: Sequence[str], held: Collection[str]) -> str:
@@ -205,8 +217,7 @@ def _add_grippers(draft: Draft, held: Collection[str], controllers: Iterable[Con
     if not grippers and guess:
         grippers = list(_grippers_of_fingers(draft, held))
     for gripper in grippers:
-        name = "gripper" if len(grippers) == 1 else printable(gripper.controller.removesuffix("_controller"))
-        controller = {"controller": gripper.controller} if gripper.controller != _GRIPPER_CONTROLLER else {}
+        name, controller = _graph_of(gripper, grippers, "gripper", _GRIPPER_CONTROLLER)
         joint = gripper.joints[0]
         draft.add_graph(name, "graphs/arm/gripper.yaml", {"joint": joint} | controller | gripper.parameters)
         text = f"gripper: {joint} on {gripper.controller}/gripper_cmd, from {gripper.source}"

@@ -52,7 +52,7 @@ def inertial_of(link: Element, findings: Findings) -> Inertial | None:
     if inertia is None:
         return Inertial(mass, None, pose)
     terms = numbers(" ".join(inertia.get(term, "0") for term in TERMS), len(TERMS))
-    if terms is None and not mass:  # MuJoCo gets no moments of a link without mass, so wrong ones are no error
+    if terms is None and not mass:  # the moments of a massless link are not used, so they may be illegal
         return Inertial(mass, None, pose)
     if terms is None:
         text = f"link {link.get('name')!r}: the inertia must have six numbers, in kg m2"
