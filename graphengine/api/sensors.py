@@ -39,7 +39,7 @@ class RobotSensor(AfterTick):
     def sample(self) -> Any:
         """Return the newest sample, with its simulation time; None before the first one that follows the first call.
 
-        Lidars, IMUs, radars and range sensors take a sample at their rate, and other sensors in each tick. The sample of a camera
+        Sensors with a rate take samples at this rate, and other sensors in each tick. The sample of a camera
         arrives some ticks after its `time`, as declared by the camera's `latency`. After a reset, there is no sample.
 
         >>> lidar = sim.robots["dd100"].sensors["sim_lidar"]

@@ -27,6 +27,10 @@ class NewestSample(Handle["SimulationCore"]):
         self._take = DEVICES.all[prim.kind].sample
         self.sample: Any = None
         super().__init__(simulation, prim)
+        self._sensor()  # a sensor that observes the physics steps of a tick must exist before them
+
+    def _sensor(self) -> Any:
+        return self._simulation.handles.find(IMPLEMENTATIONS.all[self._prim.kind].handle, self._prim)
 
     def bind(self) -> None:
         """Do nothing: the handle of the sensor looks up what it needs."""
@@ -49,8 +53,7 @@ class NewestSample(Handle["SimulationCore"]):
         Raises:
             RenderError: the image of a camera could not be rendered.
         """
-        sensor = self._simulation.handles.find(IMPLEMENTATIONS.all[self._prim.kind].handle, self._prim)
-        if (sample := self._take(sensor)) is not None:
+        if (sample := self._take(self._sensor())) is not None:
             views = {name: array.view() for name, array in _arrays(sample)}
             for view in views.values():
                 view.flags.writeable = False

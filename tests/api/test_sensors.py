@@ -62,6 +62,17 @@ def watched(tmp_path: Path) -> Iterator[ge.Session]:
         yield sim
 
 
+def test_the_first_samples_are_those_of_the_first_tick(watched: ge.Session) -> None:
+    watched.run(0.5)  # the box has come to rest
+    sensors = [watched.robots["bot"].sensors[name] for name in ("contact", "force_torque", "imu")]
+    assert [sensor.sample() for sensor in sensors] == [None] * 3
+    watched.step()
+    contact, wrench, imu = (sensor.sample() for sensor in sensors)
+    assert contact.force == pytest.approx((MASS + HAND) * 9.81, rel=1e-6)
+    assert wrench.force == pytest.approx((0.0, 0.0, -HAND * 9.81), abs=1e-6)
+    assert imu.time == pytest.approx(watched.time, abs=0.02)
+
+
 def test_every_kind_of_sensor_has_samples(watched: ge.Session) -> None:
     sensors = watched.robots["bot"].sensors
     assert {sensor.kind for sensor in sensors.values()} == {*PROFILES} - {"camera", "surface_gripper"}
