@@ -101,8 +101,9 @@ class Entities(Protocol):
             forced: whether the robot is placed even if it then overlaps others; see `place`.
 
         Raises:
-            BlockedPoseError: `forced` is false, and the robot would overlap others; nothing has changed.
-            UsageError: the robot cannot have this pose; nothing has changed.
+            BlockedPoseError: `forced` is false, and the robot would overlap others at the pose in `move`; nothing has changed.
+                The initial pose is not checked.
+            UsageError: the robot cannot have this pose or these joint positions; nothing has changed.
         """
 
     def push(self, name: str, force: Vector3, duration: float, point: Vector3 | None = None) -> None:

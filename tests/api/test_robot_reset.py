@@ -124,6 +124,25 @@ def test_what_cannot_be_is_refused_and_changes_nothing(arms: ge.Session, argumen
     assert before == (arms.mujoco.data.qpos.tolist(), arms.mujoco.data.qvel.tolist(), arms.mujoco.data.ctrl.tolist())
 
 
+@pytest.mark.parametrize("angle", [1e20, math.inf])
+def test_a_joint_position_that_mujoco_cannot_compute_is_refused_and_the_run_goes_on(
+    bench: ge.Session, angle: float
+) -> None:
+    bench.run(0.1)
+    before = bench.mujoco.data.qpos.tolist()
+    with pytest.raises(ge.UsageError):
+        bench.robots["bench"].reset(joints={"spin": angle})
+    assert bench.mujoco.data.qpos.tolist() == before
+    bench.run(0.1)
+    assert bench.state == "paused"
+
+
+def test_the_reset_of_a_robot_that_was_not_moved_keeps_the_model(bench: ge.Session) -> None:
+    model = bench.mujoco.model
+    bench.robots["bench"].reset(joints={"slide": 0.1})
+    assert bench.mujoco.model is model
+
+
 def test_a_follower_is_not_placed_by_itself(bench: ge.Session) -> None:
     with pytest.raises(ge.UsageError, match="joint 'echo' follows 'glide'\n  give a position for glide instead"):
         bench.robots["bench"].reset(joints={"echo": 0.5})

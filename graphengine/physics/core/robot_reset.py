@@ -12,6 +12,7 @@ from graphengine.devices.stage import Prim
 from graphengine.format.prim_paths import at_or_below
 from graphengine.physics.dynamics.keyframes import start_robot, with_followers
 from graphengine.physics.dynamics.set_points import SetPoints
+from graphengine.physics.dynamics.solver_errors import out_of_range
 from graphengine.physics.dynamics.start_state import drives_of
 from graphengine.physics.dynamics.transfer import Transfer
 
@@ -26,6 +27,9 @@ def robot_reset(
     """Set the joints of a robot to their initial state; after the `with` block, reset commands, pushes and sensors as well.
 
     All velocities become zero. If the block, which can place the robot elsewhere, raises an error, nothing has changed.
+
+    Raises:
+        PhysicsError: MuJoCo cannot compute poses for these joint positions; nothing has changed.
 
     Args:
         simulation: the simulation.
@@ -42,6 +46,8 @@ def robot_reset(
     Transfer(model, model, prefix).carry_over(start, simulation.data)
     try:
         simulation.refresh()
+        if simulation.data.warning[mujoco.mjtWarning.mjWARN_BADQPOS].number:
+            raise out_of_range(model, simulation.data)
         yield
     except BaseException:
         mujoco.mj_copyData(simulation.data, simulation.model, before)

@@ -167,6 +167,10 @@ class SimulationModel(Stateful):
         """Return a copy of the model in which a body that is fixed to the world is at a pose in the world frame."""
         return self._mounts.moved(self.model, body, pose)[1]
 
+    def is_moved(self, body: int) -> bool:
+        """Return whether a body that is fixed to the world was moved by `move_mount`."""
+        return self.model.body(body).name in self._mounts
+
     def move_mount(self, body: int, pose: Pose) -> None:
         """Move a body that is fixed to the world to a pose in the world frame.
 

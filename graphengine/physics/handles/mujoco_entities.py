@@ -254,13 +254,16 @@ class MujocoEntities:
     ) -> None:
         """Return a robot to its initial state; see `devices.backend.Entities`."""
         prim, simulation = self._find(name), self._simulation
-        if prim.body is not None and not simulation.model.body_jntnum[self.roots(prim)[0]]:  # fixed to the world
+        if prim.body is not None and simulation.is_moved(self.roots(prim)[0]):
             move = replace(
                 move, position=move.position or prim.position, orientation=move.orientation or prim.orientation
             )
-        with robot_reset(simulation, prim, joints, keyframe):
-            if move != Move():
-                self.place(name, move, forced=forced)
+        try:
+            with robot_reset(simulation, prim, joints, keyframe):
+                if move != Move():
+                    self.place(name, move, forced=forced)
+        except PhysicsError as error:
+            raise UsageError(f"{name} cannot be reset to this state: {error}") from error
 
     def _throw(self, body: int, pose: Pose, linear: Iterable[float], angular: Vector3) -> None:
         """Set pose and velocity (m/s, rad/s) of a free body in the world frame; a held body is released."""
