@@ -48,8 +48,9 @@ def read_root(path: Path, findings: Findings) -> Element | None:
         problem = str(error)
     except Exception as error:  # a package may fail in any way
         problem = f"the reader of {package} failed: {first_line(error)}\nupdate {package}, or uninstall it"
-    if root is None and not problem and len(findings.errors) == before:
-        problem = f"the reader of {package} returned nothing and no error\nupdate {package}, or uninstall it"
+    if not isinstance(root, Element) and not problem and len(findings.errors) == before:
+        what = "nothing" if root is None else f"a value of the type {type(root).__name__}"
+        problem = f"the reader of {package} returned {what} and no error\nupdate {package}, or uninstall it"
     if problem:
         message, *remedy = problem.split("\n")
         findings.add("S103", message, Span(source, 1, 1), *remedy)
@@ -57,7 +58,7 @@ def read_root(path: Path, findings: Findings) -> Element | None:
 
 
 def tell_suffix(path: Path, span: Span | None, findings: Findings) -> None:
-    """Add an error for a file that could not be read, if its format is perhaps that of a package that is not installed."""
+    """Add an error that no installed package reads files with this suffix, unless the suffix is built in."""
     if path.suffix not in _BUILT_IN:
         text = f"no installed package reads descriptions that end with {path.suffix[:20]!r}"
         findings.add("S103", text, span, "install the package of this format, or convert the file to URDF")

@@ -9,7 +9,9 @@ from dataclasses import dataclass
 from typing import Any
 
 _UNSAFE = re.compile("[\x7f-\x9f\u2028\u2029\ufeff\ufffe\uffff\ud800-\udfff]")
-"""Characters that JSON leaves as they are, and that YAML does not allow or takes for the end of a line."""
+"""Characters that JSON does not escape, and that YAML forbids or reads as line ends."""
+_NOT_FINITE = re.compile(r'^( *(?:".*": )?-?)(Infinity|NaN)(,?)$', re.MULTILINE)
+"""Lines with a number that JSON and YAML write differently."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -17,7 +19,7 @@ class GivenText:
     """A text that is read like the content of a file.
 
     Attributes:
-        label: name of the text, which messages show and which stands for the name of the file: `<text>` or `<dict>`.
+        label: name that messages show in place of a file name: `<text>` or `<dict>`.
         data: the text, in UTF-8.
         keyed: whether messages show the path of a key in place of line and column; each value begins on a line of its own.
     """
@@ -30,6 +32,7 @@ class GivenText:
     def of_mapping(cls, mapping: Mapping[str, Any]) -> GivenText:
         """Return the text of a mapping of JSON types."""
         text = json.dumps(mapping, indent=1, ensure_ascii=False)
+        text = _NOT_FINITE.sub(lambda found: f"{found[1]}.{found[2][:3].lower()}{found[3]}", text)
         escaped = _UNSAFE.sub(lambda found: f"\\u{ord(found[0]):04x}", text)
         return cls("<dict>", escaped.encode(), keyed=True)
 

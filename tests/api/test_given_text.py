@@ -13,6 +13,7 @@ import yaml
 import graphengine as ge
 from graphengine.cli import main
 from graphengine.format.document import MAX_BYTES
+from graphengine.format.given_text import GivenText
 
 HEIGHT = 0.7  # m, at which the ball starts
 FALL = "scene: fall\nworld: world.xml\ngraphs: {watch: {use: watch.yaml}}\n"
@@ -39,6 +40,13 @@ def falling(scene: ge.Scene) -> tuple[list[str], float]:
     with scene.session() as sim:
         sim.run(0.25)
         return list(scene.graphs), float(sim.mujoco.data.body("ball").xpos[2])
+
+
+@pytest.mark.parametrize("number", [float("inf"), float("-inf"), float("nan")])
+def test_numbers_that_are_not_finite_are_those_of_yaml(number: float) -> None:
+    given = {"one": number, "several": [number, 1.0], "text": "Infinity", "a: NaN": number}
+    (read,) = yaml.safe_load_all(GivenText.of_mapping(given).data)
+    assert repr(read) == repr(given)
 
 
 def test_a_text_and_a_mapping_are_the_file(folder: Path) -> None:

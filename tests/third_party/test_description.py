@@ -81,6 +81,7 @@ def test_its_errors_and_those_of_the_tree_name_lines_of_the_file(folder: Path) -
     [
         ("raise KeyError('x')", "man.sticks:1:1: error S103: the reader of acme-sticks failed: KeyError: 'x'"),
         ("return None", "man.sticks:1:1: error S103: the reader of acme-sticks returned nothing and no error"),
+        ("return 'robot'", "error S103: the reader of acme-sticks returned a value of the type str and no error"),
     ],
 )
 def test_a_reader_that_fails_is_an_error_that_names_its_package(folder: Path, body: str, message: str) -> None:
