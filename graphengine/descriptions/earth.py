@@ -10,7 +10,7 @@ EARTH = "spherical_coordinates"
 
 
 def place_world(spec: mujoco.MjSpec, earth: EarthSpec) -> None:
-    """Set the place of a world, instead of that which its file gives."""
+    """Set the place of a world on Earth; it replaces the place in the world's file."""
     for known in [each for each in spec.numerics if each.name == EARTH]:
         spec.delete(known)
     numbers = earth.latitude_deg, earth.longitude_deg, earth.elevation, earth.heading_deg
@@ -18,6 +18,6 @@ def place_world(spec: mujoco.MjSpec, earth: EarthSpec) -> None:
 
 
 def earth_of(model: mujoco.MjModel) -> tuple[float, ...] | None:
-    """Return latitude, longitude (degrees), elevation (m) and heading (degrees) of a world; None if no file gives them."""
+    """Return latitude, longitude (degrees), elevation (m) and heading (degrees) of a world; None without a place on Earth."""
     found = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_NUMERIC, EARTH)
     return tuple(model.numeric(found).data.tolist()) if found >= 0 and model.numeric_size[found] == 4 else None

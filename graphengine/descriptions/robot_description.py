@@ -14,7 +14,8 @@ from graphengine.descriptions.shapes import Cylinder, Shape, Sphere
 from graphengine.devices.rotation import NOWHERE, Pose, Vector3, compose, multiply, rotate
 
 if TYPE_CHECKING:
-    from graphengine.descriptions.actuators.mjcf_model import MjcfModel
+    from graphengine.descriptions.actuators.mjcf_actuators import Actuator
+    from graphengine.descriptions.actuators.mjcf_model import Keyframe, MjcfModel
 
 TURNING = ("revolute", "continuous")
 MOVING = (*TURNING, "prismatic")
@@ -177,6 +178,16 @@ class RobotDescription:
     def moves_freely(self) -> bool:
         """Whether the description lets the root link move freely."""
         return self.mjcf.free if self.mjcf is not None else self.root != WORLD
+
+    @property
+    def actuators(self) -> Sequence[Actuator]:
+        """Actuators of the MuJoCo model; empty for other descriptions."""
+        return self.mjcf.actuators if self.mjcf is not None else ()
+
+    @property
+    def keyframes(self) -> Mapping[str, Keyframe]:
+        """Keyframes of the MuJoCo model by name; empty for other descriptions."""
+        return self.mjcf.keyframes if self.mjcf is not None else {}
 
     @property
     def mass(self) -> float:

@@ -23,9 +23,9 @@ IDENTITY: Quaternion = (0.0, 0.0, 0.0, 1.0)
 NOWHERE: Pose = (ORIGIN, IDENTITY)
 """The identity pose."""
 _STEEP = 0.999
-"""Sine of a pitch from which on the arc of a sine loses digits."""
+"""Sine of the pitch above which `asin` loses digits."""
 _STRAIGHT = 1e-14
-"""Cosine of a pitch up to which it is 90 degrees except for rounding errors."""
+"""Cosine of the pitch below which the pitch counts as 90 degrees."""
 
 
 def conjugate(q: Quaternion) -> Quaternion:

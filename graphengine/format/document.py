@@ -7,6 +7,7 @@ limits the nesting, not the C stack.
 from __future__ import annotations
 
 import codecs
+import io
 import os
 import re
 from collections.abc import Iterator
@@ -130,10 +131,8 @@ def load(
     shown, label = shown_as or os.fspath(path), given.label if given is not None else ""
     start = Span(Source(shown, (), label), 1, 1)
     try:
-        raw = given.data if given is not None else b""
-        if given is None:
-            with open_regular(path) as file:
-                raw = file.read(MAX_BYTES + 1)
+        with open_regular(path) if given is None else io.BytesIO(given.data) as file:
+            raw = file.read(MAX_BYTES + 1)
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or str(error)
         findings.add("G101", f"cannot read {shown!r}: {reason}", start)

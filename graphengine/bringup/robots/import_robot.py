@@ -27,7 +27,7 @@ from graphengine.descriptions.element_marks import called, marked
 from graphengine.descriptions.engine import REFUSALS, body_names, collides, compiled, mujoco
 from graphengine.descriptions.files.packages import Packages, package_of
 from graphengine.descriptions.files.references import Library
-from graphengine.descriptions.files.xml import Element, mujoco_says, write
+from graphengine.descriptions.files.xml import Element, document_text, mujoco_says
 from graphengine.descriptions.geoms import extents
 from graphengine.descriptions.mjcf.mjcf import read_mjcf
 from graphengine.descriptions.robot_description import RobotDescription
@@ -279,7 +279,7 @@ def _portable(description: RobotDescription, beside: Collection[Path], folder: P
         if escaped:
             element.text = literal(element.text)
             element.attributes |= {name: literal(value) for name, value in element.attributes.items()}
-    return '<?xml version="1.0"?>\n' + write(description.element)[0] + "\n"
+    return document_text(description.element)
 
 
 def _near(path: Path, target: Path) -> str:

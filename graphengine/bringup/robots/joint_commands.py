@@ -36,12 +36,11 @@ class JointCommands:
 def joint_commands(draft: Draft, controllers: Iterable[Controller]) -> dict[str, JointCommands]:
     """Return the commands that each joint takes, by joint name; elements of the description that list them are marked as used."""
     found: dict[str, JointCommands] = {}
-    if draft.description.mjcf is not None:
-        for actuator in draft.description.mjcf.actuators:
-            if actuator.joint:
-                span = draft.description.joints[actuator.joint].element.span
-                source = f"actuator {printable(actuator.name)}"
-                found.setdefault(actuator.joint, JointCommands(source, span)).ranges[actuator.kind] = None, None
+    for actuator in draft.description.actuators:
+        if actuator.joint:
+            span = draft.description.joints[actuator.joint].element.span
+            source = f"actuator {printable(actuator.name)}"
+            found.setdefault(actuator.joint, JointCommands(source, span)).ranges[actuator.kind] = None, None
     for controller in controllers:
         _controller(draft, controller, found)
     for element in draft.description.element.all("ros2_control"):

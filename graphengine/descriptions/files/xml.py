@@ -164,6 +164,11 @@ class _TreeBuilder:
         raise _RefusedError("a document type is not allowed", "remove <!DOCTYPE …>; entities are not expanded")
 
 
+def document_text(root: Element) -> str:
+    """Return the text of an XML document."""
+    return f'<?xml version="1.0"?>\n{write(root)[0]}\n'
+
+
 def write(root: Element) -> tuple[str, list[Span]]:
     """Return an element as XML text with one tag per line, and for each line the source location of its element."""
     lines: list[str] = []

@@ -18,10 +18,9 @@ from graphengine.format.wording import printable
 
 KEYFRAME = "home"
 """Name of the keyframe in which robots start, as in the models of MuJoCo Menagerie."""
-_STATES = ["JOINTPOS", "JOINTVEL", "JOINTACTFRC", "ACTUATORFRC", "ACTUATORPOS", "ACTUATORVEL"]
-"""Types of sensors whose values JointState messages contain."""
-_POSES = ["FRAMEPOS", "FRAMEQUAT", "FRAMELINVEL", "FRAMEANGVEL", "VELOCIMETER"]
-"""Types of sensors whose values TF and odometry messages contain."""
+_STATES = ("JOINTPOS", "JOINTVEL", "JOINTACTFRC", "ACTUATORFRC", "ACTUATORPOS", "ACTUATORVEL")
+_PUBLISHED = (*_STATES, "FRAMEPOS", "FRAMEQUAT", "FRAMELINVEL", "FRAMEANGVEL", "VELOCIMETER")
+"""Types of sensors whose values JointState, TF and odometry messages contain."""
 _INERTIAL = ("ACCELEROMETER", "GYRO")
 _KINDS = {"position": "position servo", "velocity": "velocity servo", "effort": "motor"}
 _UNITS = {"position": ("rad", "m"), "velocity": ("rad/s", "m/s"), "effort": ("N m", "N")}
@@ -107,7 +106,7 @@ def _sensors(draft: Draft, spec: mujoco.MjSpec) -> None:
         kind = sensor.type.name.removeprefix("mjSENS_")
         if kind in _INERTIAL:
             units[sensor.objname] = None
-        elif kind not in (*_STATES, *_POSES):
+        elif kind not in _PUBLISHED:
             lost.append(sensor.name or kind.lower())
     for site in units:
         if link := _link(draft, site, "site"):

@@ -28,11 +28,8 @@ def render(draft: Draft, path: Path) -> Document:
         draft: draft of the robot file.
         path: path of the robot file.
     """
-    description, page = (
-        draft.description,
-        _Page([f"# Imported by `graphrun import-robot` from {printable(draft.source)}."]),
-    )
-    data = draft.data()
+    page = _Page([f"# Imported by `graphrun import-robot` from {printable(draft.source)}."])
+    description, data = draft.description, draft.data()
     for key in [key for key in data if key not in SECTIONS]:
         page.add((key,), data[key])
         if key == "base_link" and description.root == WORLD:

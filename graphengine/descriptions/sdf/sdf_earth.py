@@ -11,7 +11,7 @@ from graphengine.format.wording import printable
 _MOST = {"latitude_deg": 90.0, "longitude_deg": 180.0, "elevation": 1e5, "heading_deg": 360.0}
 """Maximum magnitude of each number, degrees and m."""
 _ONLY = {"surface_model": "EARTH_WGS84", "world_frame_orientation": "ENU"}
-"""Text that a tag must have; Gazebo too has no other orientation."""
+"""Only legal text of each tag; other surfaces and orientations are not supported."""
 
 
 def earth_at(world: Element, findings: Findings) -> list[Element]:

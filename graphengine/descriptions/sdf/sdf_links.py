@@ -51,11 +51,12 @@ class LinkReader:
         for part in link.element.children:
             if part.tag in ("collision", "visual"):
                 with reported(self.findings):
-                    shapes += self._shape(part, link, f"{made.name}.{len(shapes) + 1}")
+                    shape = self._shape(part, link, f"{made.name}.{len(shapes) + 1}")
+                    shapes += [shape] if shape is not None else []
         return made
 
-    def _shape(self, part: Element, link: SdfFrame, name: str) -> Iterator[Shape]:
-        """Yield the shape of a collision or visual; leave out a visual that cannot be drawn, and add a note."""
+    def _shape(self, part: Element, link: SdfFrame, name: str) -> Shape | None:
+        """Return the shape of a collision or visual; None for a visual that cannot be drawn, after adding a note."""
         try:
             shape = shape_of(part)
             geometry = self._geometry(part, shape, link) if shape is not None else None
@@ -63,13 +64,13 @@ class LinkReader:
             if part.tag == "collision":
                 raise
             self.findings.add("N103", f"not drawn: {error.message}", error.span, *error.help)
-            return
+            return None
         if shape is None or geometry is None:
-            return
+            return None
         pose, visual = seen_from(self.frames[link], place_of(part, link)), part.tag == "visual"
         element = Element(part.tag, {"name": part.get("name")}, part.span)
         self.images += [part] if visual and textured(part) else []
-        yield Shape(name, visual, geometry, pose, colour_of(part) if visual else None, element, shape.span)
+        return Shape(name, visual, geometry, pose, colour_of(part) if visual else None, element, shape.span)
 
     def _geometry(self, part: Element, shape: Element, link: SdfFrame) -> Geometry:
         if shape.tag == "mesh":

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
 
-from graphengine.descriptions.files.xml import Element, write
+from graphengine.descriptions.files.xml import Element, document_text
 from graphengine.descriptions.robot_description import TERMS, Inertial, Joint, Link, RobotDescription
 from graphengine.descriptions.shapes import Box, Capsule, Cylinder, Geometry, Mesh, Shape, Sphere, kind_of
 from graphengine.descriptions.urdf.link_parts import number_at, origin_of
@@ -14,14 +14,14 @@ from graphengine.format.diagnostics import Span
 
 
 def description_text(description: RobotDescription) -> str:
-    """Return the text of a description as URDF, with the positions, limits and types that its joints have by now."""
+    """Return the text of a description as URDF, with the present positions, limits and types of its joints."""
     now = {joint.element: _as_now(joint) for joint in description.joints.values()}
     root = replace(description.element, children=[now.get(child, child) for child in description.element.children])
-    return f'<?xml version="1.0"?>\n{write(root)[0]}\n'
+    return document_text(root)
 
 
 def _as_now(joint: Joint) -> Element:
-    """Return the element of a joint; if the joint has been changed since it was read, a changed copy."""
+    """Return a copy of a joint's element with the position, limits and type that the joint has now."""
     element, changes = joint.element, dict[str, dict[str, str]]()
     if (origin_of(element) or NOWHERE)[0] != joint.pose[0]:
         changes["origin"] = {"xyz": _numbers(joint.pose[0])}

@@ -102,7 +102,7 @@ class HandleTable:
     def reset(self, prim_path: str = "") -> None:
         """Discard the measurements of the handles of a prim and of all prims below it; of all handles if the path is empty."""
         for (_, key), handle in self._handles.items():
-            if at_or_below(key, prim_path):
+            if not prim_path or at_or_below(key, prim_path):
                 handle.reset()
 
     def clear(self) -> None:

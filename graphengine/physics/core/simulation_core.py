@@ -104,6 +104,11 @@ class SimulationCore(SimulationModel):
         """Whether the physics steps of a tick are running; graphs that run per physics step are executed at these times."""
         return self.steps > self.tick * self.substeps
 
+    @property
+    def in_first_step(self) -> bool:
+        """Whether the present physics step is the first one of its tick."""
+        return self.steps % self.substeps == 1 % self.substeps
+
     def _start_commands(self) -> None:
         self.set_points.start()
         self.limits.start()
@@ -119,7 +124,7 @@ class SimulationCore(SimulationModel):
         try:
             mujoco.mj_step2(self.model, self.data)
             for handle in self.handles.watching:
-                handle.see_forces()  # mj_step1 finds the contacts of the state after the step, whose forces nobody knows yet
+                handle.see_forces()  # mj_step1 finds the contacts of the state after the step, whose forces are not computed yet
             for body in self.held.values():
                 body.hold()
             if self.surfaces:

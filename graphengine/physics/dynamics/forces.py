@@ -27,7 +27,7 @@ class Forces:
     def of_step(self) -> mujoco.MjData:
         """Return the state before the physics step that is being made, with the forces between bodies that this step applied.
 
-        Only `Handle.see_forces` may call this. `qacc` is then the change of velocity over the step.
+        Only `Handle.see_forces` may call this. `qacc` is then the mean acceleration over the step.
         """
         model, data = self._model, self._data
         if not self._known_of_step:

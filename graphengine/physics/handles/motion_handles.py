@@ -95,11 +95,11 @@ class Joints(Handle["SimulationCore"], JointFacts):
     def __init__(self, simulation: SimulationCore, prim: Prim) -> None:
         JointFacts.__init__(self, prim)
         self.resets = 0
-        """Number of resets of the simulation so far."""
+        """Number of resets of the simulation or of the robot so far."""
         super().__init__(simulation, prim)
 
     def reset(self) -> None:
-        """Count a reset of the simulation in `resets`."""
+        """Count a reset of the simulation or of the robot in `resets`."""
         self.resets += 1
 
     def bind(self) -> None:

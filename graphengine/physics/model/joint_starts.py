@@ -11,7 +11,7 @@ from graphengine.format.wording import did_you_mean, listing
 
 def check_keyframe(name: str, description: RobotDescription, span: Span | None, findings: Findings) -> None:
     """Add an error if a robot does not have the keyframe."""
-    known = description.mjcf.keyframes if description.mjcf is not None else {}
+    known = description.keyframes
     if name not in known:
         near = did_you_mean(name, known) or listing(known, "keyframes")
         findings.add("S104", f"the robot has no keyframe {name!r}", span, near)

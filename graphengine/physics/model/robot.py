@@ -105,7 +105,7 @@ class RobotInstance:
     def keyframe(self) -> Keyframe | None:
         """The keyframe of the robot's MuJoCo model in which the robot starts; None if it starts in no keyframe."""
         name = self.placement.use.start or self.spec.start
-        return self.description.mjcf.keyframes.get(name) if self.description.mjcf is not None else None
+        return self.description.keyframes.get(name or "")
 
     @property
     def actuators(self) -> dict[str, str]:
@@ -113,21 +113,15 @@ class RobotInstance:
 
         Actuators are left out if they have the name of a joint, or if the robot file replaces them by a drive.
         """
-        known, joints = (
-            self.description.mjcf.actuators if self.description.mjcf is not None else (),
-            {j.name for j in self.moving},
-        )
-        own = [actuator for actuator in known if actuator.name not in joints]
+        joints = {joint.name for joint in self.moving}
+        own = [actuator for actuator in self.description.actuators if actuator.name not in joints]
         driven = {actuator.joint: self.drives.get(actuator.joint, Drive()).servos for actuator in own}
         return {each.name: each.joint for each in own if not each.joint or driven[each.joint] is not None}
 
     @property
     def other_actuators(self) -> dict[str, Drive]:
         """Drives of actuators in the MuJoCo model whose target is not a single hinge or slide joint, by actuator name."""
-        known = {
-            each.name: each.drive
-            for each in (self.description.mjcf.actuators if self.description.mjcf is not None else ())
-        }
+        known = {each.name: each.drive for each in self.description.actuators}
         return {name: known[name] for name, joint in self.actuators.items() if not joint}
 
     @property

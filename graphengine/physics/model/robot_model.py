@@ -118,8 +118,7 @@ def _equip_joints(spec: mujoco.MjSpec, robot: RobotInstance) -> None:
 
 def _delete_actuators(spec: mujoco.MjSpec, robot: RobotInstance, joint: str) -> None:
     """Delete the actuators of a MuJoCo model that move a joint, and the sensors that measure them."""
-    known = robot.description.mjcf.actuators if robot.description.mjcf is not None else ()
-    names = {actuator.name for actuator in known if actuator.joint == joint}
+    names = {actuator.name for actuator in robot.description.actuators if actuator.joint == joint}
     measured = [each for each in spec.sensors if each.objtype == mujoco.mjtObj.mjOBJ_ACTUATOR and each.objname in names]
     for part in (*measured, *(spec.actuator(name) for name in names)):
         spec.delete(part)

@@ -93,7 +93,7 @@ class _PrimBuilder:
             urdf=robot.urdf_text,
             fixed_transforms=robot.fixed_transforms,
             **({"actuators": robot.actuators, "other_actuators": robot.other_actuators} if robot.actuators else {}),
-            keyframes=robot.description.mjcf.keyframes if robot.description.mjcf is not None else {},
+            keyframes=robot.description.keyframes,
             **({"keyframe": keyframe} if keyframe is not None else {}),
         )
         self._joints(links)

@@ -69,8 +69,8 @@ class JointWrenchSensor(TickSampled[Wrench]):
         self._sum = np.zeros(6)
 
     def see_forces(self) -> None:
-        """Add the wrench in a physics step to that of the tick."""
-        if self._simulation.steps % self._simulation.substeps == 1 % self._simulation.substeps:
+        """Add the wrench of this physics step to the sum of the tick."""
+        if self._simulation.in_first_step:
             self._sum = np.zeros(6)
         if not self._weightless:
             self._sum = self._sum + self._wrench()
@@ -80,7 +80,7 @@ class JointWrenchSensor(TickSampled[Wrench]):
         data, (position, axes) = self._simulation.forces.of_step(), self.frame()
         if self._prim.facts["axes"] == "parent":
             axes = data.xmat[self._parent].reshape(3, 3)
-        # MuJoCo's are those on the child link, with the world's axes, about the centre of mass of the whole tree.
+        # cfrc_int acts on the child link, in the world's axes; its torque is about the centre of mass of the whole tree.
         torque, force = np.split(data.cfrc_int[self.body], 2)
         torque = torque + np.cross(self._centre - position, force)
         return self._sign * np.concatenate((force @ axes, torque @ axes))

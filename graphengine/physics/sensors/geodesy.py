@@ -1,6 +1,6 @@
-"""Positions on the WGS84 ellipsoid for positions in a world, whose plane touches the ellipsoid at the world's origin.
+"""Converts positions in a world to WGS84 coordinates. The world's xy plane is parallel to the ellipsoid below its origin.
 
-The conversion is exact: from topocentric to geocentric coordinates (EPSG method 9837), then to geographic ones (EPSG method 9602,
+The conversion is exact: from topocentric to geocentric coordinates (EPSG method 9836), then to geographic ones (EPSG method 9602,
 with two rounds of Bowring's formula of 1976). Its error is below 0.1 µm up to a height of 20 km.
 """
 

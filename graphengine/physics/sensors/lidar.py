@@ -172,7 +172,7 @@ class RaySensor(TickSampled[S]):
         self._caster = world.rays.caster(self.directions, self.ranges[1], own)
 
     def cast(self) -> tuple[Floats, Integers]:
-        """Return distance (m) and geom id of the first hit of each ray; see `rays.Caster.cast`."""
+        """Return distance (m) and geom id of the first hit of each ray; see `casters.Caster.cast`."""
         return self._caster.cast(*self.frame())
 
     def _measured(self, distances: Floats, index: int) -> Floats:

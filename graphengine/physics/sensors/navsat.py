@@ -1,7 +1,7 @@
 """A receiver for satellite navigation, which measures the position of its antenna on the WGS84 ellipsoid.
 
-The noise of a fix is independent of that of other fixes: real receivers err more slowly. Satellites are not simulated; a share
-of the time without a fix stands for shadowed skies.
+The noise of each fix is independent of other fixes, whereas the errors of real receivers change slowly. Satellites are not
+simulated; a share of the time without a fix stands for a shadowed sky.
 """
 
 from __future__ import annotations
