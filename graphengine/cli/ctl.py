@@ -25,6 +25,7 @@ from graphengine.format.wording import listing
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+_FORCE = "place the robot even if it overlaps other objects; physics then pushes them apart"
 EXAMPLES = """examples:
   graphrun run dd100_warehouse --paused  in one terminal; in another:
   graphrun ctl step 60                   run 60 ticks (one second), then pause
@@ -141,8 +142,7 @@ def _add_robots(add: Callable[..., Any]) -> None:
     )
     spawn.add_argument("--prim", metavar="PATH", help="prim path of the robot, such as /World/robot (default: /NAME)")
     add_flag(spawn, "--robot-state", "publish the topics of robot_state_publisher for this robot")
-    force = "place the robot even if it overlaps other objects; physics then pushes them apart"
-    spawn.add_argument("--force", action="store_const", const=True, help=force)  # older runs accept no `False`
+    spawn.add_argument("--force", action="store_const", const=True, help=_FORCE)  # older runs accept no `False`
     delete = add("delete", "remove a robot from the scene", "name")
     delete.add_argument("name", metavar="NAME", help="name of the robot")
     moved = "entity", "linear", "angular", "odometry", "force"
@@ -159,7 +159,8 @@ def _add_robots(add: Callable[..., Any]) -> None:
     move.add_argument("--force", action="store_const", const=True, help=force)
     jumps = "let ground-truth odometry jump with the robot (default: it continues, as REP 105 demands)"
     move.add_argument("--odometry-jumps", action="store_const", const="jumps", dest="odometry", help=jumps)
-    reset = add("reset-robot", "return one robot to its initial pose and joint positions", make=_reset_robot)
+    summary = "return one robot to its initial pose and joint positions"
+    reset = add("reset-robot", summary, "keyframe", "force", make=_reset_robot)
     reset.add_argument("name", metavar="NAME", help="name of the robot")
     place = "position of the base link in the world frame, m (default: the initial position)"
     reset.add_argument("--at", metavar="X,Y,Z", type=vector(3), help=place)
@@ -168,8 +169,7 @@ def _add_robots(add: Callable[..., Any]) -> None:
     reset.add_argument("--joints", metavar="JOINT=NUMBER", nargs="+", type=target(angle), default=(), help=positions)
     keyframe = "keyframe of the robot's MuJoCo model, in place of the initial state"
     reset.add_argument("--keyframe", metavar="KEYFRAME", help=keyframe)
-    force = "place the robot even if it overlaps other objects; physics then pushes them apart"
-    reset.add_argument("--force", action="store_true", help=force)
+    add_flag(reset, "--force", _FORCE)
     summary = "print all that would be close to a robot or object at another position, in any heading"
     clearance = add("clearance", summary, "entity", "position", "margin")
     clearance.add_argument("entity", metavar="NAME", help="name of the robot or object")
@@ -245,13 +245,8 @@ def _move(given: argparse.Namespace) -> dict[str, Any]:
 
 
 def _reset_robot(given: argparse.Namespace) -> dict[str, Any]:
-    arguments = {
-        "robot": given.name,
-        "joints": dict(given.joints),
-        "position": given.at,
-        "orientation": _rotation(given),
-    }
-    return {**arguments, "keyframe": given.keyframe, "force": given.force}
+    where = {"position": given.at, "orientation": _rotation(given)}
+    return {"robot": given.name, "joints": dict(given.joints), **where}
 
 
 def _command(given: argparse.Namespace) -> dict[str, Any]:

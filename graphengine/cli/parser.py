@@ -1,4 +1,4 @@
-"""Parsers of the command line, whose error messages help."""
+"""The argument parser of `graphrun`, whose error messages suggest corrections."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
 """Verbs that installed packages add to `graphrun`, by entry points of the group `graphengine.verbs`.
 
-The name of an entry point is the verb. Its object is a module like those of the built-in verbs, and `HELP`:
+The name of an entry point is the verb. It refers to a module like those of the built-in verbs, with a constant `HELP`:
 
     HELP = "print how far a robot drives"                             one line, as in `VERBS` of `graphengine.cli`
     def add_arguments(parser: argparse.ArgumentParser) -> None        adds the arguments of the verb to its parser
@@ -28,7 +28,7 @@ _PARTS: dict[str, Any] = {"HELP": str, "add_arguments": Callable, "execute": Cal
 
 
 def add_plugin_verbs(parser: argparse.ArgumentParser, verbs: Any, chosen: str, old_names: Iterable[str]) -> None:
-    """Add the verbs of installed packages to the parser of `graphrun`, except those whose names are names of built-in verbs.
+    """Add the verbs of installed packages to the parser of `graphrun`. Built-in verbs of the same name take precedence.
 
     Args:
         parser: the parser.

@@ -26,7 +26,10 @@ def increments(path: Floats) -> Floats:
 
 
 def _turned(poses: Floats, yaw: Floats | float) -> Floats:
-    """Return poses, with x, y (m) and yaw (rad) along the last axis, whose positions are turned by a yaw, rad."""
+    """Rotate the positions of poses about the origin by a yaw, rad; the yaws of the poses do not change.
+
+    Poses have x, y (m) and yaw (rad) along the last axis.
+    """
     x, y, turn = poses.T
     cosine, sine = np.cos(yaw), np.sin(yaw)
     return np.stack((cosine * x - sine * y, sine * x + cosine * y, turn), axis=-1)

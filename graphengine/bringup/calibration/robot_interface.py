@@ -132,6 +132,6 @@ def known_wheel_base(scene: Scene) -> float | None:
 
 
 def numbers_named(graphs: Iterable[Graph], *names: str) -> Iterator[tuple[Graph, Instance, str, float]]:
-    """Yield the inputs of `inputs_named` with an absolute value in place of the value; of an array each number, but no zeros."""
+    """Yield the inputs of `inputs_named`, one per number: arrays are flattened, values are absolute, and zeros are left out."""
     for graph, instance, name, value in inputs_named(graphs, *names):
         yield from ((graph, instance, name, abs(float(one))) for one in np.atleast_1d(value) if one)

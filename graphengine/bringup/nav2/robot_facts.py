@@ -97,7 +97,7 @@ def robot_facts(scene: Scene, robot: RobotInstance) -> RobotFacts:
     odometry = _odometry(scene, claims, {parent for parent, _ in edges})
     if odometry is None:
         missing.append("no nav_msgs/Odometry: publish it with ROS2PublishOdometry, as graphs/wheel_odometry.yaml does")
-    base_frame = _base_frame(scene, robot, odometry, edges)
+    base_frame = _base_frame(robot, odometry, edges)
     if odometry is not None and base_frame is None:
         frame = odometry.frame_id or "odom"
         missing.append(
@@ -212,9 +212,7 @@ def _description_edges(claims: Sequence[EndpointClaim], robot: RobotInstance) ->
         yield from ((joint.parent, joint.child) for joint in robot.description.joints.values())
 
 
-def _base_frame(
-    scene: Scene, robot: RobotInstance, odometry: EndpointClaim | None, edges: Sequence[tuple[str, str]]
-) -> str | None:
+def _base_frame(robot: RobotInstance, odometry: EndpointClaim | None, edges: Sequence[tuple[str, str]]) -> str | None:
     """Return a child of the odometry frame in TF, preferably the robot's base link; None if the odometry frame has no child."""
     if odometry is None:
         return None

@@ -8,7 +8,7 @@ from typing import Any
 
 from graphengine.bringup.robots.base import Drivetrain
 from graphengine.bringup.robots.skid_steering import NAME, guess_limits
-from graphengine.descriptions.robot_files.draft import Claim, Draft, Remark, RobotWheel, graph_defaults, rounded
+from graphengine.descriptions.robot_files.draft import Claim, Draft, RobotWheel, graph_defaults, rounded
 from graphengine.descriptions.robot_files.entries import Entry, MaterialKeys, material
 from graphengine.devices.rotation import Vector3
 from graphengine.physics.dynamics.command_limits import FASTEST_WHEEL
@@ -43,8 +43,7 @@ def add_base_graph(draft: Draft, drivetrain: Drivetrain) -> None:
     parameters = {name: value for name, value in parameters.items() if usual.get(name) != value}
     draft.add_graph(GRAPH, use, parameters, f"{base.kinematics}, from {base.source}")
     claim: Claim = {("graphs", GRAPH): draft.graphs[GRAPH].value}
-    remark = Remark(f"base: {_summary(drivetrain)}, from {base.source}", base.span, claim)
-    (draft.guessed if base.guessed else draft.carried).append(remark)
+    draft.remark(f"base: {_summary(drivetrain)}, from {base.source}", base.span, claim, guessed=base.guessed)
     _remark_on_defaults(draft, defaults, parameters)
     _grip(draft, drivetrain)
 

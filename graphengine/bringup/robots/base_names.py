@@ -10,7 +10,9 @@ from graphengine.bringup.robots.base import Base, Kinematics, given
 
 @dataclass(frozen=True, slots=True)
 class BaseNames:
-    """The names of a base's properties in one kind of source, separated by spaces; the first name with a value counts.
+    """The names under which one kind of controller or plugin gives the properties of a base.
+
+    A text lists alternatives, separated by spaces; the first one with a value counts.
 
     Attributes:
         kinematics: kinematics of the base.

@@ -63,7 +63,10 @@ def _positive(controller: Controller, *names: str) -> float | None:
 
 
 def base_of_plugins(draft: Draft) -> Base | None:
-    """Return the base of the first usable drive plugin, with the topics that other plugins name; None if no plugin is usable."""
+    """Return the base of the first usable drive plugin; None if there is none.
+
+    Topics that other plugins set, such as odometry_publisher, replace those of the drive plugin.
+    """
     base: Base | None = None
     topics: dict[str, float | str] = {}
     for plugin, told in _plugins(draft):

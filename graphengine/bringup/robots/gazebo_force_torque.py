@@ -34,7 +34,7 @@ def force_torque(values: Values, sensor: Subject) -> Figures:
 
 
 def _word(values: Values, tag: str, legal: tuple[str, ...]) -> str:
-    """Return the word at a tag; the first legal one without the tag.
+    """Return the word at a tag; by default, the first of the legal words.
 
     Raises:
         UnusableError: the word is not legal.

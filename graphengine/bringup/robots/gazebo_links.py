@@ -125,7 +125,7 @@ def _direction(
     return tuple(round(part, 9) for part in rotate(carrier.pose[1], vector)), carrier.parent
 
 
-def _add_materials(draft: Draft, surfaces: dict[str, tuple[Any, ...]]) -> None:
+def _add_materials(draft: Draft, surfaces: _Surfaces) -> None:
     """Add one material for all links with the same friction.
 
     As in Gazebo, a contact has the smaller friction of the two colliders.

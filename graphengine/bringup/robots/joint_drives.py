@@ -84,7 +84,7 @@ def add_drives(
     for decision, joints in decisions.items():
         names = ", ".join(printable(joint.name) for joint in joints)
         text, claim = f"{_TOLD[decision.kind]}: {names}; {decision.why}", _drives(joints, decision.kind)
-        (draft.guessed if decision.guessed else draft.carried).append(Remark(text, joints[0].element.span, claim))
+        draft.remark(text, joints[0].element.span, claim, guessed=decision.guessed)
 
 
 def _tell_braking(draft: Draft, joints: Sequence[Joint], wheels: Sequence[RobotWheel]) -> None:

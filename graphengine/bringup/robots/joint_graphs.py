@@ -13,7 +13,7 @@ from graphengine.bringup.robots.arm_chains import arm_chains, gripper_joints
 from graphengine.bringup.robots.arm_gains import DEVIATION
 from graphengine.bringup.robots.base import Drivetrain
 from graphengine.bringup.robots.controllers_file import Controller
-from graphengine.descriptions.robot_files.draft import Claim, Draft, Remark, in_path, no_joint, rounded
+from graphengine.descriptions.robot_files.draft import Claim, Draft, in_path, no_joint, rounded
 from graphengine.descriptions.robot_files.entries import Entry
 from graphengine.descriptions.robot_files.mjcf_parts import KEYFRAME
 from graphengine.format.diagnostics import Span
@@ -106,10 +106,8 @@ def _add_arms(draft: Draft, held: Collection[str], controllers: Iterable[Control
         count = f"{len(arm.joints)} joints"
         draft.add_graph(name, "graphs/arm/trajectory.yaml", parameters, f"{count}, from {arm.source}")
         claim: Claim = {("graphs", name, "parameters", "joints"): list(arm.joints)}
-        remark = Remark(
-            f"arm: trajectories of {count} on {printable(arm.controller)}, from {arm.source}", arm.span, claim
-        )
-        (draft.guessed if arm.guessed else draft.carried).append(remark)
+        text = f"arm: trajectories of {count} on {printable(arm.controller)}, from {arm.source}"
+        draft.remark(text, arm.span, claim, guessed=arm.guessed)
     return {name for arm in arms for name in arm.joints}
 
 
@@ -223,7 +221,7 @@ def _add_grippers(draft: Draft, held: Collection[str], controllers: Iterable[Con
         text = f"gripper: {joint} on {gripper.controller}/gripper_cmd, from {gripper.source}"
         text += _press(draft, joint)
         claim: Claim = {("graphs", name, "parameters", "joint"): joint}
-        (draft.guessed if gripper.guessed else draft.carried).append(Remark(printable(text), gripper.span, claim))
+        draft.remark(printable(text), gripper.span, claim, guessed=gripper.guessed)
 
 
 def _press(draft: Draft, name: str) -> str:

@@ -50,7 +50,7 @@ def checked_spec(
 
 
 def trial(draft: Draft) -> mujoco.MjModel | None:
-    """Return the compiled model of the robot that a draft describes so far; None without one."""
+    """Return the compiled model of a draft's robot; None if the draft has errors or MuJoCo refuses the model."""
     found = trial_spec(draft)
     return trial_model(draft, found[0]) if found is not None else None
 

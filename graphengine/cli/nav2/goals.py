@@ -171,8 +171,8 @@ def _servers(live: Live) -> list[str]:
     """Return the names of the NavigateToPose actions on the network, sorted; a server is found by its feedback publisher."""
     from graphengine.bringup.navigation.navigator import ACTION
 
-    feedback = {end.topic for end in live.graph_now().endpoints if end.direction == "publish"}
-    return sorted(topic.removesuffix(FEEDBACK) for topic in feedback if topic.endswith(f"/{ACTION}{FEEDBACK}"))
+    published = {end.topic for end in live.graph_now().endpoints if end.direction == "publish"}
+    return sorted(topic.removesuffix(FEEDBACK) for topic in published if topic.endswith(f"/{ACTION}{FEEDBACK}"))
 
 
 @contextlib.contextmanager

@@ -269,6 +269,10 @@ class Draft:
         """Add a remark on a value that the description lacks and that the import chose."""
         self.guessed.append(Remark(text, span, claim or {}))
 
+    def remark(self, text: str, span: Span | None, claim: Claim, *, guessed: bool) -> None:
+        """Add a remark on a value that the import chose, or else took from the description."""
+        (self.guess if guessed else self.carry)(text, span, claim)
+
     def lose(self, text: str, span: Span | None = None) -> None:
         """Add a remark on a part of the description that a robot file cannot express, with the reason."""
         self.lost.append(Remark(text, span))
